@@ -1,0 +1,2 @@
+#![doc = "Jointwatch firmware."]
+#![no_std]

@@ -1,0 +1,1 @@
+//! Derivatives, filters and spectra of logged signals.

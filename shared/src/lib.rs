@@ -1,0 +1,9 @@
+//! What Jointwatch's host and device must agree on, to the bit.
+//!
+//! `no_std`, no heap, no `unsafe`. The host learns a model in `f64`; what is in here evaluates it in integers, on
+//! the host to predict the device and on the device itself, with the same bits.
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub mod error;
+pub mod rig;

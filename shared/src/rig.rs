@@ -1,0 +1,89 @@
+//! The rig as the device knows it: what one count of each sensor means, the inertia, and the filters' taps.
+
+use crate::error::Error;
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// The most taps any of the three filters may have; odd, so that the delay is a whole number of samples.
+pub const MAX_TAPS: usize = 129;
+
+/// A linear-phase FIR filter with integer taps: `y = Σ taps[i]·x[n−i] · 2^−shift`.
+///
+/// The number of taps is odd and the same for the velocity and the acceleration filter of one rig, so that both lag
+/// by `(taps − 1) / 2` samples. Taps are symmetric (low-pass, second derivative) or antisymmetric (first derivative).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Taps {
+    /// The taps, scaled by `2^shift`.
+    pub taps: Vec<i32, MAX_TAPS>,
+    /// The binary exponent that turns the integer taps into 1/s (first derivative), 1/s² (second) or 1 (low-pass).
+    pub shift: i8,
+}
+
+/// One axis of the rig in SI units per count.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RigAxis {
+    /// Metres or radians per count of the displacement encoders.
+    pub displacement_step: f64,
+    /// True when the relative displacement is the difference of two counters, first minus second.
+    pub displacement_difference: bool,
+    /// Metres or radians per count of the body position; 0 when the rig has none.
+    pub body_step: f64,
+    /// m/s² or rad/s² per count of the accelerometer; 0 when acceleration is derived from the body position, or
+    /// from the displacement where there is no body position.
+    pub acceleration_step: f64,
+    /// Newtons or newton-metres per count of the force channel.
+    pub force_step: f64,
+    /// kg or kg·m²; 0 when the force channel already is the restoring force.
+    pub inertia: f64,
+    /// True for `r = inertia·a − F`, false for `r = F − inertia·a`.
+    pub inertia_minus_force: bool,
+    /// N/m or N·m/rad of a known spring from the body to ground.
+    pub ground_stiffness: f64,
+    /// N·s/m or N·m·s/rad of a known damper from the body to ground.
+    pub ground_damping: f64,
+}
+
+/// The rig: one or two axes, the sample rate, and the filters that host and device share.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rig {
+    /// Samples per second, in Hz.
+    pub sample_rate_hz: f64,
+    /// One or two axes.
+    pub axes: Vec<RigAxis, 2>,
+    /// First derivative.
+    pub velocity: Taps,
+    /// Second derivative, of the same length.
+    pub acceleration: Taps,
+    /// The low-pass through which a residual goes before it is judged.
+    pub band: Taps,
+}
+
+impl Rig {
+    /// Checks what the arithmetic of the chain relies on.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] names the first quantity that is not usable.
+    pub fn check(&self) -> Result<(), Error> {
+        let odd = |what: &'static str, taps: &Taps| {
+            if taps.taps.len() % 2 == 1 {
+                Ok(())
+            } else {
+                Err(Error::OutOfRange {
+                    quantity: what,
+                    seen: taps.taps.len() as f64,
+                    least: 1.0,
+                    most: MAX_TAPS as f64,
+                })
+            }
+        };
+        odd(
+            "taps of the velocity filter (an odd number)",
+            &self.velocity,
+        )?;
+        odd(
+            "taps of the acceleration filter (an odd number)",
+            &self.acceleration,
+        )?;
+        odd("taps of the band filter (an odd number)", &self.band)
+    }
+}
