@@ -1,7 +1,10 @@
 //! Why a block of bytes or a set of numbers is refused: which quantity, what was seen, what was wanted.
 
-/// Why the shared code refuses a model or a rig.
+use core::fmt;
+
+/// Why the shared code refuses a model, a rig or a blob. `Display` writes one sentence without a full stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Error {
     /// A quantity lies outside the range in which the arithmetic is proven.
     OutOfRange {
@@ -14,4 +17,190 @@ pub enum Error {
         /// The largest value allowed.
         most: f64,
     },
+    /// An axis's name is empty, longer than 16 bytes, not UTF-8, holds a control character, or is used twice.
+    Name {
+        /// The axis, from 0.
+        axis: u8,
+        /// What is wrong with it.
+        fault: &'static str,
+    },
+    /// A polynomial has another number of coefficients than its orders ask for.
+    CoefficientCount {
+        /// The axis, from 0.
+        axis: u8,
+        /// How many there are.
+        seen: usize,
+        /// (m+1)(n+1)(o+1)(p+1) for the orders m, n, o, p.
+        wanted: usize,
+    },
+    /// A coefficient cannot be held: not a number, too large or too small for the force unit to be a normal `f64`,
+    /// or, in a blob, outside the orders or the axes that the blob states.
+    Coefficient {
+        /// The axis, from 0.
+        axis: u8,
+        /// The exponents of x, ẋ, φ, φ̇.
+        exponents: [u8; 4],
+        /// The coefficient seen, in N or N·m (in a blob: the stored integer).
+        seen: f64,
+    },
+    /// The fixed-point model would be further from its `f64` original than the caller allows.
+    Budget {
+        /// The axis, from 0.
+        axis: u8,
+        /// The exponents of the largest coefficient, which sets how fine the force unit can be.
+        exponents: [u8; 4],
+        /// That coefficient, in N or N·m.
+        coefficient: f64,
+        /// The bound of the error, in N or N·m.
+        bound: f64,
+        /// The bound that was allowed.
+        budget: f64,
+    },
+    /// The stored coefficients could drive a sum of the evaluation beyond its integer.
+    Overflow {
+        /// The axis, from 0.
+        axis: u8,
+        /// Which sum, in words.
+        sum: &'static str,
+        /// The exponents of x and ẋ of the block in which it happens (0, 0 for sums over all blocks).
+        block: [u8; 2],
+    },
+    /// A blob has another length than [`BLOB_LEN`](crate::blob::BLOB_LEN).
+    BlobLength {
+        /// Bytes seen.
+        seen: usize,
+        /// Bytes wanted.
+        wanted: usize,
+    },
+    /// The first bytes are not those of a model blob: an erased flash slot, or another file.
+    BlobMagic {
+        /// The four bytes seen.
+        seen: [u8; 4],
+    },
+    /// The blob's format has another version than this program reads.
+    BlobVersion {
+        /// The version seen.
+        seen: u16,
+        /// The version that this program reads and writes.
+        wanted: u16,
+    },
+    /// The checksum does not match: the blob is damaged.
+    BlobChecksum {
+        /// The checksum that stands in the blob.
+        seen: u32,
+        /// The checksum of the blob's bytes.
+        wanted: u32,
+    },
+    /// A byte of the blob has a value that its field does not know.
+    BlobField {
+        /// The field, in words.
+        field: &'static str,
+        /// The value seen.
+        seen: u8,
+    },
+    /// A byte that has to be zero is not.
+    BlobReserved {
+        /// Where it stands, in bytes from the blob's start.
+        offset: usize,
+        /// The value seen.
+        seen: u8,
+    },
 }
+
+impl Error {
+    /// `Ok` when `seen` lies between `least` and `most` (a NaN never does), else [`Error::OutOfRange`].
+    pub(crate) fn unless_within(
+        quantity: &'static str,
+        seen: f64,
+        least: f64,
+        most: f64,
+    ) -> Result<(), Self> {
+        if seen >= least && seen <= most {
+            Ok(())
+        } else {
+            Err(Self::OutOfRange {
+                quantity,
+                seen,
+                least,
+                most,
+            })
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::OutOfRange {
+                quantity,
+                seen,
+                least,
+                most,
+            } => write!(
+                f,
+                "{quantity} is {seen}, but has to lie between {least} and {most}"
+            ),
+            Self::Name { axis, fault } => write!(f, "the name of axis {axis} {fault}"),
+            Self::CoefficientCount { axis, seen, wanted } => write!(
+                f,
+                "axis {axis} has {seen} coefficients, but its orders ask for {wanted}"
+            ),
+            Self::Coefficient {
+                axis,
+                exponents: [i, j, k, l],
+                seen,
+            } => write!(
+                f,
+                "the coefficient of x^{i} x'^{j} phi^{k} phi'^{l} of axis {axis} is {seen}, which the model cannot hold"
+            ),
+            Self::Budget {
+                axis,
+                exponents: [i, j, k, l],
+                coefficient,
+                bound,
+                budget,
+            } => write!(
+                f,
+                "the fixed-point model of axis {axis} may be off by {bound:e}, but {budget:e} is allowed; its largest \
+                 coefficient is {coefficient:e} at x^{i} x'^{j} phi^{k} phi'^{l}: fit fewer terms or a stronger ridge"
+            ),
+            Self::Overflow {
+                axis,
+                sum,
+                block: [i, j],
+            } => write!(
+                f,
+                "the stored coefficients of axis {axis} can overflow the {sum} (block x^{i} x'^{j}): export the model again"
+            ),
+            Self::BlobLength { seen, wanted } => {
+                write!(
+                    f,
+                    "the blob has {seen} bytes, but a model blob has {wanted}"
+                )
+            }
+            Self::BlobMagic { seen } => write!(
+                f,
+                "the blob begins with the bytes {seen:02x?}, which is not a Jointwatch model"
+            ),
+            Self::BlobVersion { seen, wanted } => write!(
+                f,
+                "the blob has format version {seen}, but this program reads version {wanted}: export the model again"
+            ),
+            Self::BlobChecksum { seen, wanted } => write!(
+                f,
+                "the blob's checksum is {seen:08x}, but its bytes give {wanted:08x}: it is damaged, copy it again"
+            ),
+            Self::BlobField { field, seen } => {
+                write!(
+                    f,
+                    "the blob's {field} is {seen}, which this program does not know"
+                )
+            }
+            Self::BlobReserved { offset, seen } => {
+                write!(f, "byte {offset} of the blob is {seen}, but has to be 0")
+            }
+        }
+    }
+}
+
+impl core::error::Error for Error {}

@@ -5,5 +5,9 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod blob;
 pub mod error;
+pub mod fixed;
+pub mod model;
 pub mod rig;
+pub mod selftest;

@@ -1,0 +1,290 @@
+//! The model as bytes: 4096 of them, the same layout in a file, on the wire and in a flash slot.
+//!
+//! The blob is a postcard message in which every number has a fixed width, little-endian, so each field has a fixed place;
+//! zeros follow, and a CRC-32 over all of it ends it. `docs/blob.md` lists every byte. Decoding refuses
+//! whatever it cannot prove: a decoded [`Model`] evaluates without overflow for every input.
+
+use crate::error::Error;
+use crate::model::axis::{Axis, AxisKind, Convention, InputRange, NAME_LEN, Name, Validation};
+use crate::model::polynomial::{BLOCKS, PolynomialModel};
+use crate::model::{Base, Header, Model, Output};
+use crc::{CRC_32_ISO_HDLC, Crc};
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// Bytes of a blob.
+pub const BLOB_LEN: usize = 4096;
+/// The format version that this program writes and reads.
+pub const BLOB_VERSION: u16 = 1;
+/// The first four bytes.
+pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
+/// Bytes of the message; what follows up to the checksum is zero and has room for eight effects.
+pub const MESSAGE_LEN: usize = 2256;
+/// Where the checksum stands.
+pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
+
+/// CRC-32 as in Ethernet and zip; the table takes 1 KiB of flash and makes a 4 KiB blob cheap enough for a boot.
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// The tag of a polynomial base. Tags are never reused.
+const POLYNOMIAL: u8 = 1;
+
+/// A stored integer: four bytes, little-endian, instead of postcard's variable length.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Word(#[serde(with = "postcard::fixint::le")] i32);
+
+/// What the bytes say, before any of it is believed.
+#[derive(Serialize, Deserialize)]
+struct Message {
+    magic: [u8; 4],
+    #[serde(with = "postcard::fixint::le")]
+    version: u16,
+    base: u8,
+    axes: u8,
+    sample_rate_hz: f64,
+    band_hz: f64,
+    orders: [u8; 4],
+    shifts: [u8; 2],
+    effects: u8,
+    reserved: u8,
+    axis: [AxisMessage; 2],
+    words: [[[Word; 16]; 2]; BLOCKS],
+}
+
+/// One axis, as the bytes say; all zero for the second of a one-axis model.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct AxisMessage {
+    name: [u8; NAME_LEN],
+    kind: u8,
+    convention: u8,
+    validated: u8,
+    reserved: [u8; 5],
+    inertia: f64,
+    displacement_center: f64,
+    displacement_half_range: f64,
+    velocity_center: f64,
+    velocity_half_range: f64,
+    force_per_lsb: f64,
+    error_bound: f64,
+    nmse_percent: f32,
+    relative_error: f32,
+}
+
+/// The blob of a model.
+pub fn encode(model: &Model) -> [u8; BLOB_LEN] {
+    let mut blob = [0; BLOB_LEN];
+    let message = Message::of(model);
+    // The message has a fixed length that is shorter than the blob, which a test pins.
+    let _ = postcard::to_slice(&message, &mut blob);
+    let checksum = CRC.checksum(blob.get(..CHECKSUM_OFFSET).unwrap_or_default());
+    if let Some(place) = blob.last_chunk_mut() {
+        *place = checksum.to_le_bytes();
+    }
+    blob
+}
+
+/// The model of a blob, checked in every respect.
+///
+/// # Errors
+/// [`Error`] says what was seen and what was wanted: length, magic, version and checksum first, in this order, then
+/// each field, then the sums that the stored words could drive to overflow.
+pub fn decode(blob: &[u8]) -> Result<Model, Error> {
+    let wrong_length = Error::BlobLength {
+        seen: blob.len(),
+        wanted: BLOB_LEN,
+    };
+    let blob: &[u8; BLOB_LEN] = blob.try_into().map_err(|_| wrong_length)?;
+    let (content, &checksum) = blob.split_last_chunk::<4>().ok_or(wrong_length)?;
+    let (&magic, rest) = content.split_first_chunk::<4>().ok_or(wrong_length)?;
+    if magic != BLOB_MAGIC {
+        return Err(Error::BlobMagic { seen: magic });
+    }
+    let (&version, _) = rest.split_first_chunk::<2>().ok_or(wrong_length)?;
+    let version = u16::from_le_bytes(version);
+    if version != BLOB_VERSION {
+        return Err(Error::BlobVersion {
+            seen: version,
+            wanted: BLOB_VERSION,
+        });
+    }
+    let (seen, wanted) = (u32::from_le_bytes(checksum), CRC.checksum(content));
+    if seen != wanted {
+        return Err(Error::BlobChecksum { seen, wanted });
+    }
+    // Every field has a fixed width and takes any bytes, so this cannot fail on a blob of the right length.
+    let (message, padding): (Message, _) =
+        postcard::take_from_bytes(content).map_err(|_| wrong_length)?;
+    unless_zero(MESSAGE_LEN, padding)?;
+    message.model()
+}
+
+/// Refuses the first byte that is not zero; `offset` is where `bytes` begin.
+fn unless_zero(offset: usize, bytes: &[u8]) -> Result<(), Error> {
+    match bytes.iter().enumerate().find(|&(_, &byte)| byte != 0) {
+        Some((place, &seen)) => Err(Error::BlobReserved {
+            offset: offset + place,
+            seen,
+        }),
+        None => Ok(()),
+    }
+}
+
+impl Message {
+    fn of(model: &Model) -> Self {
+        let mut axis = [AxisMessage::EMPTY; 2];
+        let known = model.header.axes.iter().zip(&model.outputs);
+        for (place, (header, output)) in axis.iter_mut().zip(known) {
+            *place = AxisMessage::of(header, output);
+        }
+        let Base::Polynomial(polynomial) = &model.base;
+        Self {
+            magic: BLOB_MAGIC,
+            version: BLOB_VERSION,
+            base: POLYNOMIAL,
+            axes: model.header.axes.len() as u8,
+            sample_rate_hz: model.header.sample_rate_hz,
+            band_hz: model.header.band_hz,
+            orders: polynomial.orders,
+            shifts: polynomial.shifts,
+            effects: 0,
+            reserved: 0,
+            axis,
+            words: polynomial
+                .blocks
+                .map(|pair| pair.map(|block| block.map(Word))),
+        }
+    }
+
+    fn model(&self) -> Result<Model, Error> {
+        unless_zero(30, &[self.effects, self.reserved])?;
+        if self.base != POLYNOMIAL {
+            return Err(Error::BlobField {
+                field: "kind of base",
+                seen: self.base,
+            });
+        }
+        let mut axes = Vec::new();
+        let mut outputs = Vec::new();
+        for (number, axis) in (0..self.axes).zip(&self.axis) {
+            // Both hold two, and so does the array that is walked.
+            let _ = axes.push(axis.axis(number)?);
+            let _ = outputs.push(axis.output());
+        }
+        Error::unless_within("number of axes", f64::from(self.axes), 1.0, 2.0)?;
+        if self.axes == 1 {
+            let [_, second] = &self.axis;
+            second.unless_empty(32 + AxisMessage::LEN)?;
+        }
+        let header = Header {
+            sample_rate_hz: self.sample_rate_hz,
+            band_hz: self.band_hz,
+            axes,
+        };
+        let polynomial = PolynomialModel {
+            orders: self.orders,
+            axes: self.axes,
+            shifts: self.shifts,
+            blocks: self
+                .words
+                .map(|pair| pair.map(|block| block.map(|word| word.0))),
+        };
+        Model::new(header, outputs, Base::Polynomial(polynomial))
+    }
+}
+
+impl AxisMessage {
+    const LEN: usize = 88;
+
+    const EMPTY: Self = Self {
+        name: [0; NAME_LEN],
+        kind: 0,
+        convention: 0,
+        validated: 0,
+        reserved: [0; 5],
+        inertia: 0.0,
+        displacement_center: 0.0,
+        displacement_half_range: 0.0,
+        velocity_center: 0.0,
+        velocity_half_range: 0.0,
+        force_per_lsb: 0.0,
+        error_bound: 0.0,
+        nmse_percent: 0.0,
+        relative_error: 0.0,
+    };
+
+    fn of(axis: &Axis, output: &Output) -> Self {
+        let validation = axis.validation.unwrap_or(Validation {
+            nmse_percent: 0.0,
+            relative_error: 0.0,
+        });
+        Self {
+            name: axis.name.bytes,
+            kind: axis.kind as u8,
+            convention: axis.convention as u8,
+            validated: u8::from(axis.validation.is_some()),
+            reserved: [0; 5],
+            inertia: axis.inertia,
+            displacement_center: axis.displacement.center,
+            displacement_half_range: axis.displacement.half_range,
+            velocity_center: axis.velocity.center,
+            velocity_half_range: axis.velocity.half_range,
+            force_per_lsb: output.force_per_lsb,
+            error_bound: output.error_bound,
+            nmse_percent: validation.nmse_percent,
+            relative_error: validation.relative_error,
+        }
+    }
+
+    fn output(&self) -> Output {
+        Output {
+            force_per_lsb: self.force_per_lsb,
+            error_bound: self.error_bound,
+        }
+    }
+
+    /// The axis with this number; what it holds is checked with the model that it becomes part of.
+    fn axis(&self, number: u8) -> Result<Axis, Error> {
+        unless_zero(32 + usize::from(number) * Self::LEN + 19, &self.reserved)?;
+        let unknown = |field, seen| Err(Error::BlobField { field, seen });
+        let validation = Validation {
+            nmse_percent: self.nmse_percent,
+            relative_error: self.relative_error,
+        };
+        let unmeasured = self.nmse_percent.to_bits() == 0 && self.relative_error.to_bits() == 0;
+        Ok(Axis {
+            name: Name::from_bytes(number, self.name)?,
+            kind: match self.kind {
+                0 => AxisKind::Translation,
+                1 => AxisKind::Rotation,
+                seen => return unknown("kind of axis", seen),
+            },
+            convention: match self.convention {
+                0 => Convention::ForceMinusInertia,
+                1 => Convention::InertiaMinusForce,
+                seen => return unknown("sign convention", seen),
+            },
+            inertia: self.inertia,
+            displacement: InputRange {
+                center: self.displacement_center,
+                half_range: self.displacement_half_range,
+            },
+            velocity: InputRange {
+                center: self.velocity_center,
+                half_range: self.velocity_half_range,
+            },
+            validation: match self.validated {
+                0 if unmeasured => None,
+                1 => Some(validation),
+                seen => return unknown("mark of a validated axis", seen),
+            },
+        })
+    }
+
+    /// Refuses a byte that is not zero; `offset` is where this axis begins.
+    fn unless_empty(&self, offset: usize) -> Result<(), Error> {
+        let mut bytes = [0; Self::LEN];
+        // An axis always fills its bytes exactly.
+        let _ = postcard::to_slice(self, &mut bytes);
+        unless_zero(offset, &bytes)
+    }
+}

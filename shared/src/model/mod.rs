@@ -1,0 +1,178 @@
+//! A restoring-force model as the device holds it: what its numbers mean in SI, and the base that turns states into force.
+//!
+//! A model maps the normalised state [x, ẋ, φ, φ̇] (two axes) or [x, ẋ] (one axis), in Q31, to one force per axis, in
+//! units of that axis's `force_per_lsb`. Everything in here is calibrated and does not move while it is evaluated.
+
+pub mod axis;
+pub mod polynomial;
+pub mod quantise;
+
+use crate::error::Error;
+use axis::{Axis, MAGNITUDE};
+use heapless::Vec;
+use polynomial::PolynomialModel;
+
+/// What a model says about itself, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Header {
+    /// The sample rate of the records it was learnt from, in Hz.
+    pub sample_rate_hz: f64,
+    /// The band to which force and residual are low-passed before they are compared, in Hz; at most half the sample rate.
+    pub band_hz: f64,
+    /// One or two axes.
+    pub axes: Vec<Axis, 2>,
+}
+
+/// What one unit of a predicted force is, and how far the integers may be from the `f64` model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output {
+    /// N or N·m per unit of the output; any positive number.
+    pub force_per_lsb: f64,
+    /// The largest difference to the `f64` model over all inputs in [−1, 1], in N or N·m: coefficients, inputs and
+    /// arithmetic together, as export stated it.
+    pub error_bound: f64,
+}
+
+/// What a model's force is computed from before effects are added to it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Base {
+    /// The paper's polynomial.
+    Polynomial(PolynomialModel),
+}
+
+/// A checked model: every evaluation is free of overflow, whatever the inputs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    pub(crate) header: Header,
+    pub(crate) outputs: Vec<Output, 2>,
+    pub(crate) base: Base,
+}
+
+impl Header {
+    /// Checks what host and device rely on.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] or [`Error::Name`] for the first thing that is not usable.
+    pub fn check(&self) -> Result<(), Error> {
+        let within = Error::unless_within;
+        within("number of axes", self.axes.len() as f64, 1.0, 2.0)?;
+        within("sample rate in Hz", self.sample_rate_hz, 1.0, 1e6)?;
+        within("band in Hz", self.band_hz, 1e-3, self.sample_rate_hz / 2.0)?;
+        for axis in &self.axes {
+            axis.check()?;
+        }
+        match &self.axes[..] {
+            [first, second] if first.name == second.name => Err(Error::Name {
+                axis: 1,
+                fault: "is the name of axis 0 as well",
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Model {
+    /// Puts a model together and checks all of it.
+    ///
+    /// # Errors
+    /// [`Error`] names the first quantity that is not usable or the sum that could overflow.
+    pub fn new(header: Header, outputs: Vec<Output, 2>, base: Base) -> Result<Self, Error> {
+        header.check()?;
+        let axes = header.axes.len() as f64;
+        Error::unless_within(
+            "number of outputs (one per axis)",
+            outputs.len() as f64,
+            axes,
+            axes,
+        )?;
+        for output in &outputs {
+            Error::unless_within(
+                "force unit",
+                output.force_per_lsb,
+                1.0 / MAGNITUDE,
+                MAGNITUDE,
+            )?;
+            Error::unless_within("error bound", output.error_bound, 0.0, MAGNITUDE)?;
+        }
+        match &base {
+            Base::Polynomial(polynomial) => {
+                polynomial.check()?;
+                Error::unless_within(
+                    "number of axes of the polynomial",
+                    polynomial.axes() as f64,
+                    axes,
+                    axes,
+                )?;
+            }
+        }
+        Ok(Self {
+            header,
+            outputs,
+            base,
+        })
+    }
+
+    /// Brings a polynomial learnt in `f64` to fixed point.
+    ///
+    /// `orders` has two entries per axis, 0 to 3 each; `coefficients` has one slice per axis of
+    /// (m+1)(n+1)(o+1)(p+1) values in N or N·m for inputs normalised to ±1, the last input's exponent running fastest.
+    /// `budgets` is the largest error bound allowed per axis, in N or N·m; `f64::INFINITY` allows any.
+    ///
+    /// # Errors
+    /// As [`PolynomialModel::quantise`] and [`Header::check`]; [`Error::Budget`] when a bound is above its budget.
+    pub fn from_polynomial(
+        header: Header,
+        orders: &[u8],
+        coefficients: &[&[f64]],
+        budgets: &[f64],
+    ) -> Result<Self, Error> {
+        header.check()?;
+        let (polynomial, outputs) = PolynomialModel::quantise(orders, coefficients)?;
+        let limits = outputs.iter().zip(budgets);
+        for (axis, ((output, &budget), values)) in limits.zip(coefficients).enumerate() {
+            if output.error_bound > budget {
+                let (exponents, coefficient) = quantise::largest(polynomial.orders(), values);
+                return Err(Error::Budget {
+                    axis: axis as u8,
+                    exponents,
+                    coefficient,
+                    bound: output.error_bound,
+                    budget,
+                });
+            }
+        }
+        Self::new(header, outputs, Base::Polynomial(polynomial))
+    }
+
+    /// What the model says about itself.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// One entry per axis: force unit and error bound.
+    pub fn outputs(&self) -> &[Output] {
+        &self.outputs
+    }
+
+    /// What the force is computed from.
+    pub fn base(&self) -> &Base {
+        &self.base
+    }
+
+    /// Axes: 1 or 2.
+    pub fn axes(&self) -> usize {
+        self.header.axes.len()
+    }
+
+    /// The force on each axis, in units of its [`Output::force_per_lsb`], for the normalised inputs [x, ẋ, φ, φ̇] in Q31.
+    ///
+    /// Of a one-axis model the last two inputs are not read and the second output is 0. Integers only, no division,
+    /// no branch on an input, nothing overflows.
+    #[inline]
+    pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
+        match &self.base {
+            Base::Polynomial(polynomial) => polynomial.evaluate(u),
+        }
+    }
+}

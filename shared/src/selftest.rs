@@ -1,0 +1,186 @@
+//! Test vectors that every machine draws alike, and one number that tells whether it computed the same forces from them.
+//!
+//! Host and device draw the same inputs, evaluate the same model and fold every output bit into a digest. Equal
+//! digests mean equal bits. Integers only, so that the check itself cannot depend on the machine.
+
+use crate::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
+use crate::model::polynomial::{BLOCKS, Block, PolynomialModel};
+use crate::model::{Base, Header, Model, Output};
+use heapless::Vec;
+
+/// The corner-and-centre values of one input: −1, 0 and the Q31 number next to 1.
+const CORNERS: [i32; 3] = [i32::MIN, 0, i32::MAX];
+
+/// Corner-and-centre points of four inputs: 3⁴.
+pub const CORNER_POINTS: u32 = 81;
+
+/// Marsaglia's xorshift64 (J. Stat. Softw. 8(14), 2003; shifts 13, 7, 17): period 2⁶⁴ − 1, the high half is used.
+#[derive(Clone, Debug)]
+pub struct Points {
+    state: u64,
+}
+
+impl Points {
+    /// The points of a seed. The seed 0, which xorshift cannot leave, stands for another fixed one.
+    pub const fn new(seed: u64) -> Self {
+        let state = if seed == 0 {
+            0x9e37_79b9_7f4a_7c15
+        } else {
+            seed
+        };
+        Self { state }
+    }
+
+    /// The next 32 bits.
+    #[inline]
+    pub const fn next_word(&mut self) -> i32 {
+        self.state ^= self.state << 13;
+        self.state ^= self.state >> 7;
+        self.state ^= self.state << 17;
+        (self.state >> 32) as i32
+    }
+
+    /// The next four inputs in Q31, each uniform over its whole range.
+    #[inline]
+    pub const fn next_point(&mut self) -> [i32; 4] {
+        [
+            self.next_word(),
+            self.next_word(),
+            self.next_word(),
+            self.next_word(),
+        ]
+    }
+}
+
+/// The corner or centre number `n` (0 to 80) of {−1, 0, 1}⁴, the last input running fastest.
+pub fn corner(n: u32) -> [i32; 4] {
+    [n / 27, n / 9, n / 3, n].map(|digits| match digits % 3 {
+        0 => CORNERS[0],
+        1 => CORNERS[1],
+        _ => CORNERS[2],
+    })
+}
+
+/// Folds words into 64 bits: FNV-1a (Fowler, Noll, Vo; offset 0xcbf29ce484222325, prime 0x100000001b3), a word at a time.
+#[derive(Clone, Debug)]
+pub struct Digest {
+    state: u64,
+}
+
+impl Digest {
+    /// The digest of nothing.
+    pub const fn new() -> Self {
+        Self {
+            state: 0xcbf2_9ce4_8422_2325,
+        }
+    }
+
+    /// Takes in one word.
+    #[inline]
+    pub const fn add(&mut self, word: i32) {
+        self.state = (self.state ^ word as u32 as u64).wrapping_mul(0x0000_0100_0000_01b3);
+    }
+
+    /// The digest so far.
+    pub const fn value(&self) -> u64 {
+        self.state
+    }
+}
+
+impl Default for Digest {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The digest of a model's outputs over the 81 corner-and-centre points and then `n` random points of `seed`.
+///
+/// Host and device call this with the same model, seed and `n` and compare the result.
+pub fn digest(model: &Model, seed: u64, n: u32) -> u64 {
+    let mut digest = Digest::new();
+    let mut add = |u: &[i32; 4]| {
+        for force in model.evaluate(u) {
+            digest.add(force);
+        }
+    };
+    for number in 0..CORNER_POINTS {
+        add(&corner(number));
+    }
+    let mut points = Points::new(seed);
+    for _ in 0..n {
+        add(&points.next_point());
+    }
+    digest.value()
+}
+
+/// A dense two-axis model of all 512 terms, made from a fixed seed by integers alone; it lies in flash.
+pub fn reference_model() -> &'static Model {
+    &REFERENCE
+}
+
+static REFERENCE: Model = Model {
+    header: Header {
+        sample_rate_hz: 2000.0,
+        band_hz: 120.0,
+        axes: Vec::from_array([
+            reference_axis(*b"x\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0", AxisKind::Translation),
+            reference_axis(*b"phi\0\0\0\0\0\0\0\0\0\0\0\0\0", AxisKind::Rotation),
+        ]),
+    },
+    outputs: Vec::from_array([
+        Output {
+            force_per_lsb: 1.0,
+            error_bound: REFERENCE_BOUND,
+        },
+        Output {
+            force_per_lsb: 1.0,
+            error_bound: REFERENCE_BOUND,
+        },
+    ]),
+    base: Base::Polynomial(PolynomialModel {
+        orders: [3; 4],
+        axes: 2,
+        shifts: [1, 2],
+        blocks: reference_blocks(),
+    }),
+};
+
+/// The bound of the reference model's error, in its force units; a test compares it with the computed one.
+const REFERENCE_BOUND: f64 = 70.0;
+
+const fn reference_axis(bytes: [u8; 16], kind: AxisKind) -> Axis {
+    let range = InputRange {
+        center: 0.0,
+        half_range: 1.0,
+    };
+    Axis {
+        name: Name { bytes },
+        kind,
+        convention: Convention::ForceMinusInertia,
+        inertia: 1.0,
+        displacement: range,
+        velocity: range,
+        validation: None,
+    }
+}
+
+/// Words of both signs, of up to 2²⁶ on the first axis and 2²⁷ on the second, in blocks of very different size.
+const fn reference_blocks() -> [[Block; 2]; BLOCKS] {
+    let mut points = Points::new(1);
+    let mut blocks = [[[0; 16]; 2]; BLOCKS];
+    let mut block = 0;
+    while block < BLOCKS {
+        let mut axis = 0;
+        while axis < 2 {
+            let mut word = 0;
+            while word < 16 {
+                // Every fifth block is full size, the others smaller by 1 to 4 places.
+                blocks[block][axis][word] = points.next_word() >> (6 - axis + block % 5);
+                word += 1;
+            }
+            axis += 1;
+        }
+        block += 1;
+    }
+    blocks
+}
