@@ -19,7 +19,7 @@ pub const BLOB_VERSION: u16 = 1;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
 /// Bytes of the message; what follows up to the checksum is zero and has room for eight effects.
-pub const MESSAGE_LEN: usize = 2256;
+pub const MESSAGE_LEN: usize = 2264;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
 
@@ -43,6 +43,7 @@ struct Message {
     axes: u8,
     sample_rate_hz: f64,
     band_hz: f64,
+    state_band_hz: f64,
     orders: [u8; 4],
     shifts: [u8; 2],
     effects: u8,
@@ -144,6 +145,7 @@ impl Message {
             axes: model.header.axes.len() as u8,
             sample_rate_hz: model.header.sample_rate_hz,
             band_hz: model.header.band_hz,
+            state_band_hz: model.header.state_band_hz,
             orders: polynomial.orders,
             shifts: polynomial.shifts,
             effects: 0,
@@ -156,7 +158,7 @@ impl Message {
     }
 
     fn model(&self) -> Result<Model, Error> {
-        unless_zero(30, &[self.effects, self.reserved])?;
+        unless_zero(38, &[self.effects, self.reserved])?;
         if self.base != POLYNOMIAL {
             return Err(Error::BlobField {
                 field: "kind of base",
@@ -173,11 +175,12 @@ impl Message {
         Error::unless_within("number of axes", f64::from(self.axes), 1.0, 2.0)?;
         if self.axes == 1 {
             let [_, second] = &self.axis;
-            second.unless_empty(32 + AxisMessage::LEN)?;
+            second.unless_empty(40 + AxisMessage::LEN)?;
         }
         let header = Header {
             sample_rate_hz: self.sample_rate_hz,
             band_hz: self.band_hz,
+            state_band_hz: self.state_band_hz,
             axes,
         };
         let polynomial = PolynomialModel {

@@ -7,7 +7,10 @@
 
 pub mod blob;
 pub mod error;
+pub mod filter;
 pub mod fixed;
 pub mod model;
+pub mod pipeline;
 pub mod rig;
+pub mod scale;
 pub mod selftest;

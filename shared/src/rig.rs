@@ -58,32 +58,112 @@ pub struct Rig {
     pub band: Taps,
 }
 
+/// How a filter's taps lie about its middle.
+#[derive(Clone, Copy, PartialEq)]
+enum Shape {
+    Antisymmetric,
+    Symmetric,
+    SymmetricSumZero,
+}
+
+impl Taps {
+    fn check(&self, shape: Shape, wrong: [&'static str; 2]) -> Result<(), Error> {
+        let [wrong_length, wrong_shape] = wrong;
+        let length = self.taps.len();
+        if length % 2 == 0 {
+            return Err(Error::OutOfRange {
+                quantity: wrong_length,
+                seen: length as f64,
+                least: 1.0,
+                most: MAX_TAPS as f64,
+            });
+        }
+        let sign = if shape == Shape::Antisymmetric { -1 } else { 1 };
+        let pairs = self.taps.iter().zip(self.taps.iter().rev());
+        let skewed = pairs
+            .map(|(&a, &b)| (i64::from(a) - sign * i64::from(b)).unsigned_abs())
+            .max()
+            .unwrap_or(0);
+        Error::unless_within(wrong_shape, skewed as f64, 0.0, 0.0)?;
+        let sum: i64 = self.taps.iter().map(|&tap| i64::from(tap)).sum();
+        if shape == Shape::SymmetricSumZero {
+            Error::unless_within(wrong_shape, sum as f64, 0.0, 0.0)?;
+        }
+        // A sum over taps times 32-bit values must stay under 2⁶³.
+        let sizes: u64 = self
+            .taps
+            .iter()
+            .map(|tap| u64::from(tap.unsigned_abs()))
+            .sum();
+        Error::unless_within(
+            "sum of the sizes of a filter's taps",
+            sizes as f64,
+            1.0,
+            u32::MAX as f64,
+        )
+    }
+}
+
 impl Rig {
     /// Checks what the arithmetic of the chain relies on.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] names the first quantity that is not usable.
     pub fn check(&self) -> Result<(), Error> {
-        let odd = |what: &'static str, taps: &Taps| {
-            if taps.taps.len() % 2 == 1 {
-                Ok(())
-            } else {
-                Err(Error::OutOfRange {
-                    quantity: what,
-                    seen: taps.taps.len() as f64,
-                    least: 1.0,
-                    most: MAX_TAPS as f64,
-                })
-            }
-        };
-        odd(
-            "taps of the velocity filter (an odd number)",
-            &self.velocity,
+        let within = Error::unless_within;
+        within("sample rate in Hz", self.sample_rate_hz, 1.0, 1e6)?;
+        self.velocity.check(
+            Shape::Antisymmetric,
+            [
+                "taps of the velocity filter (an odd number)",
+                "asymmetry of the velocity filter",
+            ],
         )?;
-        odd(
-            "taps of the acceleration filter (an odd number)",
-            &self.acceleration,
+        self.acceleration.check(
+            Shape::SymmetricSumZero,
+            [
+                "taps of the acceleration filter (an odd number)",
+                "asymmetry or sum of the acceleration filter",
+            ],
         )?;
-        odd("taps of the band filter (an odd number)", &self.band)
+        self.band.check(
+            Shape::Symmetric,
+            [
+                "taps of the band filter (an odd number)",
+                "asymmetry of the band filter",
+            ],
+        )?;
+        within(
+            "shift of the band filter",
+            f64::from(self.band.shift),
+            1.0,
+            62.0,
+        )?;
+        let (velocity, acceleration) = (
+            self.velocity.taps.len() as f64,
+            self.acceleration.taps.len() as f64,
+        );
+        within(
+            "taps of the acceleration filter, against the velocity filter",
+            acceleration,
+            velocity,
+            velocity,
+        )?;
+        within("axes of the rig", self.axes.len() as f64, 1.0, 2.0)?;
+        for axis in &self.axes {
+            within(
+                "displacement step",
+                axis.displacement_step,
+                f64::MIN_POSITIVE,
+                1e60,
+            )?;
+            within("force per count", axis.force_step, f64::MIN_POSITIVE, 1e60)?;
+            within("body step", axis.body_step, 0.0, 1e60)?;
+            within("acceleration step", axis.acceleration_step, 0.0, 1e60)?;
+            within("inertia", axis.inertia, 0.0, 1e60)?;
+            within("ground stiffness", axis.ground_stiffness, 0.0, 1e60)?;
+            within("ground damping", axis.ground_damping, 0.0, 1e60)?;
+        }
+        Ok(())
     }
 }

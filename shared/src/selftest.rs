@@ -122,6 +122,7 @@ static REFERENCE: Model = Model {
     header: Header {
         sample_rate_hz: 2000.0,
         band_hz: 120.0,
+        state_band_hz: 400.0,
         axes: Vec::from_array([
             reference_axis(*b"x\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0", AxisKind::Translation),
             reference_axis(*b"phi\0\0\0\0\0\0\0\0\0\0\0\0\0", AxisKind::Rotation),

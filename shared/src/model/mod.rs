@@ -19,6 +19,8 @@ pub struct Header {
     pub sample_rate_hz: f64,
     /// The band to which force and residual are low-passed before they are compared, in Hz; at most half the sample rate.
     pub band_hz: f64,
+    /// The pass band of the derivatives that gave the states, in Hz; at most half the sample rate.
+    pub state_band_hz: f64,
     /// One or two axes.
     pub axes: Vec<Axis, 2>,
 }
@@ -59,6 +61,12 @@ impl Header {
         within("number of axes", self.axes.len() as f64, 1.0, 2.0)?;
         within("sample rate in Hz", self.sample_rate_hz, 1.0, 1e6)?;
         within("band in Hz", self.band_hz, 1e-3, self.sample_rate_hz / 2.0)?;
+        within(
+            "band of the states in Hz",
+            self.state_band_hz,
+            1e-3,
+            self.sample_rate_hz / 2.0,
+        )?;
         for axis in &self.axes {
             axis.check()?;
         }

@@ -1,0 +1,408 @@
+//! The on-board chain: raw counts in; states, measured force, predicted force and residual out, in integers.
+//!
+//! ```text
+//! displacement counts ─┬─ delay D ──────── scale ─ u (position)  ┐
+//!                      └─ slope FIR ────── scale ─ u (velocity)  ┴─ model ─ predicted ┐
+//! acceleration, force ──── delay D ─────── scale ─ measured force ────────────────────┴─ residual ─ low-pass FIR
+//! ```
+//!
+//! The derivative filters are linear-phase with an odd number N of taps, so what they give belongs to the sample
+//! D = (N − 1)/2 ago. Everything else is delayed by the same D: state, force and residual of one [`Output`] belong to
+//! one instant. The low-pass over the residual adds its own (M − 1)/2 samples.
+//!
+//! Setting up ([`Chain::new`]) turns SI values into integers once, in `f64`; [`Chain::step`] uses integers only, does
+//! not panic and takes the same path whatever the data.
+
+use crate::error::Error;
+use crate::filter::{History, curvature, low_pass, shift_round, slope};
+use crate::fixed::round_to_i64;
+use crate::model::Model;
+use crate::model::axis::Axis;
+use crate::rig::{Rig, RigAxis, Taps};
+use crate::scale::{Scale, factor};
+
+/// What the sensors of one axis gave at one instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RawAxis {
+    /// Encoder counters: far side and near side; the second is 0 on a rig that measures the difference itself.
+    pub displacement: [i32; 2],
+    /// Encoder counter of the body that carries the inertia, where the rig has one; may be the near side's.
+    pub body: i32,
+    /// Accelerometer code, where the rig has one.
+    pub acceleration: i32,
+    /// Force or torque code.
+    pub force: i32,
+}
+
+/// One instant, both axes; a one-axis rig leaves the second at its default.
+pub type RawSample = [RawAxis; 2];
+
+/// What the chain says about the instant D samples ago.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Output {
+    /// Normalised states [x, ẋ, φ, φ̇] in Q31, held at the edge of the training range.
+    pub state: [i32; 4],
+    /// Bit i is set when state i was outside the training range.
+    pub outside: u8,
+    /// Restoring force from the equation of motion, in the model's force unit per axis.
+    pub measured: [i32; 2],
+    /// Restoring force from the model, in the same unit.
+    pub predicted: [i32; 2],
+    /// Measured minus predicted, saturated.
+    pub residual: [i32; 2],
+    /// The residual in the common band, (M − 1)/2 samples older still; `None` until the low-pass is full.
+    pub residual_band: Option<[i32; 2]>,
+    /// Bit a is set when a force of axis a ran into a rail of its 32 bits.
+    pub saturated: u8,
+}
+
+/// Where a channel's acceleration comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Acceleration {
+    /// The force channel already is the restoring force.
+    None,
+    /// An accelerometer.
+    Logged,
+    /// The second derivative of the body's counter.
+    FromBody,
+    /// The second derivative of the relative displacement.
+    FromDisplacement,
+}
+
+/// One axis in machine numbers.
+#[derive(Clone, Debug, PartialEq)]
+struct AxisChain {
+    difference: bool,
+    position: Scale,
+    velocity: Scale,
+    /// Binary exponent between the slope filter's sum and `velocity`'s input.
+    velocity_shift: i8,
+    acceleration: Acceleration,
+    /// Binary exponent between the curvature filter's sum and `inertia`'s input.
+    curvature_shift: i8,
+    /// Binary exponent between the body's slope sum and `damping`'s input.
+    body_velocity_shift: i8,
+    /// Multipliers of acceleration, force, body position and body velocity, all over `2^force_shift`.
+    inertia: i32,
+    force: i32,
+    stiffness: i32,
+    damping: i32,
+    force_shift: i8,
+}
+
+/// The chain for one rig and one model: what is calibrated, apart from what moves ([`ChainState`]).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chain {
+    axes: heapless::Vec<AxisChain, 2>,
+    velocity: Taps,
+    acceleration: Taps,
+    band: Taps,
+}
+
+/// What moves: the last samples of every channel.
+#[derive(Clone, Debug, Default)]
+pub struct ChainState {
+    axes: [AxisState; 2],
+    samples: usize,
+}
+
+#[derive(Clone, Debug, Default)]
+struct AxisState {
+    displacement: History,
+    body: History,
+    acceleration: History,
+    force: History,
+    residual: History,
+}
+
+/// Bits by which an intermediate derivative is coarser than the force unit; gives it a range of 2³⁵ force units.
+const DERIVATIVE_HEADROOM: f64 = 16.0;
+
+/// Range of the slope before scaling: one training half-range is 2²⁸ to 2²⁹, so a state may be four times outside the
+/// training range before its own number saturates.
+const VELOCITY_RANGE: f64 = (1_u64 << 29) as f64;
+
+/// Binary exponent `s` with `value·2^−s` just under `wanted`, and the value after it.
+fn shift_to(quantity: &'static str, value: f64, wanted: f64) -> Result<(i8, f64), Error> {
+    if !(value.is_finite() && value > 0.0) {
+        return Err(Error::OutOfRange {
+            quantity,
+            seen: value,
+            least: f64::MIN_POSITIVE,
+            most: f64::MAX,
+        });
+    }
+    let (mut shift, mut scaled) = (0_i8, value);
+    while scaled > wanted && shift < 62 {
+        scaled /= 2.0;
+        shift += 1;
+    }
+    if shift == 0 || scaled > wanted {
+        // A filter whose sums are this small has too few bits, one whose sums are this large would overflow.
+        return Err(Error::OutOfRange {
+            quantity,
+            seen: value,
+            least: wanted,
+            most: wanted * (1_u64 << 62) as f64,
+        });
+    }
+    Ok((shift, scaled))
+}
+
+/// `2^shift` as a real number.
+fn power_of_two(shift: i8) -> f64 {
+    let step = if shift < 0 { 0.5 } else { 2.0 };
+    (0..shift.unsigned_abs()).fold(1.0, |power, _| power * step)
+}
+
+impl AxisChain {
+    fn new(axis: &RigAxis, learnt: &Axis, force_per_lsb: f64, rig: &Rig) -> Result<Self, Error> {
+        let (x, v) = (&learnt.displacement, &learnt.velocity);
+        let full_scale = (1_u64 << 31) as f64;
+        let position = Scale::new(
+            "displacement counts per training range",
+            full_scale * axis.displacement_step / x.half_range,
+            x.center / axis.displacement_step,
+        )?;
+
+        // One unit of the slope filter's sum is this many m/s.
+        let slope_unit = axis.displacement_step / power_of_two(rig.velocity.shift);
+        let (velocity_shift, half_range) = shift_to(
+            "velocity resolution against its training range",
+            v.half_range / slope_unit,
+            VELOCITY_RANGE,
+        )?;
+        let velocity = Scale::new(
+            "velocity scale",
+            full_scale / half_range,
+            half_range * (v.center / v.half_range),
+        )?;
+
+        let sign = if axis.inertia_minus_force { -1.0 } else { 1.0 };
+        let acceleration = if axis.inertia == 0.0 {
+            Acceleration::None
+        } else if axis.acceleration_step > 0.0 {
+            Acceleration::Logged
+        } else if axis.body_step > 0.0 {
+            Acceleration::FromBody
+        } else {
+            Acceleration::FromDisplacement
+        };
+        let body_step = if axis.body_step > 0.0 {
+            axis.body_step
+        } else {
+            axis.displacement_step
+        };
+        let mut gains = [0.0; 4];
+        let mut curvature_shift = 1;
+        match acceleration {
+            Acceleration::None => {}
+            Acceleration::Logged => {
+                gains[0] = -sign * axis.inertia * axis.acceleration_step / force_per_lsb
+            }
+            Acceleration::FromBody | Acceleration::FromDisplacement => {
+                let step = if acceleration == Acceleration::FromBody {
+                    body_step
+                } else {
+                    axis.displacement_step
+                };
+                let unit =
+                    axis.inertia * step / power_of_two(rig.acceleration.shift) / force_per_lsb;
+                let (shift, scaled) = shift_to(
+                    "inertia force per unit of curvature",
+                    DERIVATIVE_HEADROOM / unit,
+                    1.0,
+                )?;
+                curvature_shift = shift;
+                gains[0] = -sign * DERIVATIVE_HEADROOM / scaled;
+            }
+        }
+        gains[1] = sign * axis.force_step / force_per_lsb;
+        gains[2] = -sign * axis.ground_stiffness * body_step / force_per_lsb;
+        let mut body_velocity_shift = 1;
+        if axis.ground_damping > 0.0 {
+            let unit =
+                axis.ground_damping * body_step / power_of_two(rig.velocity.shift) / force_per_lsb;
+            let (shift, scaled) = shift_to(
+                "ground damping per unit of slope",
+                DERIVATIVE_HEADROOM / unit,
+                1.0,
+            )?;
+            body_velocity_shift = shift;
+            gains[3] = -sign * DERIVATIVE_HEADROOM / scaled;
+        }
+        // One common shift, set by the largest gain, so that the four products add up before the one rounding.
+        let largest = gains
+            .iter()
+            .fold(0.0_f64, |most, gain| most.max(gain.abs()));
+        let (_, force_shift) = factor("force per count", largest)?;
+        let machine = gains.map(|gain| round_to_i64(gain * power_of_two(force_shift)) as i32);
+        Ok(Self {
+            difference: axis.displacement_difference,
+            position,
+            velocity,
+            velocity_shift,
+            acceleration,
+            curvature_shift,
+            body_velocity_shift,
+            inertia: machine[0],
+            force: machine[1],
+            stiffness: machine[2],
+            damping: machine[3],
+            force_shift,
+        })
+    }
+
+    /// Position and velocity in Q31, and whether each was outside the training range.
+    fn state(&self, state: &AxisState, delay: usize, velocity: &Taps) -> [(i32, bool); 2] {
+        let slope = shift_round(slope(velocity, &state.displacement), self.velocity_shift);
+        [
+            self.position.apply(state.displacement.delayed(delay)),
+            self.velocity.apply(slope),
+        ]
+    }
+
+    /// The restoring force from the equation of motion, in force units, before saturation.
+    fn measured(
+        &self,
+        state: &AxisState,
+        delay: usize,
+        velocity: &Taps,
+        acceleration: &Taps,
+    ) -> i64 {
+        let a = match self.acceleration {
+            Acceleration::None => 0,
+            Acceleration::Logged => state.acceleration.delayed(delay),
+            Acceleration::FromBody => {
+                shift_round(curvature(acceleration, &state.body), self.curvature_shift)
+            }
+            Acceleration::FromDisplacement => shift_round(
+                curvature(acceleration, &state.displacement),
+                self.curvature_shift,
+            ),
+        };
+        let damper = if self.damping == 0 {
+            0
+        } else {
+            shift_round(slope(velocity, &state.body), self.body_velocity_shift)
+        };
+        // Four products of 31 and 29 bits: under 2⁶².
+        self.inertia as i64 * a as i64
+            + self.force as i64 * state.force.delayed(delay) as i64
+            + self.stiffness as i64 * state.body.delayed(delay) as i64
+            + self.damping as i64 * damper as i64
+    }
+}
+
+impl Chain {
+    /// Builds the chain from SI values.
+    ///
+    /// # Errors
+    /// [`Error`] names the quantity that the integers cannot hold, or the part of the rig that does not fit the model.
+    pub fn new(model: &Model, rig: &Rig) -> Result<Self, Error> {
+        rig.check()?;
+        if rig.axes.len() != model.axes() {
+            return Err(Error::OutOfRange {
+                quantity: "axes of the rig",
+                seen: rig.axes.len() as f64,
+                least: model.axes() as f64,
+                most: model.axes() as f64,
+            });
+        }
+        let mut axes = heapless::Vec::new();
+        for (axis, (learnt, output)) in rig
+            .axes
+            .iter()
+            .zip(model.header().axes.iter().zip(model.outputs()))
+        {
+            // Two axes at most, as the rig's own list.
+            let _ = axes.push(AxisChain::new(axis, learnt, output.force_per_lsb, rig)?);
+        }
+        Ok(Self {
+            axes,
+            velocity: rig.velocity.clone(),
+            acceleration: rig.acceleration.clone(),
+            band: rig.band.clone(),
+        })
+    }
+
+    /// D: by how many samples an [`Output`] lags behind the newest sample.
+    pub fn delay(&self) -> usize {
+        self.velocity.taps.len() / 2
+    }
+
+    /// By how many samples the residual in the common band lags behind the newest sample.
+    pub fn band_delay(&self) -> usize {
+        self.delay() + self.band.taps.len() / 2
+    }
+
+    /// The taps of the low-pass over the residual.
+    pub fn band(&self) -> &Taps {
+        &self.band
+    }
+
+    /// Takes one sample in; gives an output as soon as the filters are full.
+    pub fn step(&self, state: &mut ChainState, model: &Model, raw: &RawSample) -> Option<Output> {
+        for ((axis, moving), raw) in self.axes.iter().zip(&mut state.axes).zip(raw) {
+            let [first, second] = raw.displacement;
+            moving.displacement.push(if axis.difference {
+                first.wrapping_sub(second)
+            } else {
+                first
+            });
+            moving.body.push(raw.body);
+            moving.acceleration.push(raw.acceleration);
+            moving.force.push(raw.force);
+        }
+        state.samples = state.samples.saturating_add(1);
+        if state.samples < self.velocity.taps.len() {
+            return None;
+        }
+
+        let delay = self.delay();
+        let mut output = Output::default();
+        for (index, (axis, moving)) in self.axes.iter().zip(&state.axes).enumerate() {
+            let states = axis.state(moving, delay, &self.velocity);
+            for (offset, (value, outside)) in states.into_iter().enumerate() {
+                let input = 2 * index + offset;
+                if let Some(slot) = output.state.get_mut(input) {
+                    *slot = value;
+                }
+                output.outside |= u8::from(outside) << (input & 7);
+            }
+            let measured = axis.measured(moving, delay, &self.velocity, &self.acceleration);
+            let measured = shift_round(measured, axis.force_shift);
+            output.saturated |= at_rail(measured) << (index & 7);
+            if let Some(slot) = output.measured.get_mut(index) {
+                *slot = measured;
+            }
+        }
+        output.predicted = model.evaluate(&output.state);
+
+        let band_full = state.samples >= self.velocity.taps.len() + self.band.taps.len() - 1;
+        let mut in_band = [0; 2];
+        let residuals = output
+            .residual
+            .iter_mut()
+            .zip(output.measured.iter().zip(&output.predicted));
+        for (index, ((residual, (measured, predicted)), (moving, slot))) in residuals
+            .zip(state.axes.iter_mut().zip(&mut in_band))
+            .enumerate()
+            .take(self.axes.len())
+        {
+            *residual = measured.saturating_sub(*predicted);
+            output.saturated |= at_rail(*residual) << (index & 7);
+            moving.residual.push(*residual);
+            if band_full {
+                *slot = low_pass(&self.band, &moving.residual);
+            }
+        }
+        output.residual_band = band_full.then_some(in_band);
+        Some(output)
+    }
+}
+
+/// 1 when the value stands at one of its rails.
+fn at_rail(value: i32) -> u8 {
+    u8::from(value == i32::MAX || value == i32::MIN)
+}

@@ -1,0 +1,328 @@
+//! The on-board chain against the same chain written down in `f64`, and against inputs no sensor should give.
+
+use heapless::Vec as Bounded;
+use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
+use jointwatch_shared::model::{Header, Model};
+use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawSample};
+use jointwatch_shared::rig::{Rig, RigAxis, Taps};
+use jointwatch_shared::selftest::Points;
+
+const RATE: f64 = 2000.0;
+const SEED: u64 = 20_071;
+
+/// Antisymmetric or symmetric taps from their first half and middle, scaled to whole numbers.
+fn taps(half: &[f64], middle: f64, mirrored: f64, shift: i8) -> Taps {
+    let scale = 2_f64.powi(shift.into());
+    let first: Vec<i32> = half.iter().map(|t| (t * scale).round() as i32).collect();
+    let last = first.iter().rev().map(|t| (*t as f64 * mirrored) as i32);
+    let all: Vec<i32> = first
+        .iter()
+        .copied()
+        .chain([(middle * scale).round() as i32])
+        .chain(last)
+        .collect();
+    Taps {
+        taps: Bounded::from_slice(&all).unwrap(),
+        shift,
+    }
+}
+
+fn rig(acceleration_step: f64, body_step: f64, ground: [f64; 2], convention: bool) -> Rig {
+    // Five-point derivatives; the newest sample comes first.
+    let velocity = taps(&[-RATE / 12.0, 8.0 * RATE / 12.0], 0.0, -1.0, 18);
+    let second = [-RATE * RATE / 12.0, 16.0 * RATE * RATE / 12.0];
+    let acceleration = taps(&second, -2.0 * (second[0] + second[1]), 1.0, 6);
+    let band = taps(&[0.1, 0.2], 0.4, 1.0, 28);
+    let axis = |step: f64, force_step: f64, inertia: f64| RigAxis {
+        displacement_step: step,
+        displacement_difference: true,
+        body_step,
+        acceleration_step,
+        force_step,
+        inertia,
+        inertia_minus_force: convention,
+        ground_stiffness: ground[0],
+        ground_damping: ground[1],
+    };
+    let mut axes = Bounded::new();
+    axes.push(axis(2e-6, 3e-5, 1.7)).unwrap();
+    axes.push(axis(2.4e-5, 1e-7, 0.003)).unwrap();
+    Rig {
+        sample_rate_hz: RATE,
+        axes,
+        velocity,
+        acceleration,
+        band,
+    }
+}
+
+fn model() -> Model {
+    let axis = |at: u8, name: &str, x: f64, v: f64| Axis {
+        name: Name::new(at, name).unwrap(),
+        kind: AxisKind::Translation,
+        convention: Convention::InertiaMinusForce,
+        inertia: 1.7,
+        displacement: InputRange {
+            center: 0.07 * x,
+            half_range: x,
+        },
+        velocity: InputRange {
+            center: -0.02 * v,
+            half_range: v,
+        },
+        validation: None,
+    };
+    let mut axes = Bounded::new();
+    axes.push(axis(0, "x", 1e-3, 0.2)).unwrap();
+    axes.push(axis(1, "phi", 2e-2, 3.0)).unwrap();
+    let header = Header {
+        sample_rate_hz: RATE,
+        band_hz: 120.0,
+        state_band_hz: 400.0,
+        axes,
+    };
+    let mut points = Points::new(SEED);
+    let mut coefficients = || -> Vec<f64> {
+        (0..256)
+            .map(|_| f64::from(points.next_word()) / 2e9)
+            .collect()
+    };
+    let (first, second) = (coefficients(), coefficients());
+    Model::from_polynomial(header, &[3; 4], &[&first, &second], &[f64::INFINITY; 2]).unwrap()
+}
+
+/// A smooth motion in counts: sums of sines, the second axis slower.
+fn motion(rows: usize, offset: i32) -> Vec<RawSample> {
+    (0..rows)
+        .map(|n| {
+            let t = n as f64 / RATE;
+            let wave = |a: f64, f: f64, p: f64| {
+                (a * (f * t * std::f64::consts::TAU + p).sin()).round() as i32
+            };
+            let mut sample = RawSample::default();
+            for (axis, raw) in sample.iter_mut().enumerate() {
+                let slow = 1.0 / (1.0 + axis as f64);
+                let near = wave(900.0, 3.0 * slow, 0.3);
+                let relative = wave(380.0, 27.0 * slow, 0.1) + wave(120.0, 61.0 * slow, 1.0);
+                raw.displacement = [
+                    near.wrapping_add(relative).wrapping_add(offset),
+                    near.wrapping_add(offset),
+                ];
+                raw.body = near;
+                raw.acceleration = wave(4e5, 27.0 * slow, 0.4);
+                raw.force = wave(2e6, 41.0 * slow, 0.9);
+            }
+            sample
+        })
+        .collect()
+}
+
+fn run(chain: &Chain, model: &Model, samples: &[RawSample]) -> Vec<Output> {
+    let mut state = ChainState::default();
+    samples
+        .iter()
+        .filter_map(|raw| chain.step(&mut state, model, raw))
+        .collect()
+}
+
+/// The same in f64: states and measured force at row `n`.
+fn reference(
+    samples: &[RawSample],
+    n: usize,
+    axis: usize,
+    rig: &Rig,
+    model: &Model,
+) -> ([f64; 2], f64) {
+    let real = |taps: &Taps| -> Vec<f64> {
+        taps.taps
+            .iter()
+            .map(|&t| f64::from(t) / 2_f64.powi(taps.shift.into()))
+            .collect()
+    };
+    // Convolution around row n: taps[i] belongs to sample n + half − i.
+    let convolve = |taps: &[f64], value: &dyn Fn(usize) -> f64| -> f64 {
+        let half = taps.len() / 2;
+        taps.iter()
+            .enumerate()
+            .map(|(i, tap)| tap * value(n + half - i))
+            .sum()
+    };
+    let a = &rig.axes[axis];
+    let relative = |n: usize| {
+        let [first, second] = samples[n][axis].displacement;
+        f64::from(first.wrapping_sub(second)) * a.displacement_step
+    };
+    let body = |n: usize| {
+        if a.body_step > 0.0 {
+            f64::from(samples[n][axis].body) * a.body_step
+        } else {
+            relative(n)
+        }
+    };
+    let velocity = convolve(&real(&rig.velocity), &relative);
+    let acceleration = if a.acceleration_step > 0.0 {
+        f64::from(samples[n][axis].acceleration) * a.acceleration_step
+    } else {
+        convolve(&real(&rig.acceleration), &body)
+    };
+    let ground =
+        a.ground_stiffness * body(n) + a.ground_damping * convolve(&real(&rig.velocity), &body);
+    let force =
+        f64::from(samples[n][axis].force) * a.force_step - a.inertia * acceleration - ground;
+    let learnt = &model.header().axes[axis];
+    let states = [
+        learnt.displacement.normalise(relative(n)),
+        learnt.velocity.normalise(velocity),
+    ];
+    (states, if a.inertia_minus_force { -force } else { force })
+}
+
+#[test]
+fn the_chain_is_its_formula_to_a_few_units() {
+    println!("seed {SEED}");
+    let model = model();
+    let rigs = [
+        rig(4e-5, 0.0, [0.0; 2], true),
+        rig(4e-5, 2e-6, [350.0, 1.2], false),
+        rig(0.0, 2e-6, [0.0, 0.7], true),
+        // Without a body encoder the relative displacement stands in for the body, as on a joint held to ground.
+        rig(0.0, 0.0, [0.0; 2], false),
+    ];
+    for (number, rig) in rigs.iter().enumerate() {
+        let chain = Chain::new(&model, rig).unwrap();
+        assert_eq!((chain.delay(), chain.band_delay()), (2, 4));
+        // The offset makes the counters wrap in the middle of the record.
+        for offset in [0, i32::MAX - 200] {
+            let samples = motion(1500, offset);
+            let outputs = run(&chain, &model, &samples);
+            assert_eq!(outputs.len(), samples.len() - 4);
+            let mut largest = [0.0_f64; 2];
+            for (at, output) in outputs.iter().enumerate() {
+                for axis in 0..2 {
+                    let (states, force) = reference(&samples, at + 2, axis, rig, &model);
+                    for (offset, state) in states.into_iter().enumerate() {
+                        let seen = f64::from(output.state[2 * axis + offset]) / 2_f64.powi(31);
+                        largest[0] = largest[0].max((seen - state.clamp(-1.0, 1.0)).abs());
+                        let outside = output.outside & (1 << (2 * axis + offset)) != 0;
+                        assert_eq!(outside, state.abs() >= 1.0, "state {state}");
+                    }
+                    let unit = model.outputs()[axis].force_per_lsb;
+                    let error = (f64::from(output.measured[axis]) * unit - force).abs();
+                    largest[1] = largest[1].max(error / unit);
+                    assert_eq!(
+                        output.residual[axis],
+                        output.measured[axis].saturating_sub(output.predicted[axis])
+                    );
+                }
+                assert_eq!(output.predicted, model.evaluate(&output.state));
+                assert_eq!(output.saturated, 0);
+            }
+            println!(
+                "rig {number}, offset {offset}: states to {:.1e} of the range, force to {:.1} units",
+                largest[0], largest[1]
+            );
+            assert!(
+                largest[0] < 2e-8,
+                "states are off by {:e} of the training range",
+                largest[0]
+            );
+            // A multiplier of 28 to 29 bits is right to 2⁻²⁹, so a force near 2³⁰ units is right to two units per
+            // term; a derivative that enters the force is rounded to 16..32 units before it is multiplied.
+            let allowed = [4.0, 20.0, 36.0, 20.0][number];
+            assert!(
+                largest[1] < allowed,
+                "forces are off by {} units",
+                largest[1]
+            );
+        }
+    }
+}
+
+#[test]
+fn the_band_limited_residual_is_the_low_pass_of_the_residuals() {
+    let (model, rig) = (model(), rig(4e-5, 0.0, [0.0; 2], true));
+    let chain = Chain::new(&model, &rig).unwrap();
+    let outputs = run(&chain, &model, &motion(400, 0));
+    let weights = [0.1, 0.2, 0.4, 0.2, 0.1];
+    for (at, output) in outputs.iter().enumerate() {
+        let Some(seen) = output.residual_band else {
+            assert!(
+                at < 4,
+                "the low-pass of five taps is full at the fifth residual"
+            );
+            continue;
+        };
+        for (axis, &value) in seen.iter().enumerate() {
+            let wanted: f64 = weights
+                .iter()
+                .zip(&outputs[at - 4..=at])
+                .map(|(w, o)| w * f64::from(o.residual[axis]))
+                .sum();
+            assert!(
+                (f64::from(value) - wanted).abs() < 8.0,
+                "{value} for {wanted}"
+            );
+        }
+    }
+}
+
+#[test]
+fn counts_that_no_sensor_should_give_are_flagged_and_never_overflow() {
+    println!("seed {SEED}");
+    let model = model();
+    for rig in [
+        rig(4e-5, 2e-6, [350.0, 1.2], false),
+        rig(0.0, 2e-6, [0.0, 0.7], true),
+    ] {
+        let chain = Chain::new(&model, &rig).unwrap();
+        let mut points = Points::new(SEED);
+        let rails = [i32::MIN, i32::MAX, 0, -1];
+        let mut word = || {
+            let word = points.next_word();
+            if word & 1 == 0 {
+                word
+            } else {
+                rails[(word >> 1 & 3) as usize]
+            }
+        };
+        let samples: Vec<RawSample> = (0..20_000)
+            .map(|_| {
+                let mut sample = RawSample::default();
+                for raw in &mut sample {
+                    raw.displacement = [word(), word()];
+                    raw.body = word();
+                    raw.acceleration = word();
+                    raw.force = word();
+                }
+                sample
+            })
+            .collect();
+        let outputs = run(&chain, &model, &samples);
+        assert!(
+            outputs
+                .iter()
+                .all(|o| o.predicted == model.evaluate(&o.state))
+        );
+        assert!(outputs.iter().filter(|o| o.outside != 0).count() > 19_000);
+        assert!(outputs.iter().any(|o| o.saturated != 0));
+    }
+}
+
+#[test]
+fn a_rig_that_does_not_fit_is_refused_with_the_quantity() {
+    let model = model();
+    let good = rig(4e-5, 2e-6, [0.0; 2], true);
+    let refused = |change: &dyn Fn(&mut Rig)| {
+        let mut rig = good.clone();
+        change(&mut rig);
+        Chain::new(&model, &rig).unwrap_err().to_string()
+    };
+    assert!(refused(&|r| r.axes.truncate(1)).contains("axes of the rig"));
+    assert!(refused(&|r| r.band.taps.truncate(4)).contains("band filter"));
+    assert!(refused(&|r| r.velocity.taps[0] += 1).contains("velocity filter"));
+    assert!(refused(&|r| r.acceleration.taps[2] += 1).contains("acceleration filter"));
+    assert!(refused(&|r| r.axes[0].displacement_step = 1e-3).contains("displacement"));
+    assert!(refused(&|r| r.axes[1].force_step = f64::NAN).contains("force per count"));
+    assert!(refused(&|r| r.axes[1].displacement_step = -1.0).contains("displacement step"));
+    assert!(refused(&|r| r.sample_rate_hz = 0.0).contains("sample rate"));
+}
