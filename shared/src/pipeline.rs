@@ -56,6 +56,23 @@ pub struct Output {
     pub saturated: u8,
 }
 
+impl Output {
+    /// Every bit of the output as words, for a digest: states, flags, forces, residuals, and the residual in the band
+    /// (0 while there is none, after a word that says whether there is one).
+    pub fn words(&self) -> impl Iterator<Item = i32> {
+        let flags = i32::from(self.outside) | i32::from(self.saturated) << 8;
+        let in_band = i32::from(self.residual_band.is_some());
+        self.state
+            .into_iter()
+            .chain([flags])
+            .chain(self.measured)
+            .chain(self.predicted)
+            .chain(self.residual)
+            .chain([in_band])
+            .chain(self.residual_band.unwrap_or_default())
+    }
+}
+
 /// Where a channel's acceleration comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Acceleration {
