@@ -1,2 +1,15 @@
-#![doc = "Jointwatch firmware."]
+//! Jointwatch on the microcontroller: what it does there, without knowing which microcontroller it is.
+//!
+//! [`board`] holds the boards; everything else runs on any of them, and on a computer for its tests.
 #![no_std]
+#![deny(unsafe_code)]
+
+#[cfg(feature = "semihosting")]
+#[allow(
+    unsafe_code,
+    reason = "registers, linker symbols and debugger calls have no safe form"
+)]
+pub mod board;
+pub mod clock;
+pub mod store;
+pub mod suite;

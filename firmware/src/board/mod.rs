@@ -1,0 +1,11 @@
+//! The boards: what differs between one microcontroller and another, and the only `unsafe` code of the firmware.
+
+#[cfg(feature = "microbit")]
+pub mod microbit;
+#[cfg(feature = "stm32f405")]
+mod rtt;
+pub mod semihosting;
+#[cfg(feature = "stm32f405")]
+mod slots;
+#[cfg(feature = "stm32f405")]
+pub mod stm32f405;
