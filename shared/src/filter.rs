@@ -55,6 +55,51 @@ impl History {
     }
 }
 
+/// The longest delay of a channel that is not filtered: half of [`MAX_TAPS`], rounded down.
+pub const MAX_DELAY: usize = MAX_TAPS / 2;
+
+/// A channel that only has to wait for the filters: the last [`MAX_DELAY`] + 1 values.
+#[derive(Clone, Debug)]
+pub struct Delay {
+    values: [i32; MAX_DELAY + 1],
+    newest: usize,
+}
+
+impl Default for Delay {
+    fn default() -> Self {
+        Self {
+            values: [0; MAX_DELAY + 1],
+            newest: 0,
+        }
+    }
+}
+
+impl Delay {
+    /// Adds the newest value; the oldest is forgotten.
+    pub fn push(&mut self, value: i32) {
+        self.newest = if self.newest < MAX_DELAY {
+            self.newest + 1
+        } else {
+            0
+        };
+        if let Some(slot) = self.values.get_mut(self.newest) {
+            *slot = value;
+        }
+    }
+
+    /// The value that came `age` pushes before the newest; 0 when `age` is more than [`MAX_DELAY`].
+    pub fn delayed(&self, age: usize) -> i32 {
+        let place = match self.newest.checked_sub(age) {
+            Some(place) => place,
+            None => (self.newest + MAX_DELAY + 1).saturating_sub(age),
+        };
+        if age > MAX_DELAY {
+            return 0;
+        }
+        self.values.get(place).copied().unwrap_or(0)
+    }
+}
+
 /// `Σ tap·x` with antisymmetric taps, oldest value first: the slope in the middle of the window, times `2^shift`.
 ///
 /// No overflow: |x₊ − x₋| < 2³¹ and Σ|tap| < 2³² ([`crate::rig::Rig::check`]) keep the sum under 2⁶³.
@@ -138,6 +183,18 @@ mod tests {
             }
             assert_eq!(history.delayed(5), pushed as i32 - 6);
             assert!(history.window(MAX_TAPS + 1).is_empty());
+        }
+    }
+
+    #[test]
+    fn a_delay_gives_back_every_value_at_every_phase_of_the_ring() {
+        let mut delay = Delay::default();
+        for pushed in 0..4 * MAX_TAPS as i32 {
+            delay.push(pushed);
+            for age in 0..=MAX_DELAY as i32 {
+                assert_eq!(delay.delayed(age as usize), (pushed - age).max(0));
+            }
+            assert_eq!(delay.delayed(MAX_DELAY + 1), 0);
         }
     }
 

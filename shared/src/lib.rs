@@ -14,3 +14,4 @@ pub mod pipeline;
 pub mod rig;
 pub mod scale;
 pub mod selftest;
+pub mod selftest_chain;

@@ -14,7 +14,7 @@
 //! not panic and takes the same path whatever the data.
 
 use crate::error::Error;
-use crate::filter::{History, curvature, low_pass, shift_round, slope};
+use crate::filter::{Delay, History, curvature, low_pass, shift_round, slope};
 use crate::fixed::round_to_i64;
 use crate::model::Model;
 use crate::model::axis::Axis;
@@ -127,8 +127,8 @@ pub struct ChainState {
 struct AxisState {
     displacement: History,
     body: History,
-    acceleration: History,
-    force: History,
+    acceleration: Delay,
+    force: Delay,
     residual: History,
 }
 
