@@ -6,4 +6,5 @@ pub mod fit;
 pub mod model;
 pub mod motion;
 pub mod signal;
+pub mod sim;
 pub mod study;
