@@ -1,6 +1,7 @@
 //! Jointwatch on the host: learn a joint's restoring force from rig logs, compare, export.
 #![forbid(unsafe_code)]
 
+pub mod device;
 pub mod error;
 pub mod fit;
 pub mod model;

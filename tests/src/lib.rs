@@ -1,1 +1,4 @@
-//! Helpers for the tests that only the whole can show.
+//! What the tests of the whole need beside the parts themselves.
+
+pub mod elf;
+pub mod log;

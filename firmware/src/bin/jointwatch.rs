@@ -26,6 +26,7 @@ fn main() -> ! {
         Some((place, model)) => introduce(place, &model),
         None => warn!("no model"),
     }
+    info!("ready");
     loop {
         wfi();
     }

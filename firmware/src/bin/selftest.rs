@@ -22,7 +22,7 @@ fn main() -> ! {
     let line = semihosting::command_line(&mut room);
     let passed = semihosting::text()
         .map(|mut text| suite::run(&board, line, &mut text))
-        .is_ok_and(|outcome| outcome == Ok(true));
+        .is_some_and(|outcome| outcome == Ok(true));
     semihosting::exit(passed)
 }
 

@@ -1,0 +1,80 @@
+//! Looks into a firmware image: which functions it holds, where they lie, and the same image with a few bytes changed.
+
+use object::{Object, ObjectSegment, ObjectSymbol};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// An image with its symbol table.
+pub struct Image {
+    /// The ELF file's bytes.
+    pub bytes: Vec<u8>,
+    /// Every symbol's name and address.
+    pub symbols: BTreeMap<String, u64>,
+}
+
+impl Image {
+    /// Reads an ELF file.
+    ///
+    /// # Panics
+    /// When it is not there or is not an ELF file: a test cannot go on without it.
+    pub fn read(path: &Path) -> Self {
+        let bytes = std::fs::read(path).unwrap_or_else(|why| panic!("{}: {why}", path.display()));
+        let file = object::File::parse(&*bytes).expect("an ELF file");
+        let named =
+            |symbol: object::Symbol| Some((symbol.name().ok()?.to_owned(), symbol.address()));
+        let symbols = file.symbols().filter_map(named).collect();
+        Self { bytes, symbols }
+    }
+
+    /// The address of the symbol whose name contains `part`.
+    ///
+    /// # Panics
+    /// When there is none.
+    pub fn address(&self, part: &str) -> u64 {
+        let found = self.symbols.iter().find(|(name, _)| name.contains(part));
+        *found
+            .unwrap_or_else(|| panic!("the image has no symbol {part}"))
+            .1
+    }
+
+    /// The image with `patch` in place of what is loaded at `address`.
+    ///
+    /// # Panics
+    /// When nothing of the file is loaded there.
+    pub fn patched(&self, address: u64, patch: &[u8]) -> Vec<u8> {
+        let file = object::File::parse(&*self.bytes).expect("it was parsed before");
+        let offset = file.segments().find_map(|segment| {
+            let within = address.checked_sub(segment.address())?;
+            let (start, length) = segment.file_range();
+            (within + patch.len() as u64 <= length).then_some(start + within)
+        });
+        let offset = offset.expect("something of the file is loaded there") as usize;
+        let mut bytes = self.bytes.clone();
+        bytes[offset..offset + patch.len()].copy_from_slice(patch);
+        bytes
+    }
+}
+
+/// What a function's name contains when it leads to a panic: the formatter and the handler every panic goes through,
+/// and the cold functions that slices, options and arithmetic call first.
+const LEADS_TO_PANIC: [&str; 9] = [
+    "panicking",
+    "panic_fmt",
+    "panic_nounwind",
+    "rust_begin_unwind",
+    "rust_panic",
+    "unwrap_failed",
+    "expect_failed",
+    "slice_index",
+    "index_fail",
+];
+
+/// The names among `symbols` that only a program with a panic path has.
+pub fn panic_paths<'a>(symbols: impl IntoIterator<Item = &'a String>) -> Vec<&'a str> {
+    let leads = |name: &&'a str| LEADS_TO_PANIC.iter().any(|part| name.contains(part));
+    symbols
+        .into_iter()
+        .map(String::as_str)
+        .filter(leads)
+        .collect()
+}
