@@ -1,5 +1,6 @@
 //! Which band a study's logs support: the common band of fits, and the wider band of the states.
 
+use super::design::NARROWEST_DERIVATIVE;
 use super::spectrum::{Accumulator, Spectrum};
 use crate::study::{Channels, Study};
 
@@ -46,7 +47,10 @@ pub fn choose(study: &Study) -> Bands {
     }
     let stated = study.band_hz;
     let band_hz = stated.unwrap_or(band).clamp(rate * 1e-3, widest);
-    let state_band_hz = drowned.clamp((2.0 * band_hz).min(widest), widest);
+    let state_band_hz = drowned.clamp(
+        (2.0 * band_hz).max(NARROWEST_DERIVATIVE * rate).min(widest),
+        widest,
+    );
     Bands {
         band_hz,
         state_band_hz,
