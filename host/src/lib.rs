@@ -1,11 +1,21 @@
-//! Jointwatch on the host: learn a joint's restoring force from rig logs, compare, export.
+//! Jointwatch on the host: learn a joint's restoring force from rig logs, compare it with measurements, export it.
 #![forbid(unsafe_code)]
 
+pub mod cli;
+pub mod compare;
 pub mod device;
+pub mod diagnose;
 pub mod error;
+pub mod export;
 pub mod fit;
+pub mod identify;
 pub mod model;
+pub mod model_file;
 pub mod motion;
+pub mod output;
+pub mod replay;
 pub mod signal;
 pub mod sim;
 pub mod study;
+mod symbols;
+pub mod table;

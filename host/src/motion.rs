@@ -103,24 +103,66 @@ impl Filters {
             )));
         }
         let bands = band::choose(study);
-        let mut reason = bands.reason;
-        let states = Edges::new(bands.state_band_hz, rate);
-        let common = Edges::new(bands.band_hz, rate);
-        if common.widened {
-            reason += &format!(
-                "; the low-pass passes {:.3} Hz and is shut only from {:.3} Hz, the narrowest that {MAX_TAPS} taps allow at {rate} Hz",
+        let mut filters = Self::for_bands(rate, bands.band_hz, bands.state_band_hz)?;
+        filters.reason = match filters.reason.as_str() {
+            "" => bands.reason,
+            widened => format!("{}; {widened}", bands.reason),
+        };
+        Ok(filters)
+    }
+
+    /// The filters for two given bands: the same numbers wherever they are asked for.
+    ///
+    /// # Errors
+    /// When a band does not fit below half the sample rate.
+    pub fn for_bands(sample_rate_hz: f64, band_hz: f64, state_band_hz: f64) -> Result<Self> {
+        let states = Edges::new(state_band_hz, sample_rate_hz);
+        let common = Edges::new(band_hz, sample_rate_hz);
+        let reason = if common.widened {
+            format!(
+                "the low-pass passes {:.3} Hz and is shut only from {:.3} Hz, the narrowest that {MAX_TAPS} taps allow at \
+                 {sample_rate_hz} Hz",
                 common.pass_hz, common.stop_hz
-            );
-        }
+            )
+        } else {
+            String::new()
+        };
         Ok(Self {
-            sample_rate_hz: rate,
-            band_hz: bands.band_hz,
-            state_band_hz: bands.state_band_hz,
-            velocity: states.filter(Ideal::FirstDerivative, rate)?,
-            acceleration: states.filter(Ideal::SecondDerivative, rate)?,
-            band: common.filter(Ideal::LowPass, rate)?,
+            sample_rate_hz,
+            band_hz,
+            state_band_hz,
+            velocity: states.filter(Ideal::FirstDerivative, sample_rate_hz)?,
+            acceleration: states.filter(Ideal::SecondDerivative, sample_rate_hz)?,
+            band: common.filter(Ideal::LowPass, sample_rate_hz)?,
             reason,
         })
+    }
+
+    /// What is wrong with filters that come from a file, if anything.
+    ///
+    /// # Errors
+    /// One clause that names the number.
+    pub fn check(&self) -> std::result::Result<(), String> {
+        let positive = |value: f64| value.is_finite() && value > 0.0;
+        if !positive(self.sample_rate_hz) {
+            return Err(format!("its sample rate is {} Hz", self.sample_rate_hz));
+        }
+        for (name, band) in [("band_hz", self.band_hz), ("state_band_hz", self.state_band_hz)] {
+            if !positive(band) || band > 0.5 * self.sample_rate_hz {
+                return Err(format!("its {name} is {band} at a sample rate of {} Hz", self.sample_rate_hz));
+            }
+        }
+        let all = [("velocity", &self.velocity), ("acceleration", &self.acceleration), ("band", &self.band)];
+        for (name, taps) in all {
+            let length = taps.len();
+            if length % 2 == 0 || length > MAX_TAPS || taps.iter().any(|tap| !tap.is_finite()) {
+                return Err(format!("its {name} filter is not an odd number of up to {MAX_TAPS} finite taps"));
+            }
+        }
+        if self.velocity.len() != self.acceleration.len() {
+            return Err("its velocity and acceleration filters differ in length".into());
+        }
+        Ok(())
     }
 
     /// Rows that a motion loses at each end of a record; also the device's delay in samples.

@@ -1,0 +1,33 @@
+//! `jointwatch compare`: a model against the records of a study.
+
+use super::Console;
+use crate::compare;
+use crate::error::Result;
+use crate::model_file::ModelFile;
+use crate::study::Study;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Options of `jointwatch compare`.
+#[derive(Args)]
+pub(crate) struct Compare {
+    /// The study: its study.toml, or the folder that holds it.
+    pub(super) study: PathBuf,
+    /// The model that `identify` wrote.
+    pub(super) model: PathBuf,
+}
+
+impl Compare {
+    pub(super) fn run(self, console: &Console) -> Result<()> {
+        let working = console.working("comparing");
+        let model = ModelFile::read(&self.model)?;
+        let study = Study::read(&self.study)?;
+        let comparison = compare::compare(&study, &model)?;
+        working.finish_and_clear();
+        for note in &study.notes {
+            console.say(format!("Note: {note}."))?;
+        }
+        console.say(compare::in_words(&comparison, &model))?;
+        console.json(&comparison)
+    }
+}

@@ -1,0 +1,149 @@
+//! `jointwatch identify`: learn a model from the training records of a study.
+
+use super::Console;
+use crate::compare;
+use crate::error::{Error, Result};
+use crate::fit::polynomial::{Method, PolynomialOptions};
+use crate::identify::{self, Identified};
+use crate::study::Study;
+use crate::table::Table;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// Which kind of model.
+#[derive(Clone, Copy, ValueEnum)]
+enum Kind {
+    /// Powers and products of the states: 256 terms per axis for two axes, 16 for one.
+    Polynomial,
+}
+
+/// How the coefficients are found.
+#[derive(Clone, Copy, ValueEnum)]
+enum Fit {
+    /// Ridge, its weight chosen by cross-validation over contiguous blocks of every record.
+    Ridge,
+    /// Plain least squares, as in the paper.
+    LeastSquares,
+    /// Few terms of total degree up to 6, chosen by orthogonal forward selection and the same cross-validation.
+    Select,
+}
+
+/// Options of `jointwatch identify`.
+#[derive(Args)]
+pub(crate) struct Identify {
+    /// The study: its study.toml, or the folder that holds it.
+    study: PathBuf,
+    /// Which kind of model to learn.
+    #[arg(long, value_enum)]
+    model: Kind,
+    /// How to find the coefficients.
+    #[arg(long, value_enum, default_value = "ridge")]
+    fit: Fit,
+    /// Highest exponent of each state, 0 to 3: m,n,o,p for two axes (x, velocity of x, phi, velocity of phi), m,n for
+    /// one; 3 each when left out.
+    #[arg(long, value_name = "M,N[,O,P]", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(0..=3))]
+    order: Option<Vec<u8>>,
+    /// Where to write the model.
+    #[arg(short, long, value_name = "FILE", default_value = "model.json")]
+    output: PathBuf,
+}
+
+impl Identify {
+    /// The default fit of a polynomial, as `demo` uses it.
+    pub(super) fn polynomial(study: PathBuf, output: PathBuf) -> Self {
+        Self { study, model: Kind::Polynomial, fit: Fit::Ridge, order: None, output }
+    }
+
+    pub(super) fn run(self, console: &Console) -> Result<()> {
+        let Kind::Polynomial = self.model;
+        let working = console.working("reading the records");
+        let study = Study::read(&self.study)?;
+        if let Some(orders) = &self.order
+            && orders.len() != 2 * study.axes.len()
+        {
+            return Err(Error::usage(format!(
+                "--order has {} numbers where this study needs {}, one per state; give e.g. --order {}",
+                orders.len(),
+                2 * study.axes.len(),
+                ["3,3", "3,3,3,3"][study.axes.len() - 1]
+            )));
+        }
+        working.set_message("fitting the polynomial");
+        let method = match self.fit {
+            Fit::Ridge => Method::Ridge,
+            Fit::LeastSquares => Method::LeastSquares,
+            Fit::Select => Method::Select,
+        };
+        let identified = identify::polynomial(&study, &PolynomialOptions { orders: self.order, method }, &|done| {
+            working.set_message(format!("fitting the polynomial, {:.0} %", 100.0 * done));
+        })?;
+        working.finish_and_clear();
+        identified.model.write(&self.output)?;
+        report(console, &study, &identified)?;
+        console.say(format!("\nModel written to {}.", self.output.display()))?;
+        console.json(&identified.model)
+    }
+}
+
+/// A clause as a sentence.
+fn sentence(clause: &str) -> String {
+    let mut letters = clause.chars();
+    let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
+    format!("{first}{}.", letters.as_str())
+}
+
+/// Prints what was read, what was learnt, and what to be wary of.
+fn report(console: &Console, study: &Study, identified: &Identified) -> Result<()> {
+    let model = &identified.model;
+    let trained = study.records.iter().filter(|r| r.role == crate::study::Role::Train);
+    let rows: usize = trained.clone().map(|r| r.rows).sum();
+    console.say(format!(
+        "Study '{}': {} training records, {rows} rows at {} Hz.\n{}",
+        study.name,
+        trained.count(),
+        study.sample_rate_hz,
+        sentence(&model.filters.reason)
+    ))?;
+    for note in &study.notes {
+        console.say(format!("Note: {note}."))?;
+    }
+    for axis in &model.axes {
+        if axis.inertia_identified {
+            let error = identified.inertia_error(&axis.name).unwrap_or(0.0);
+            console.say(format!(
+                "Inertia of {}: {:.5} ± {:.1e} {} (identified, one standard error).",
+                axis.name,
+                axis.inertia,
+                error,
+                axis.kind.inertia_unit()
+            ))?;
+        }
+    }
+    let mut table = Table::new(&["axis", "terms", "ridge", "effective parameters", "cross-validation NMSE"]);
+    for fit in &model.fits {
+        table.row(vec![
+            fit.axis.clone(),
+            fit.terms.to_string(),
+            if fit.ridge > 0.0 { format!("{:.1e}", fit.ridge) } else { "none".into() },
+            format!("{:.1}", fit.effective_parameters),
+            format!("{:.3} %", fit.cross_validation_nmse_percent),
+        ]);
+    }
+    console.say(format!("\nPolynomial, {} fit:\n{table}", model.fit))?;
+    for equation in identified.equations() {
+        console.say(equation)?;
+    }
+    compare::say_summary(&model.verification, "Verification (records it was learnt from)", |text| console.say(text))?;
+    if model.validation.is_empty() {
+        console.say(
+            "Validation: the study has no record with role = \"validate\", so nothing says how well this model does on \
+             motions it has not seen.",
+        )?;
+    } else {
+        compare::say_summary(&model.validation, "Validation (records it has not seen)", |text| console.say(text))?;
+    }
+    for warning in &model.warnings {
+        console.say(format!("Warning: {warning}."))?;
+    }
+    Ok(())
+}

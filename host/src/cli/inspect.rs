@@ -1,0 +1,163 @@
+//! `jointwatch inspect`: what a model file or a blob holds.
+
+use super::Console;
+use crate::error::{Error, Result};
+use crate::export;
+use crate::model_file::{Base, ModelFile};
+use crate::study::AxisKind;
+use crate::table::Table;
+use clap::Args;
+use jointwatch_shared::model::axis::{Convention, InputRange};
+use jointwatch_shared::model::{Base as DeviceBase, Model};
+use std::path::PathBuf;
+
+/// Options of `jointwatch inspect`.
+#[derive(Args)]
+pub(crate) struct Inspect {
+    /// A model.json that `identify` wrote, or a blob that `export` wrote.
+    pub(super) file: PathBuf,
+}
+
+impl Inspect {
+    pub(super) fn run(self, console: &Console) -> Result<()> {
+        let bytes = std::fs::read(&self.file).map_err(|e| {
+            Error::data(format!(
+                "{}: could not be read ({e}); give a model.json or a blob that this tool wrote",
+                self.file.display()
+            ))
+        })?;
+        // A model file is JSON, so it begins with a brace; a blob never does, and says itself what is wrong with it.
+        if bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{') {
+            let model = ModelFile::read(&self.file)?;
+            console.say(model_in_words(&model))?;
+            console.json(&model)
+        } else {
+            let model = export::read_blob(&self.file)?;
+            console.say(blob_in_words(&model))?;
+            console.json(&blob_as_json(&model))
+        }
+    }
+}
+
+fn model_in_words(model: &ModelFile) -> String {
+    let Base::Polynomial(polynomial) = &model.base;
+    let mut text = format!(
+        "Model of study '{}': {}, {} fit, orders {:?}; records at {} Hz, compared up to {:.0} Hz.\n",
+        model.study,
+        model.base.name(),
+        model.fit,
+        polynomial.orders,
+        model.filters.sample_rate_hz,
+        model.filters.band_hz
+    );
+    let mut table = Table::new(&["axis", "terms", "inertia", "displacement range", "velocity range", "validation NMSE"]);
+    for (index, (axis, fit)) in model.axes.iter().zip(&model.fits).enumerate() {
+        let range = |input: usize, unit: &str| {
+            let range = &polynomial.inputs[input];
+            format!("{:.3e} ± {:.3e} {unit}", range.center, range.half_range)
+        };
+        let validation = model.validation.iter().find(|v| v.axis == axis.name);
+        table.row(vec![
+            axis.name.clone(),
+            fit.terms.to_string(),
+            format!("{:.5} {}", axis.inertia, axis.kind.inertia_unit()),
+            range(2 * index, axis.kind.displacement_unit()),
+            range(2 * index + 1, axis.kind.velocity_unit()),
+            validation.map_or("none".into(), |v| format!("{:.3} %", v.nmse_percent)),
+        ]);
+    }
+    text.push_str(&table.to_string());
+    for entry in &model.history {
+        let errors: Vec<String> =
+            entry.validation.iter().map(|e| format!("{} {:.3} %", e.axis, e.nmse_percent)).collect();
+        let errors = if errors.is_empty() { "no validation records".into() } else { errors.join(", ") };
+        text.push_str(&format!("\nHistory: {} (validation NMSE: {errors}).", entry.what));
+    }
+    for warning in &model.warnings {
+        text.push_str(&format!("\nWarning: {warning}."));
+    }
+    text
+}
+
+fn in_range(range: &InputRange, unit: &str) -> String {
+    format!("{:.3e} ± {:.3e} {unit}", range.center, range.half_range)
+}
+
+fn blob_in_words(model: &Model) -> String {
+    let header = model.header();
+    let DeviceBase::Polynomial(polynomial) = model.base() else {
+        return "A blob whose kind of base this version cannot show.".into();
+    };
+    let mut text = format!(
+        "Blob: polynomial, orders {:?}; samples at {} Hz, residual judged up to {:.0} Hz, states to {:.0} Hz.\n",
+        &polynomial.orders()[..2 * model.axes()],
+        header.sample_rate_hz,
+        header.band_hz,
+        header.state_band_hz
+    );
+    let mut table = Table::new(&[
+        "axis",
+        "inertia",
+        "restoring force",
+        "displacement range",
+        "velocity range",
+        "force unit",
+        "error bound",
+        "validation NMSE",
+    ]);
+    for (axis, output) in header.axes.iter().zip(model.outputs()) {
+        let kind = AxisKind::from(axis.kind);
+        let force = kind.force_unit();
+        table.row(vec![
+            axis.name.as_str().into(),
+            format!("{:.5} {}", axis.inertia, kind.inertia_unit()),
+            match axis.convention {
+                Convention::ForceMinusInertia => "force − inertia".into(),
+                Convention::InertiaMinusForce => "inertia − force".into(),
+            },
+            in_range(&axis.displacement, kind.displacement_unit()),
+            in_range(&axis.velocity, kind.velocity_unit()),
+            format!("{:.3e} {force}", output.force_per_lsb),
+            format!("{:.2e} {force}", output.error_bound),
+            axis.validation.map_or("none".into(), |v| format!("{:.3} %", v.nmse_percent)),
+        ]);
+    }
+    text.push_str(&table.to_string());
+    text
+}
+
+fn blob_as_json(model: &Model) -> serde_json::Value {
+    let header = model.header();
+    let axes: Vec<_> = header
+        .axes
+        .iter()
+        .zip(model.outputs())
+        .map(|(axis, output)| {
+            let range = |r: &InputRange| {
+                serde_json::json!({ "center": r.center, "half_range": r.half_range })
+            };
+            serde_json::json!({
+                "name": axis.name.as_str(),
+                "kind": AxisKind::from(axis.kind).name(),
+                "inertia": axis.inertia,
+                "restoring_force": match axis.convention {
+                    Convention::ForceMinusInertia => "force_minus_inertia",
+                    Convention::InertiaMinusForce => "inertia_minus_force",
+                },
+                "displacement": range(&axis.displacement),
+                "velocity": range(&axis.velocity),
+                "force_per_lsb": output.force_per_lsb,
+                "error_bound": output.error_bound,
+                "validation_nmse_percent": axis.validation.map(|v| v.nmse_percent),
+                "validation_relative_error": axis.validation.map(|v| v.relative_error),
+            })
+        })
+        .collect();
+    serde_json::json!({
+        "base": "polynomial",
+        "sample_rate_hz": header.sample_rate_hz,
+        "band_hz": header.band_hz,
+        "state_band_hz": header.state_band_hz,
+        "axes": axes,
+    })
+}

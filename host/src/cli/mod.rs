@@ -1,0 +1,152 @@
+//! The command line: its subcommands, its global options, its exit codes.
+
+mod compare;
+mod demo;
+mod export;
+mod identify;
+mod inspect;
+mod replay;
+mod simulate;
+
+use crate::error::{Error, Result};
+use crate::output;
+use clap::{Args, Parser, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Learn a mechanical joint's restoring force from rig logs, compare the model with measurements, and export it for a
+/// microcontroller.
+///
+/// Exit codes: 0 done; 1 could not be done; 2 wrong use; 3 bad data.
+#[derive(Parser)]
+#[command(name = "jointwatch", version, max_term_width = 110)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    global: Global,
+}
+
+#[derive(Args)]
+struct Global {
+    /// Write what was found as JSON to this file; - for standard output, in place of the text.
+    #[arg(long, global = true, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Say nothing but errors.
+    #[arg(long, global = true)]
+    quiet: bool,
+    /// Threads to compute with; one per core when left out.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Tell the whole story on a simulated rig: simulate, identify, compare, export, replay, and the firmware's
+    /// evaluation on an emulated microcontroller.
+    Demo(demo::Demo),
+    /// Simulate a rig with a nonlinear joint and write its study: study.toml, records, and the truth beside them.
+    Simulate(simulate::Simulate),
+    /// Learn a model from the training records of a study.
+    Identify(identify::Identify),
+    /// Compare a model with the records of a study, verification and validation apart, and say where it fails.
+    Compare(compare::Compare),
+    /// Turn a model into the blob that the device evaluates.
+    Export(export::Export),
+    /// Show what a model or a blob holds.
+    Inspect(inspect::Inspect),
+    /// Run the device's integer code on the records of a study, from raw counts on.
+    Replay(replay::Replay),
+}
+
+/// What every subcommand has at hand: where to print, and the progress display.
+pub(crate) struct Console {
+    json: Option<PathBuf>,
+    quiet: bool,
+}
+
+impl Console {
+    /// Prints a paragraph, unless told to be quiet or standard output carries JSON.
+    pub(crate) fn say(&self, text: impl AsRef<str>) -> Result<()> {
+        if self.quiet || self.json_to_stdout() {
+            return Ok(());
+        }
+        print_to_stdout(&format!("{}\n", text.as_ref()))
+    }
+
+    /// Writes the result as JSON where `--json` says, if it was given.
+    pub(crate) fn json<T: serde::Serialize>(&self, value: &T) -> Result<()> {
+        match &self.json {
+            None => Ok(()),
+            Some(_) if self.json_to_stdout() => print_to_stdout(&output::json_text(value)?),
+            Some(path) => output::write_whole(path, output::json_text(value)?.as_bytes()),
+        }
+    }
+
+    /// A console for the steps of a larger command: prints alike, writes no JSON of its own.
+    pub(crate) fn inner(&self) -> Self {
+        Self { json: None, quiet: self.quiet || self.json_to_stdout() }
+    }
+
+    /// The same console, its JSON going to a file.
+    pub(crate) fn writing_json_to(&self, path: PathBuf) -> Self {
+        Self { json: Some(path), quiet: self.quiet }
+    }
+
+    /// A line on standard error that shows that work goes on; invisible when that is no terminal.
+    pub(crate) fn working(&self, what: &'static str) -> ProgressBar {
+        if self.quiet || !std::io::stderr().is_terminal() {
+            return ProgressBar::hidden();
+        }
+        let bar = ProgressBar::new_spinner().with_message(what);
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(120));
+        bar
+    }
+
+    fn json_to_stdout(&self) -> bool {
+        self.json.as_ref().is_some_and(|path| path.as_os_str() == "-")
+    }
+}
+
+/// Prints; a reader that has gone away (`| head`) is no error of ours, but ends the run.
+fn print_to_stdout(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(e) => Err(Error::failed(format!("standard output could not be written to ({e})"))),
+        Ok(()) => Ok(()),
+    }
+}
+
+/// Runs one command and reports its failure as one sentence on standard error.
+pub fn run(cli: Cli) -> ExitCode {
+    if let Some(threads) = cli.global.threads
+        && let Err(e) = rayon::ThreadPoolBuilder::new().num_threads(threads as usize).build_global()
+    {
+        eprintln!("jointwatch: {threads} threads could not be started ({e})");
+        return ExitCode::from(1);
+    }
+    let console = Console { json: cli.global.json, quiet: cli.global.quiet };
+    let done = match cli.command {
+        Command::Demo(command) => command.run(&console),
+        Command::Simulate(command) => command.run(&console),
+        Command::Identify(command) => command.run(&console),
+        Command::Compare(command) => command.run(&console),
+        Command::Export(command) => command.run(&console),
+        Command::Inspect(command) => command.run(&console),
+        Command::Replay(command) => command.run(&console),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("jointwatch: {e}.");
+            ExitCode::from(e.exit_code())
+        }
+    }
+}

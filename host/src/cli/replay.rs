@@ -1,0 +1,122 @@
+//! `jointwatch replay`: what the device would say about a logged record, bit for bit.
+
+use super::Console;
+use crate::error::{Error, Result};
+use crate::export;
+use crate::output;
+use crate::replay::{self, RecordReplay, Replayed};
+use crate::study::{Record, Study};
+use crate::table::Table;
+use clap::Args;
+use jointwatch_shared::model::Model;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Options of `jointwatch replay`.
+#[derive(Args)]
+pub(crate) struct Replay {
+    /// The blob that `export` wrote.
+    pub(super) blob: PathBuf,
+    /// The study whose records to run: its study.toml, or the folder that holds it.
+    pub(super) study: PathBuf,
+    /// Only this record, as study.toml names it; all of them when left out.
+    #[arg(long, value_name = "FILE")]
+    pub(super) record: Option<String>,
+    /// Write every output of the chain (raw 32-bit numbers and SI values) as CSV; needs --record in a study of several.
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+}
+
+impl Replay {
+    pub(super) fn run(self, console: &Console) -> Result<()> {
+        let working = console.working("replaying");
+        let model = export::read_blob(&self.blob)?;
+        let study = Study::read(&self.study)?;
+        let records = self.chosen(&study)?;
+        let set_up = replay::SetUp::new(&study, &model)?;
+        let replayed: Vec<Replayed> = records.iter().map(|record| set_up.replay(&study, record, &model)).collect();
+        working.finish_and_clear();
+        if let Some(path) = &self.output {
+            let [only] = replayed.as_slice() else {
+                return Err(Error::usage(format!(
+                    "--output writes one record, and this study has {}; name one with --record",
+                    replayed.len()
+                )));
+            };
+            output::write_whole(path, as_csv(only, &study, &model).as_bytes())?;
+        }
+        let summaries: Vec<RecordReplay> = replayed.into_iter().map(|r| r.summary).collect();
+        console.say(in_words(&summaries, &study, set_up.delays_s(&study)))?;
+        if let Some(path) = &self.output {
+            console.say(format!("Outputs written to {}.", path.display()))?;
+        }
+        console.json(&serde_json::json!({ "records": summaries }))
+    }
+
+    fn chosen<'a>(&self, study: &'a Study) -> Result<Vec<&'a Record>> {
+        let Some(wanted) = &self.record else { return Ok(study.records.iter().collect()) };
+        let chosen: Vec<&Record> = study.records.iter().filter(|record| &record.file == wanted).collect();
+        if chosen.is_empty() {
+            let files: Vec<&str> = study.records.iter().map(|record| record.file.as_str()).collect();
+            return Err(Error::usage(format!(
+                "--record {wanted}: the study has no such record; it has {}",
+                files.join(", ")
+            )));
+        }
+        Ok(chosen)
+    }
+}
+
+fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> String {
+    let mut table =
+        Table::new(&["record", "axis", "NMSE", "relative error", "peak error", "outside range", "digest"]);
+    for record in records {
+        for axis in &study.axes {
+            let Some(figures) = record.axes.get(&axis.name) else { continue };
+            table.row(vec![
+                record.file.clone(),
+                axis.name.clone(),
+                format!("{:.3} %", figures.nmse_percent),
+                format!("{:.4}", figures.relative_error),
+                format!("{:.4} {}", figures.peak_error, axis.kind.force_unit()),
+                format!("{:.2} %", 100.0 * record.outside_range),
+                record.digest.clone(),
+            ]);
+        }
+    }
+    let saturated: usize = records.iter().flat_map(|r| r.axes.values()).map(|a| a.saturated).sum();
+    let rails = if saturated > 0 {
+        format!("\nIn {saturated} outputs a force ran into the rail of its 32 bits.")
+    } else {
+        String::new()
+    };
+    format!(
+        "The device's integers, from raw counts on (errors in the common band, over rows inside the training range):\n\
+         {table}\nForce and residual lag the sensors by {:.1} ms, the band-limited residual by {:.1} ms.{rails}",
+        1e3 * delays_s[0],
+        1e3 * delays_s[1]
+    )
+}
+
+/// One line per output: the row it describes, then raw integers, then SI.
+fn as_csv(replayed: &Replayed, study: &Study, model: &Model) -> String {
+    let mut text = String::from("row,outside");
+    for axis in &study.axes {
+        let (name, unit) = (&axis.name, axis.kind.force_unit().replace('·', ""));
+        for quantity in ["measured", "predicted", "residual"] {
+            let _ = write!(text, ",{name}_{quantity}_raw,{name}_{quantity}_{unit}");
+        }
+    }
+    text.push('\n');
+    for (at, output) in replayed.outputs.iter().enumerate() {
+        let _ = write!(text, "{},{}", replayed.first_row + at, output.outside);
+        for axis in 0..study.axes.len() {
+            let unit = model.outputs()[axis].force_per_lsb;
+            for raw in [output.measured[axis], output.predicted[axis], output.residual[axis]] {
+                let _ = write!(text, ",{raw},{:e}", f64::from(raw) * unit);
+            }
+        }
+        text.push('\n');
+    }
+    text
+}

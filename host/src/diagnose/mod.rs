@@ -1,0 +1,3 @@
+//! Where a model fails, and why.
+
+pub mod where_it_fails;

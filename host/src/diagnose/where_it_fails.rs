@@ -1,0 +1,348 @@
+//! Where the error of a model sits: in which region of the states, in which stretch of time, at which frequencies.
+
+use crate::signal::spectrum::Accumulator;
+use serde::Serialize;
+
+/// One place that holds a large part of an axis's error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Place {
+    /// The axis whose force is wrong there.
+    pub axis: String,
+    /// `state`, `time` or `frequency`.
+    pub kind: &'static str,
+    /// The place in words and numbers.
+    pub region: String,
+    /// The part of Σ(r−r̂)² that lies in it, 0 to 1.
+    pub share_of_error: f64,
+    /// The part of the rows (or of the examined band) that it takes, 0 to 1.
+    pub share_of_rows: f64,
+}
+
+/// One record's errors of one axis beside the states they belong to, row by row.
+pub struct ErrorRecord<'a> {
+    /// The record's file, to name it.
+    pub file: &'a str,
+    /// Time of the first row, s.
+    pub start_s: f64,
+    /// States, SI, one series each.
+    pub states: Vec<&'a [f64]>,
+    /// r − r̂, N or N·m.
+    pub error: &'a [f64],
+}
+
+/// Name and unit of one state, for the words.
+pub struct StateName {
+    /// As it stands in the sentence: `x`, `velocity of x`.
+    pub name: String,
+    /// `mm`, `mrad/s`, …
+    pub unit: &'static str,
+    /// SI value × this = value in `unit`.
+    pub factor: f64,
+}
+
+/// Cuts at which a region may begin or end: this many quantiles of every state.
+const CUTS: usize = 32;
+/// A region never holds fewer rows than this part of all.
+const LEAST_ROWS: f64 = 0.02;
+/// How often a region may be cut down.
+const DEPTH: usize = 3;
+/// Rows that the search looks at; more are thinned evenly, which moves shares by far less than a percent.
+const MOST_ROWS: usize = 60_000;
+/// The part of the error that a place in time or frequency must hold.
+const HALF: f64 = 0.5;
+/// A place that takes more than this part of the whole is no place.
+const SPREAD: f64 = 0.35;
+
+/// Finds the state region, the time span and the frequency band that hold most of the error of one axis.
+///
+/// The state region comes from cutting greedily along one state, or its magnitude, at a time, each cut keeping the
+/// side whose mean squared error gains most (a regression tree of which only the worst branch is followed). Time span
+/// and band are the narrowest that hold half of the error; one that is wider than a third of the whole says "spread".
+pub fn find(axis: &str, names: &[StateName], records: &[ErrorRecord<'_>], sample_rate_hz: f64) -> Vec<Place> {
+    let total: f64 = records.iter().flat_map(|r| r.error).map(|e| e * e).sum();
+    if total <= 0.0 || total.is_nan() {
+        return Vec::new();
+    }
+    let mut places = Vec::new();
+    places.extend(state_region(axis, names, records));
+    places.extend(time_span(axis, records, sample_rate_hz, total));
+    places.extend(frequency_band(axis, records, sample_rate_hz));
+    places
+}
+
+/// A quantity by which a region can be cut.
+struct Feature {
+    values: Vec<f64>,
+    state: usize,
+    magnitude: bool,
+}
+
+/// One cut: values of a feature above or below a threshold stay in the region.
+struct Cut {
+    feature: usize,
+    threshold: f64,
+    above: bool,
+}
+
+fn state_region(axis: &str, names: &[StateName], records: &[ErrorRecord<'_>]) -> Option<Place> {
+    let rows: usize = records.iter().map(|r| r.error.len()).sum();
+    let step = rows.div_ceil(MOST_ROWS).max(1);
+    let squares: Vec<f64> = records.iter().flat_map(|r| r.error.iter().step_by(step)).map(|e| e * e).collect();
+    let mut features = Vec::new();
+    for state in 0..names.len() {
+        let values: Vec<f64> =
+            records.iter().flat_map(|r| r.states[state].iter().step_by(step)).copied().collect();
+        let magnitudes = values.iter().map(|v| v.abs()).collect();
+        features.push(Feature { values, state, magnitude: false });
+        features.push(Feature { values: magnitudes, state, magnitude: true });
+    }
+
+    let total: f64 = squares.iter().sum();
+    let least = ((squares.len() as f64 * LEAST_ROWS) as usize).max(1);
+    let mut inside: Vec<usize> = (0..squares.len()).collect();
+    let mut cuts = Vec::new();
+    for _ in 0..DEPTH {
+        let Some((cut, kept)) = best_cut(&features, &squares, &inside, least) else { break };
+        let share: f64 = kept.iter().map(|&row| squares[row]).sum::<f64>() / total;
+        if share < 0.3 {
+            break;
+        }
+        inside = kept;
+        cuts.push(cut);
+    }
+    if cuts.is_empty() {
+        return None;
+    }
+    let share_of_error = inside.iter().map(|&row| squares[row]).sum::<f64>() / total;
+    let share_of_rows = inside.len() as f64 / squares.len() as f64;
+    Some(Place {
+        axis: axis.into(),
+        kind: "state",
+        region: region_in_words(&cuts, &features, names),
+        share_of_error,
+        share_of_rows,
+    })
+}
+
+/// The cut whose kept side stands out most: the largest drop in Σ(e² − mean)², as a regression tree splits.
+fn best_cut(features: &[Feature], squares: &[f64], inside: &[usize], least: usize) -> Option<(Cut, Vec<usize>)> {
+    let count = inside.len() as f64;
+    let sum: f64 = inside.iter().map(|&row| squares[row]).sum();
+    let mut best: Option<(f64, Cut)> = None;
+    for (index, feature) in features.iter().enumerate() {
+        let mut order: Vec<usize> = inside.to_vec();
+        order.sort_by(|&a, &b| feature.values[a].total_cmp(&feature.values[b]));
+        let mut below = 0.0;
+        let mut taken = 0;
+        for part in 1..CUTS {
+            let end = order.len() * part / CUTS;
+            below += order[taken..end].iter().map(|&row| squares[row]).sum::<f64>();
+            taken = end;
+            let rest = order.len() - end;
+            if end < least || rest < least || feature.values[order[end - 1]] == feature.values[order[end]] {
+                continue;
+            }
+            let (mean_below, mean_above) = (below / end as f64, (sum - below) / rest as f64);
+            let gain = end as f64 * mean_below * mean_below + rest as f64 * mean_above * mean_above
+                - sum * sum / count;
+            let above = mean_above > mean_below;
+            if best.as_ref().is_none_or(|(most, _)| gain > *most) {
+                let threshold = 0.5 * (feature.values[order[end - 1]] + feature.values[order[end]]);
+                best = Some((gain, Cut { feature: index, threshold, above }));
+            }
+        }
+    }
+    let (_, cut) = best?;
+    let values = &features[cut.feature].values;
+    let kept: Vec<usize> =
+        inside.iter().copied().filter(|&row| (values[row] > cut.threshold) == cut.above).collect();
+    // A cut that keeps no denser side than it found says nothing.
+    let denser = kept.iter().map(|&row| squares[row]).sum::<f64>() / kept.len() as f64 > 1.3 * sum / count;
+    denser.then_some((cut, kept))
+}
+
+fn region_in_words(cuts: &[Cut], features: &[Feature], names: &[StateName]) -> String {
+    // Several cuts of one quantity on the same side are one condition: the last is the tightest.
+    let mut conditions: Vec<(usize, bool, f64)> = Vec::new();
+    for cut in cuts {
+        match conditions.iter_mut().find(|(feature, above, _)| *feature == cut.feature && *above == cut.above) {
+            Some((_, _, threshold)) => *threshold = cut.threshold,
+            None => conditions.push((cut.feature, cut.above, cut.threshold)),
+        }
+    }
+    let words: Vec<String> = conditions
+        .iter()
+        .map(|&(feature, above, threshold)| {
+            let feature = &features[feature];
+            let name = &names[feature.state];
+            let quantity = if feature.magnitude { format!("|{}|", name.name) } else { name.name.clone() };
+            let side = if above { "above" } else { "below" };
+            format!("{quantity} {side} {} {}", significant(threshold * name.factor), name.unit)
+        })
+        .collect();
+    words.join(" and ")
+}
+
+fn time_span(axis: &str, records: &[ErrorRecord<'_>], rate: f64, total: f64) -> Option<Place> {
+    let rows: usize = records.iter().map(|r| r.error.len()).sum();
+    // The narrowest stretch of one record that holds half of all the error, by two pointers.
+    let mut best: Option<(usize, usize, usize, f64)> = None;
+    for (index, record) in records.iter().enumerate() {
+        let (mut first, mut sum) = (0, 0.0);
+        for (last, error) in record.error.iter().enumerate() {
+            sum += error * error;
+            while sum - record.error[first] * record.error[first] >= HALF * total {
+                sum -= record.error[first] * record.error[first];
+                first += 1;
+            }
+            let narrower = best.is_none_or(|(_, a, b, _)| last - first < b - a);
+            if sum >= HALF * total && narrower {
+                best = Some((index, first, last, sum / total));
+            }
+        }
+    }
+    let evenly = |share: f64, part: f64| Place {
+        axis: axis.into(),
+        kind: "time",
+        region: "spread evenly over time".into(),
+        share_of_error: share,
+        share_of_rows: part,
+    };
+    let Some((index, first, last, share)) = best else { return Some(evenly(1.0, 1.0)) };
+    let part = (last + 1 - first) as f64 / rows as f64;
+    if part > SPREAD {
+        return Some(evenly(1.0, 1.0));
+    }
+    let record = &records[index];
+    let at = |row: usize| record.start_s + row as f64 / rate;
+    Some(Place {
+        axis: axis.into(),
+        kind: "time",
+        region: format!("{} from {:.3} s to {:.3} s", record.file, at(first), at(last)),
+        share_of_error: share,
+        share_of_rows: part,
+    })
+}
+
+fn frequency_band(axis: &str, records: &[ErrorRecord<'_>], rate: f64) -> Option<Place> {
+    // Lines half a hertz apart or finer, as long as the shortest record allows.
+    let shortest = records.iter().map(|r| r.error.len()).min()?;
+    let mut accumulator = Accumulator::new(rate, ((2.0 * rate) as usize).min(shortest));
+    records.iter().for_each(|r| accumulator.add(r.error));
+    let spectrum = accumulator.finish();
+    let power = &spectrum.density;
+    let total: f64 = power.iter().sum();
+    if total <= 0.0 || total.is_nan() {
+        return None;
+    }
+    let (mut first, mut sum) = (0, 0.0);
+    let mut best: Option<(usize, usize, f64)> = None;
+    for (last, line) in power.iter().enumerate() {
+        sum += line;
+        while sum - power[first] >= HALF * total {
+            sum -= power[first];
+            first += 1;
+        }
+        if sum >= HALF * total && best.is_none_or(|(a, b, _)| last - first < b - a) {
+            best = Some((first, last, sum / total));
+        }
+    }
+    let (first, last, share) = best?;
+    let step = spectrum.resolution_hz;
+    let low = (first as f64 - 0.5).max(0.0) * step;
+    let high = (last as f64 + 0.5) * step;
+    Some(Place {
+        axis: axis.into(),
+        kind: "frequency",
+        region: format!("{} Hz to {} Hz", significant(low), significant(high)),
+        share_of_error: share,
+        share_of_rows: (last + 1 - first) as f64 / power.len() as f64,
+    })
+}
+
+/// Three significant digits, without an exponent where a person would not write one.
+pub fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let digits = 2 - value.abs().log10().floor() as i32;
+    match digits {
+        ..=0 => {
+            let step = 10_f64.powi(-digits);
+            let rounded = (value / step).round() * step;
+            if rounded.abs() >= 1e7 { format!("{value:.2e}") } else { format!("{rounded:.0}") }
+        }
+        1..=7 => format!("{value:.*}", digits as usize),
+        _ => format!("{value:.2e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    fn names() -> Vec<StateName> {
+        vec![
+            StateName { name: "x".into(), unit: "mm", factor: 1e3 },
+            StateName { name: "velocity of x".into(), unit: "mm/s", factor: 1e3 },
+        ]
+    }
+
+    #[test]
+    fn an_error_planted_in_a_region_a_stretch_and_a_band_is_found_there() {
+        let seed = 7;
+        println!("seed {seed}");
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let (rate, rows) = (1000.0, 20_000);
+        let x: Vec<f64> = (0..rows).map(|_| rng.random_range(-1e-3..1e-3)).collect();
+        let v: Vec<f64> = (0..rows).map(|_| rng.random_range(-0.1..0.1)).collect();
+
+        // A contact: large error where |x| > 0.8 mm and the joint closes.
+        let contact: Vec<f64> = (0..rows)
+            .map(|n| if x[n].abs() > 0.8e-3 && v[n] > 0.0 { 1.0 } else { 0.01 } * rng.random_range(-1.0..1.0))
+            .collect();
+        let record = ErrorRecord { file: "a.csv", start_s: 0.0, states: vec![&x, &v], error: &contact };
+        let places = find("x", &names(), &[record], rate);
+        let state = places.iter().find(|p| p.kind == "state").unwrap();
+        assert!(state.region.contains("|x| above 0.8"), "{}", state.region);
+        assert!(state.region.contains("velocity of x above"), "{}", state.region);
+        assert!(state.share_of_error > 0.9 && state.share_of_rows < 0.13, "{state:?}");
+        let time = places.iter().find(|p| p.kind == "time").unwrap();
+        assert!(time.region.contains("evenly"), "{}", time.region);
+
+        // A burst of 50 Hz from 12 s to 13 s.
+        let burst: Vec<f64> = (0..rows)
+            .map(|n| {
+                let t = n as f64 / rate;
+                let tone = if (12.0..13.0).contains(&t) { (314.159 * t).sin() } else { 0.0 };
+                tone + 0.01 * rng.random_range(-1.0..1.0)
+            })
+            .collect();
+        let record = ErrorRecord { file: "b.csv", start_s: 0.0, states: vec![&x, &v], error: &burst };
+        let places = find("x", &names(), &[record], rate);
+        let time = places.iter().find(|p| p.kind == "time").unwrap();
+        assert!(time.region.starts_with("b.csv from 12.") && time.share_of_rows < 0.06, "{time:?}");
+        let band = places.iter().find(|p| p.kind == "frequency").unwrap();
+        let low: f64 = band.region.split(' ').next().unwrap().parse().unwrap();
+        assert!((40.0..50.0).contains(&low) && band.share_of_rows < 0.05, "{band:?}");
+    }
+
+    #[test]
+    fn an_error_without_a_place_is_not_given_one() {
+        let seed = 11;
+        println!("seed {seed}");
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let mut noise = || (0..20_000).map(|_| rng.random_range(-1.0..1.0)).collect::<Vec<f64>>();
+        let (x, v, error) = (noise(), noise(), noise());
+        let record = ErrorRecord { file: "a.csv", start_s: 0.0, states: vec![&x, &v], error: &error };
+        let places = find("x", &names(), &[record], 1000.0);
+        assert!(places.iter().all(|p| p.kind != "state"), "{places:?}");
+    }
+
+    #[test]
+    fn three_digits_as_a_person_writes_them() {
+        let seen = [0.000_812_34, 0.8123, 41.26, 123.4, 5123.0, 1.5e-9].map(significant);
+        assert_eq!(seen, ["0.000812", "0.812", "41.3", "123", "5120", "1.50e-9"]);
+    }
+}

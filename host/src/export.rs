@@ -1,0 +1,168 @@
+//! From a model in newtons to the blob that the device evaluates, and back.
+
+use crate::error::{Error, Result};
+use crate::model_file::{Base, ModelFile};
+use crate::study::{Convention, Study};
+use jointwatch_shared::blob::{self, BLOB_LEN};
+use jointwatch_shared::fixed::q31_to_f64;
+use jointwatch_shared::model::axis::{self, Axis, Name};
+use jointwatch_shared::model::{Header, Model};
+use jointwatch_shared::selftest::{CORNER_POINTS, Points, corner};
+use serde::Serialize;
+use std::path::Path;
+
+/// The largest part of an axis's RMS training force that fixed point may cost, unless `--budget` says otherwise.
+pub const DEFAULT_BUDGET: f64 = 1e-5;
+
+/// Seed of the random inputs at which export measures the quantisation error.
+const SEED: u64 = 0x6a6f_696e;
+/// How many of them, besides the corner and centre points.
+const POINTS: u32 = 100_000;
+
+/// What fixed point costs one axis.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AxisExport {
+    /// The axis.
+    pub axis: String,
+    /// N or N·m per unit of the device's 32-bit force.
+    pub force_per_lsb: f64,
+    /// Proven bound of |device − f64| over all inputs inside the training range, N or N·m.
+    pub error_bound: f64,
+    /// Largest |device − f64| seen over random, corner and centre points, N or N·m.
+    pub largest_error: f64,
+    /// The bound as a part of the axis's RMS training force.
+    pub bound_relative: f64,
+}
+
+/// A model ready for the device.
+pub struct Exported {
+    /// The model in fixed point.
+    pub model: Model,
+    /// The blob.
+    pub blob: [u8; BLOB_LEN],
+    /// What fixed point costs, per axis.
+    pub axes: Vec<AxisExport>,
+}
+
+/// Brings a model to fixed point and measures what that costs.
+///
+/// `budget` is the largest error bound allowed, as a part of each axis's RMS training force.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] naming the coefficient when the model cannot be held within the budget.
+pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
+    let Base::Polynomial(polynomial) = &file.base;
+    let refuse = |e: jointwatch_shared::error::Error| Error::data(format!("this model cannot be exported: {e}"));
+    let mut axes = heapless::Vec::new();
+    for (index, (mine, ranges)) in file.axes.iter().zip(polynomial.inputs.chunks_exact(2)).enumerate() {
+        let validation = file.validation.iter().find(|v| v.axis == mine.name);
+        let range = |r: &crate::model::InputRange| axis::InputRange { center: r.center, half_range: r.half_range };
+        let axis = Axis {
+            name: Name::new(index as u8, &mine.name).map_err(refuse)?,
+            kind: mine.kind.into(),
+            convention: match mine.restoring_force {
+                Convention::ForceMinusInertia => axis::Convention::ForceMinusInertia,
+                Convention::InertiaMinusForce => axis::Convention::InertiaMinusForce,
+            },
+            inertia: mine.inertia,
+            displacement: range(&ranges[0]),
+            velocity: range(&ranges[1]),
+            validation: validation.map(|v| axis::Validation {
+                // A figure beyond f32 stays finite: the blob holds no infinities.
+                nmse_percent: v.nmse_percent.min(f64::from(f32::MAX)) as f32,
+                relative_error: v.relative_error.min(f64::from(f32::MAX)) as f32,
+            }),
+        };
+        // ModelFile::check allows two axes at most.
+        let _ = axes.push(axis);
+    }
+    let header = Header {
+        sample_rate_hz: file.filters.sample_rate_hz,
+        band_hz: file.filters.band_hz,
+        state_band_hz: file.filters.state_band_hz,
+        axes,
+    };
+    let coefficients: Vec<&[f64]> = polynomial.coefficients.iter().map(Vec::as_slice).collect();
+    let budgets: Vec<f64> = file.fits.iter().map(|fit| budget * fit.training_force_rms).collect();
+    let model = Model::from_polynomial(header, &polynomial.orders, &coefficients, &budgets).map_err(refuse)?;
+
+    let largest = largest_errors(file, &model)?;
+    let axes = file.axes.iter().zip(model.outputs()).zip(largest).zip(&file.fits);
+    let axes = axes.map(|(((mine, output), largest_error), fit)| AxisExport {
+        axis: mine.name.clone(),
+        force_per_lsb: output.force_per_lsb,
+        error_bound: output.error_bound,
+        largest_error,
+        bound_relative: output.error_bound / fit.training_force_rms,
+    });
+    Ok(Exported { axes: axes.collect(), blob: blob::encode(&model), model })
+}
+
+/// Largest |device − f64| per axis over random, corner and centre points of the training range.
+fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
+    let Base::Polynomial(polynomial) = &file.base;
+    let mut points = Points::new(SEED);
+    let inputs = (0..CORNER_POINTS).map(corner).chain((0..POINTS).map(|_| points.next_point()));
+    let inputs: Vec<[i32; 4]> = inputs.collect();
+    // The f64 model is asked at the very numbers that the integers stand for, and at 1 where Q31 has only its
+    // neighbour: that difference is part of what fixed point costs.
+    let real = |value: i32| if value == i32::MAX { 1.0 } else { q31_to_f64(value) };
+    let states: Vec<Vec<f64>> = polynomial
+        .inputs
+        .iter()
+        .enumerate()
+        .map(|(input, range)| inputs.iter().map(|u| range.center + range.half_range * real(u[input])).collect())
+        .collect();
+    let states: Vec<&[f64]> = states.iter().map(Vec::as_slice).collect();
+    let wanted = file.base.predict(&states)?;
+    let mut largest = vec![0.0; file.axes.len()];
+    for (at, u) in inputs.iter().enumerate() {
+        for (axis, raw) in model.evaluate(u).into_iter().enumerate().take(largest.len()) {
+            let seen = f64::from(raw) * model.outputs()[axis].force_per_lsb;
+            largest[axis] = f64::max(largest[axis], (seen - wanted[axis][at]).abs());
+        }
+    }
+    Ok(largest)
+}
+
+/// Reads and checks a blob.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] with the file and the reason for which the device would refuse it too.
+pub fn read_blob(path: &Path) -> Result<Model> {
+    let bytes = std::fs::read(path).map_err(|e| {
+        Error::data(format!(
+            "{}: the blob could not be read ({e}); give the file that `jointwatch export` wrote",
+            path.display()
+        ))
+    })?;
+    blob::decode(&bytes).map_err(|e| Error::data(format!("{}: {e}", path.display())))
+}
+
+/// Refuses a study whose axes or sample rate are not the blob's.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`], one sentence.
+pub fn check_fits(model: &Model, study: &Study) -> Result<()> {
+    let header = model.header();
+    let mine: Vec<&str> = header.axes.iter().map(|a| a.name.as_str()).collect();
+    let theirs: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    if mine != theirs {
+        return Err(Error::data(format!(
+            "{}: the study's axes are {} while the blob's are {}; use the study that the model was learnt from",
+            study.path.display(),
+            theirs.join(", "),
+            mine.join(", ")
+        )));
+    }
+    if (study.sample_rate_hz - header.sample_rate_hz).abs() > 1e-6 * header.sample_rate_hz {
+        return Err(Error::data(format!(
+            "{}: the records run at {} Hz while the blob is made for {} Hz; export a model learnt at this rate",
+            study.path.display(),
+            study.sample_rate_hz,
+            header.sample_rate_hz
+        )));
+    }
+    Ok(())
+}
+

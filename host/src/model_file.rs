@@ -1,0 +1,206 @@
+//! `model.json`: a learnt model with everything needed to evaluate it on another record and to export it.
+
+use crate::error::{Error, Result};
+use crate::model::{ModelAxis, Polynomial};
+use crate::motion::Filters;
+use crate::output;
+use crate::study::{AxisKind, Study};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What the first key of every model file says.
+pub const FORMAT: &str = "jointwatch-model/1";
+
+/// What a model's force is made of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Base {
+    /// Powers and products of the states.
+    Polynomial(Polynomial),
+}
+
+impl Base {
+    /// The base's name on the command line.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Base::Polynomial(_) => "polynomial",
+        }
+    }
+
+    /// Restoring force per axis, in N or N·m, for states [x, ẋ] or [x, ẋ, φ, φ̇] in SI.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`] when the states are not those of the model's inputs.
+    pub fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
+        match self {
+            Base::Polynomial(polynomial) => polynomial.predict(states),
+        }
+    }
+}
+
+/// How one axis did on all records of one role together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxisError {
+    /// The axis.
+    pub axis: String,
+    /// 100·Σ(r−r̂)²/(N·var r) in the common band, percent.
+    pub nmse_percent: f64,
+    /// RMS(r−r̂)/RMS(r) in the common band.
+    pub relative_error: f64,
+}
+
+/// How the coefficients of one axis were found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxisFit {
+    /// The axis.
+    pub axis: String,
+    /// Terms that are not zero.
+    pub terms: usize,
+    /// Weight of the ridge that cross-validation chose; 0 without one.
+    pub ridge: f64,
+    /// Effective number of parameters at that ridge.
+    pub effective_parameters: f64,
+    /// RMS of the restoring force over all training rows, N or N·m.
+    pub training_force_rms: f64,
+    /// NMSE of the held-out blocks, percent, wide-band.
+    pub cross_validation_nmse_percent: f64,
+}
+
+/// One step in the model's life.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HistoryEntry {
+    /// What was done.
+    pub what: String,
+    /// Errors on the records the model was not learnt from, after it; empty when the study has none.
+    pub validation: Vec<AxisError>,
+}
+
+/// A learnt model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelFile {
+    /// [`FORMAT`].
+    pub format: String,
+    /// Name of the study it was learnt from.
+    pub study: String,
+    /// One or two axes.
+    pub axes: Vec<ModelAxis>,
+    /// What the force is made of.
+    pub base: Base,
+    /// How it was fitted: `ridge`, `least-squares` or `select`.
+    pub fit: String,
+    /// Per axis, how the coefficients came about.
+    pub fits: Vec<AxisFit>,
+    /// What the training records cannot support, one sentence each.
+    pub warnings: Vec<String>,
+    /// Errors on the records it was learnt from.
+    pub verification: Vec<AxisError>,
+    /// Errors on other records; empty when the study has none.
+    pub validation: Vec<AxisError>,
+    /// What was done to it, oldest first.
+    pub history: Vec<HistoryEntry>,
+    /// Sample rate, bands and filters, with the numbers that the device holds.
+    pub filters: Filters,
+}
+
+impl ModelFile {
+    /// Reads and checks a model file.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`] naming the file, the line where it stops being a model, and what to try.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            Error::data(format!(
+                "{}: the model could not be read ({e}); give the file that `jointwatch identify … -o` wrote",
+                path.display()
+            ))
+        })?;
+        let model: Self = serde_json::from_str(&text).map_err(|e| {
+            Error::data(format!(
+                "{}, line {}, column {}: this is not a Jointwatch model ({}); give the file that `jointwatch identify` wrote, \
+                 or write it anew",
+                path.display(),
+                e.line(),
+                e.column(),
+                without_position(&e)
+            ))
+        })?;
+        model.check().map_err(|what| {
+            Error::data(format!("{}: {what}; write the model anew with `jointwatch identify`", path.display()))
+        })?;
+        Ok(model)
+    }
+
+    /// Writes it in one step.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Failed`] when the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        output::write_whole(path, output::json_text(self)?.as_bytes())
+    }
+
+    /// The sentence that says what is wrong with the numbers in it, if anything.
+    fn check(&self) -> std::result::Result<(), String> {
+        if self.format != FORMAT {
+            return Err(format!("its format is '{}' where this version reads '{FORMAT}'", self.format));
+        }
+        let axes = self.axes.len();
+        if !(1..=2).contains(&axes) {
+            return Err(format!("it has {axes} axes where one or two are possible"));
+        }
+        self.filters.check()?;
+        if let Some(axis) = self.axes.iter().find(|a| !(a.inertia.is_finite() && a.inertia >= 0.0)) {
+            return Err(format!("axis {} has an inertia of {}", axis.name, axis.inertia));
+        }
+        if self.fits.len() != axes {
+            return Err(format!("it says how {} axes were fitted but has {axes}", self.fits.len()));
+        }
+        match &self.base {
+            Base::Polynomial(p) => {
+                if p.coefficients.len() != axes {
+                    return Err(format!("it has {axes} axes but {} sets of coefficients", p.coefficients.len()));
+                }
+                p.check().map_err(|e| e.sentence)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a study whose axes or sample rate are not the model's.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`], one sentence.
+    pub fn check_fits(&self, study: &Study) -> Result<()> {
+        let describe = |axes: &mut dyn Iterator<Item = (&str, AxisKind)>| {
+            let words: Vec<String> = axes
+                .map(|(name, kind)| format!("{name} ({})", kind.name()))
+                .collect();
+            words.join(", ")
+        };
+        let mine = describe(&mut self.axes.iter().map(|a| (a.name.as_str(), a.kind)));
+        let theirs = describe(&mut study.axes.iter().map(|a| (a.name.as_str(), a.kind)));
+        if mine != theirs {
+            return Err(Error::data(format!(
+                "{}: the study's axes are {theirs} while the model's are {mine}; use the study it was learnt from ('{}') \
+                 or learn a model from this one",
+                study.path.display(),
+                self.study
+            )));
+        }
+        if (study.sample_rate_hz - self.filters.sample_rate_hz).abs() > 1e-6 * study.sample_rate_hz {
+            return Err(Error::data(format!(
+                "{}: the records run at {} Hz while the model's filters are made for {} Hz; resample the records or learn \
+                 a model from them",
+                study.path.display(),
+                study.sample_rate_hz,
+                self.filters.sample_rate_hz
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// serde_json's message without its own "at line … column …", which the sentence already says.
+fn without_position(error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    text.split(" at line ").next().unwrap_or(&text).to_string()
+}

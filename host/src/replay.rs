@@ -1,0 +1,225 @@
+//! The device's integer code run on a logged record: from raw counts to the residual, with the device's own bits.
+
+use crate::error::{Error, Result};
+use crate::export;
+use crate::motion::{Filters, low_pass};
+use crate::signal;
+use crate::study::{Channels, Convention, Record, Study};
+use jointwatch_shared::model::Model;
+use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawAxis, RawSample};
+use jointwatch_shared::rig::{Rig, RigAxis};
+use jointwatch_shared::selftest::Digest;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Full scale of a 24-bit converter, as the force and acceleration channels of the device have it.
+const CONVERTER_FULL_SCALE: f64 = (1 << 23) as f64;
+/// A converter's range is set this much wider than what the study's records reach.
+const CONVERTER_HEADROOM: f64 = 1.25;
+/// Where a study states no encoder step, the displacement's range is cut into this many counts.
+const COUNTS_WITHOUT_ENCODER: f64 = (1 << 22) as f64;
+
+/// What the chain said of one axis of one record.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AxisReplay {
+    /// 100·Σ(r−r̂)²/(N·var r) in the common band over rows inside the training range, percent.
+    pub nmse_percent: f64,
+    /// RMS(r−r̂)/RMS(r) over the same rows.
+    pub relative_error: f64,
+    /// Largest |r−r̂| in the common band over the same rows, N or N·m.
+    pub peak_error: f64,
+    /// Outputs in which a force ran into a rail of its 32 bits.
+    pub saturated: usize,
+}
+
+/// What the chain said of one record.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RecordReplay {
+    /// The record's file.
+    pub file: String,
+    /// Outputs of the chain: the rows less those that fill its filters.
+    pub outputs: usize,
+    /// Part of the outputs with a state outside the training range, where the device holds the state at its edge.
+    pub outside_range: f64,
+    /// FNV-1a digest of every output's bits, hexadecimal: two devices that agree on it agreed on every bit.
+    pub digest: String,
+    /// Figures by axis name.
+    pub axes: BTreeMap<String, AxisReplay>,
+}
+
+/// What each sensor's count means on the rig that a study describes, as the device would be configured for it.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] when the study does not fit the model.
+pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
+    let mut axes = heapless::Vec::new();
+    for (index, axis) in study.axes.iter().enumerate() {
+        let channels = || study.records.iter().map(|record| &record.axes[index]);
+        let step = axis.encoder_step.unwrap_or_else(|| {
+            let largest = largest(channels().flat_map(|c| [Some(&c.displacement_first), c.displacement_second.as_ref()]));
+            largest * CONVERTER_HEADROOM / COUNTS_WITHOUT_ENCODER
+        });
+        let code = |largest: f64| largest * CONVERTER_HEADROOM / CONVERTER_FULL_SCALE;
+        let has_acceleration = channels().all(|c| c.acceleration.is_some());
+        let has_body = channels().all(|c| c.body_position.is_some());
+        let rig_axis = RigAxis {
+            displacement_step: step,
+            displacement_difference: channels().all(|c| c.displacement_second.is_some()),
+            body_step: if has_body { step } else { 0.0 },
+            acceleration_step: if has_acceleration {
+                code(largest(channels().map(|c| c.acceleration.as_ref())))
+            } else {
+                0.0
+            },
+            force_step: code(largest(channels().map(|c| Some(&c.force)))),
+            inertia: model.header().axes[index].inertia,
+            inertia_minus_force: axis.restoring_force == Convention::InertiaMinusForce,
+            ground_stiffness: axis.ground_stiffness,
+            ground_damping: axis.ground_damping,
+        };
+        axes.push(rig_axis).map_err(|_| Error::data("a study has at most two axes".to_string()))?;
+    }
+    let [velocity, acceleration, band] = filters.taps()?;
+    Ok(Rig {
+        sample_rate_hz: study.sample_rate_hz,
+        axes,
+        velocity,
+        acceleration,
+        band,
+    })
+}
+
+fn largest<'a>(series: impl Iterator<Item = Option<&'a Vec<f64>>>) -> f64 {
+    series.flatten().flatten().fold(0.0, |most: f64, value| most.max(value.abs()))
+}
+
+/// A record as the sensors would have counted it.
+pub fn raw_counts(record: &Record, rig: &Rig) -> Vec<RawSample> {
+    (0..record.rows)
+        .map(|row| {
+            let mut sample = RawSample::default();
+            for ((raw, channels), axis) in sample.iter_mut().zip(&record.axes).zip(&rig.axes) {
+                *raw = raw_axis(channels, axis, row);
+            }
+            sample
+        })
+        .collect()
+}
+
+fn raw_axis(channels: &Channels, axis: &RigAxis, row: usize) -> RawAxis {
+    // `as` saturates, as a converter does.
+    let count = |series: Option<&Vec<f64>>, step: f64| {
+        series.filter(|_| step > 0.0).map_or(0, |values| (values[row] / step).round() as i32)
+    };
+    RawAxis {
+        displacement: [
+            count(Some(&channels.displacement_first), axis.displacement_step),
+            count(channels.displacement_second.as_ref(), axis.displacement_step),
+        ],
+        body: count(channels.body_position.as_ref(), axis.body_step),
+        acceleration: count(channels.acceleration.as_ref(), axis.acceleration_step),
+        force: count(Some(&channels.force), axis.force_step),
+    }
+}
+
+/// A record after the chain.
+pub struct Replayed {
+    /// The figures.
+    pub summary: RecordReplay,
+    /// Every output, in order; the first belongs to row [`Replayed::first_row`].
+    pub outputs: Vec<Output>,
+    /// The record's row that the first output describes.
+    pub first_row: usize,
+}
+
+/// The device as it would be set up for one study and one model.
+pub struct SetUp {
+    /// What each count means.
+    pub rig: Rig,
+    /// The integers that follow from it.
+    pub chain: Chain,
+}
+
+impl SetUp {
+    /// Designs the filters for the bands that the model states, and turns the study into the device's integers.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`] when the study's axes or sample rate are not the model's, or when a quantity
+    /// cannot be held in the device's integers.
+    pub fn new(study: &Study, model: &Model) -> Result<Self> {
+        export::check_fits(model, study)?;
+        let header = model.header();
+        let filters = Filters::for_bands(study.sample_rate_hz, header.band_hz, header.state_band_hz)?;
+        let rig = rig(study, model, &filters)?;
+        let chain = Chain::new(model, &rig).map_err(|e| {
+            Error::data(format!(
+                "{}: this rig cannot run on the device's integers ({e}); check the study's units and encoder_step",
+                study.path.display()
+            ))
+        })?;
+        Ok(Self { rig, chain })
+    }
+
+    /// Seconds by which an output, and its residual in the band, lag behind the sensors.
+    pub fn delays_s(&self, study: &Study) -> [f64; 2] {
+        [self.chain.delay(), self.chain.band_delay()].map(|samples| samples as f64 / study.sample_rate_hz)
+    }
+
+    /// Runs the chain over one record.
+    pub fn replay(&self, study: &Study, record: &Record, model: &Model) -> Replayed {
+        let (rig, chain) = (&self.rig, &self.chain);
+        let mut state = ChainState::default();
+        let outputs: Vec<Output> =
+            raw_counts(record, rig).iter().filter_map(|raw| chain.step(&mut state, model, raw)).collect();
+        summarise(study, record, model, chain, outputs)
+    }
+}
+
+fn summarise(study: &Study, record: &Record, model: &Model, chain: &Chain, outputs: Vec<Output>) -> Replayed {
+    let mut digest = Digest::new();
+    outputs.iter().for_each(|output| output.words().for_each(|word| digest.add(word)));
+    let outside = outputs.iter().filter(|o| o.outside != 0).count();
+
+    let axes = study.axes.iter().enumerate().map(|(index, axis)| {
+        let unit = model.outputs()[index].force_per_lsb;
+        let saturated = outputs.iter().filter(|o| o.saturated & (1 << index) != 0).count();
+        (axis.name.clone(), figures(&outputs, index, unit, chain, saturated))
+    });
+    Replayed {
+        summary: RecordReplay {
+            file: record.file.clone(),
+            outputs: outputs.len(),
+            outside_range: outside as f64 / outputs.len().max(1) as f64,
+            digest: format!("{:016x}", digest.value()),
+            axes: axes.collect(),
+        },
+        outputs,
+        first_row: chain.delay(),
+    }
+}
+
+/// The residual in the band against the measured force in the band, over outputs whose state was inside the range.
+fn figures(outputs: &[Output], axis: usize, unit: f64, chain: &Chain, saturated: usize) -> AxisReplay {
+    let half = chain.band_delay() - chain.delay();
+    let band = signal::fir::to_f64(chain.band());
+    let measured: Vec<f64> = outputs.iter().map(|o| o.measured[axis] as f64 * unit).collect();
+    let measured = low_pass(&measured, &band);
+    // Both series now begin `half` outputs in: the low-passed residual of output n belongs to output n − half.
+    let residual: Vec<f64> =
+        outputs.iter().filter_map(|o| o.residual_band).map(|r| r[axis] as f64 * unit).collect();
+    let inside: Vec<usize> = (0..measured.len().min(residual.len()))
+        .filter(|&at| outputs.get(at + half).is_some_and(|o| o.outside == 0))
+        .collect();
+    let count = inside.len().max(1) as f64;
+    let mean = inside.iter().map(|&at| measured[at]).sum::<f64>() / count;
+    let error: f64 = inside.iter().map(|&at| residual[at] * residual[at]).sum();
+    let about_mean: f64 = inside.iter().map(|&at| (measured[at] - mean).powi(2)).sum();
+    let force: f64 = inside.iter().map(|&at| measured[at] * measured[at]).sum();
+    let ratio = |part: f64, whole: f64| if part == 0.0 { 0.0 } else { (part / whole).min(f64::MAX) };
+    AxisReplay {
+        nmse_percent: 100.0 * ratio(error, about_mean),
+        relative_error: ratio(error, force).sqrt(),
+        peak_error: inside.iter().fold(0.0, |most: f64, &at| most.max(residual[at].abs())),
+        saturated,
+    }
+}

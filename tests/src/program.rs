@@ -1,0 +1,77 @@
+//! The `jointwatch` program as a user runs it: built once, then called as a process of its own.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// The program's file, built in release through the cargo that runs the tests.
+///
+/// # Panics
+/// When it does not build: no test of it can then mean anything.
+pub fn jointwatch() -> &'static Path {
+    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+    PROGRAM.get_or_init(|| {
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let built = Command::new(cargo)
+            .current_dir(workspace())
+            .args(["build", "--release", "-p", "jointwatch", "--bin", "jointwatch"])
+            .args(["--message-format", "json"])
+            .output()
+            .expect("cargo starts");
+        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+        let messages = String::from_utf8_lossy(&built.stdout);
+        let program = messages.lines().rev().find_map(|line| {
+            let message: serde_json::Value = serde_json::from_str(line).ok()?;
+            message.get("executable")?.as_str().map(PathBuf::from)
+        });
+        program.expect("cargo says where it put the program")
+    })
+}
+
+/// The folder that holds the whole project.
+pub fn workspace() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the tests lie in the workspace")
+}
+
+/// Runs it in a folder.
+///
+/// # Panics
+/// When the process does not start.
+pub fn run(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(jointwatch()).current_dir(folder).args(arguments).output().expect("the program starts")
+}
+
+/// Runs it, expects success, and gives what it printed.
+///
+/// # Panics
+/// When it fails.
+pub fn succeed(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?} ended with {:?}: {said}", output.status.code());
+    String::from_utf8(output.stdout).expect("text is UTF-8")
+}
+
+/// Runs it, expects this exit code, one sentence on standard error and nothing on standard output; gives the sentence.
+///
+/// # Panics
+/// When anything else happens.
+pub fn fail(folder: &Path, arguments: &[&str], code: i32) -> String {
+    let output = run(folder, arguments);
+    let said = String::from_utf8(output.stderr).expect("text is UTF-8");
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    assert_eq!(said.lines().count(), 1, "one sentence, not {said:?}");
+    assert!(output.stdout.is_empty(), "{arguments:?} printed {:?}", String::from_utf8_lossy(&output.stdout));
+    said
+}
+
+/// The measurements and studies that lie beside the project on some machines; says so and gives nothing where not.
+pub fn measurements(folder: &str) -> Option<PathBuf> {
+    let beside = std::env::var_os("JOINTWATCH_DATA").map_or_else(|| workspace().join("../shared"), PathBuf::from);
+    let folder = beside.join(folder);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("SKIPPED: {} is not there; set JOINTWATCH_DATA to the folder that holds the measurements", folder.display());
+    None
+}
