@@ -1,5 +1,10 @@
 //! A learnt model as the host keeps it: `model.json`.
 
+mod polynomial;
+pub(crate) mod powers;
+
+pub use polynomial::exponents;
+
 use crate::study::{AxisKind, Convention};
 use serde::{Deserialize, Serialize};
 

@@ -1,1 +1,11 @@
 //! Learning a model from motions.
+
+pub mod coverage;
+pub mod cross_validation;
+pub mod inertia;
+mod legendre;
+pub mod moments;
+pub mod normal_equations;
+pub mod polynomial;
+mod ridge;
+mod select;

@@ -1,0 +1,222 @@
+//! Whether the training records can support a model: which motions they hold, how fast, and how many rows.
+//!
+//! The paper's Section 6: a model learnt only from the record in which both axes move fails on the others, and no
+//! model is to be trusted outside the range and the spectrum it was learnt from.
+
+use crate::motion::Motion;
+use crate::study::Axis;
+
+/// An axis counts as excited in a record from this share of its largest RMS velocity over all records on.
+const EXCITED: f64 = 0.1;
+
+/// A record whose velocity range is below this share of another's is worth a word.
+const SMALL: f64 = 0.4;
+
+/// A validation record may leave the training range by this share before it is worth a word.
+const BEYOND: f64 = 1.1;
+
+/// Fewer rows than this per parameter are worth a word: rows of a record are far from independent.
+const ROWS_PER_PARAMETER: usize = 20;
+
+/// Root mean square of an axis's velocity.
+fn rms(motion: &Motion, axis: usize) -> f64 {
+    let v = &motion.states[2 * axis + 1];
+    (v.iter().map(|v| v * v).sum::<f64>() / v.len().max(1) as f64).sqrt()
+}
+
+fn peak(motion: &Motion, axis: usize) -> f64 {
+    motion.states[2 * axis + 1]
+        .iter()
+        .fold(0.0, |most, v| v.abs().max(most))
+}
+
+/// A list such as "0.12, 0 and 1".
+fn shares(values: impl Iterator<Item = f64>) -> String {
+    let texts: Vec<String> = values.map(|v| format!("{v:.2}")).collect();
+    match texts.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, rest)) => format!("{} and {last}", rest.join(", ")),
+        None => String::new(),
+    }
+}
+
+/// What is missing in the training records, one sentence each; records are numbered from 1 as in study.toml.
+pub fn training_warnings(axes: &[Axis], training: &[&Motion], parameters: usize) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let most: Vec<f64> = (0..axes.len())
+        .map(|axis| training.iter().map(|m| rms(m, axis)).fold(0.0, f64::max))
+        .collect();
+    let share = |motion: &Motion, axis: usize| {
+        if most[axis] > 0.0 {
+            rms(motion, axis) / most[axis]
+        } else {
+            0.0
+        }
+    };
+    for (i, axis) in axes.iter().enumerate() {
+        if most[i] == 0.0 {
+            warnings.push(format!(
+                "axis {} rests in every training record: the model knows nothing about it",
+                axis.name
+            ));
+        }
+    }
+    if axes.len() == 2 {
+        let kinds: Vec<[bool; 2]> = training
+            .iter()
+            .map(|m| [share(m, 0) >= EXCITED, share(m, 1) >= EXCITED])
+            .collect();
+        let listed = |axis: usize| {
+            format!(
+                "{}: {}",
+                axes[axis].name,
+                shares(training.iter().map(|m| share(m, axis)))
+            )
+        };
+        for (i, axis) in axes.iter().enumerate() {
+            let alone = if i == 0 { [true, false] } else { [false, true] };
+            if most[i] > 0.0 && !kinds.contains(&alone) {
+                warnings.push(format!(
+                    "no training record moves axis {} alone, so its own force cannot be told from the coupling (RMS velocity per record as a share of the largest, {}; {})",
+                    axis.name, listed(0), listed(1)
+                ));
+            }
+        }
+        if most.iter().all(|m| *m > 0.0) && !kinds.contains(&[true, true]) {
+            warnings.push(format!(
+                "no training record moves both axes together, so their coupling cannot be learnt (RMS velocity per record as a share of the largest, {}; {})",
+                listed(0), listed(1)
+            ));
+        }
+    }
+    for (i, axis) in axes.iter().enumerate() {
+        let Some(fastest) = training
+            .iter()
+            .max_by(|a, b| peak(a, i).total_cmp(&peak(b, i)))
+        else {
+            continue;
+        };
+        for motion in training.iter().filter(|m| share(m, i) >= EXCITED) {
+            if peak(motion, i) < SMALL * peak(fastest, i) {
+                warnings.push(format!(
+                    "the velocity of axis {} reaches {:.3} in record {} but {:.3} in record {} ({}/s): one of them covers little of the range",
+                    axis.name, peak(motion, i), motion.record + 1, peak(fastest, i), fastest.record + 1, unit(axis)
+                ));
+            }
+        }
+    }
+    let rows: usize = training.iter().map(|m| m.rows()).sum();
+    if rows < ROWS_PER_PARAMETER * parameters {
+        warnings.push(format!(
+            "{rows} training rows are few for {parameters} parameters per axis: record longer, or lower the orders with --order"
+        ));
+    }
+    warnings
+}
+
+/// Where validation records leave what was trained on, one sentence each.
+pub fn validation_warnings(
+    axes: &[Axis],
+    training: &[&Motion],
+    validation: &[&Motion],
+) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (i, axis) in axes.iter().enumerate() {
+        let trained = training.iter().map(|m| peak(m, i)).fold(0.0, f64::max);
+        for motion in validation {
+            let seen = peak(motion, i);
+            if seen > BEYOND * trained {
+                warnings.push(format!(
+                    "the velocity of axis {} reaches {seen:.3} {}/s in validation record {} but only {trained:.3} in training: errors there say nothing about the range that was learnt",
+                    axis.name, unit(axis), motion.record + 1
+                ));
+            }
+        }
+    }
+    warnings
+}
+
+fn unit(axis: &Axis) -> &'static str {
+    match axis.kind {
+        crate::study::AxisKind::Translation => "m",
+        crate::study::AxisKind::Rotation => "rad",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::{AxisKind, Convention};
+
+    fn axes() -> Vec<Axis> {
+        [("x", AxisKind::Translation), ("phi", AxisKind::Rotation)]
+            .map(|(name, kind)| Axis {
+                name: name.into(),
+                kind,
+                inertia: Some(1.0),
+                restoring_force: Convention::default(),
+                ground_stiffness: 0.0,
+                ground_damping: 0.0,
+                encoder_step: None,
+            })
+            .to_vec()
+    }
+
+    fn motion(record: usize, velocity: [f64; 2]) -> Motion {
+        let wave = |size: f64| {
+            (0..1000)
+                .map(|i| size * (f64::from(i) * 0.1).sin())
+                .collect()
+        };
+        Motion {
+            record,
+            first_row: 0,
+            sample_rate_hz: 1000.0,
+            states: vec![
+                vec![0.0; 1000],
+                wave(velocity[0]),
+                vec![0.0; 1000],
+                wave(velocity[1]),
+            ],
+            acceleration: vec![vec![0.0; 1000]; 2],
+            force: vec![vec![0.0; 1000]; 2],
+        }
+    }
+
+    fn count(velocities: &[[f64; 2]], word: &str) -> usize {
+        let motions: Vec<_> = velocities
+            .iter()
+            .enumerate()
+            .map(|(i, v)| motion(i, *v))
+            .collect();
+        let motions: Vec<_> = motions.iter().collect();
+        let warnings = training_warnings(&axes(), &motions, 16);
+        println!("{warnings:#?}");
+        warnings.iter().filter(|w| w.contains(word)).count()
+    }
+
+    #[test]
+    fn each_missing_motion_is_named() {
+        let all = [[1.0, 0.0], [0.0, 3.0], [0.9, 2.5]];
+        assert_eq!(count(&all, ""), 0);
+        assert_eq!(count(&all[2..], "alone"), 2);
+        assert_eq!(count(&all[..2], "together"), 1);
+        assert_eq!(count(&all[..1], "rests in every"), 1);
+        assert_eq!(count(&[all[0], all[1], [0.2, 2.5]], "but 1.000"), 1);
+    }
+
+    #[test]
+    fn rows_and_range_are_counted() {
+        let (slow, fast) = (motion(0, [1.0, 0.0]), motion(1, [1.3, 0.0]));
+        let warnings = training_warnings(&axes()[..1], &[&slow], 256);
+        assert!(warnings.iter().any(|w| w.contains("1000 training rows")));
+        assert_eq!(
+            validation_warnings(&axes()[..1], &[&slow], &[&fast]).len(),
+            1
+        );
+        assert_eq!(
+            validation_warnings(&axes()[..1], &[&fast], &[&slow]).len(),
+            0
+        );
+    }
+}
