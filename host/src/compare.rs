@@ -109,7 +109,11 @@ impl Sums {
 
 /// A ratio that JSON can hold: an error over no force at all is as large as a number gets.
 fn ratio(part: f64, whole: f64) -> f64 {
-    if part == 0.0 { 0.0 } else { (part / whole).min(f64::MAX) }
+    if part == 0.0 {
+        0.0
+    } else {
+        (part / whole).min(f64::MAX)
+    }
 }
 
 /// Compares a model with every record of a study.
@@ -145,7 +149,9 @@ pub fn compare_motions(study: &Study, model: &ModelFile, motions: &[Motion]) -> 
     // What counts as rest is known only once every record has been seen.
     let largest: Vec<f64> = (0..model.axes.len())
         .map(|axis| {
-            let rms = evaluated.iter().map(|forces| root_mean_square(&forces[axis].force_band));
+            let rms = evaluated
+                .iter()
+                .map(|forces| root_mean_square(&forces[axis].force_band));
             rms.fold(0.0, f64::max)
         })
         .collect();
@@ -153,27 +159,45 @@ pub fn compare_motions(study: &Study, model: &ModelFile, motions: &[Motion]) -> 
     for (motion, forces) in motions.iter().zip(&evaluated) {
         let record = &study.records[motion.record];
         let outside = outside_range(model, motion);
-        let axes = model.axes.iter().zip(forces).enumerate().map(|(index, (axis, forces))| {
-            let band = Sums::of(&forces.error_band, &forces.force_band);
-            let rms_force = (band.force / band.rows).sqrt();
-            let figures = AxisFigures {
-                nmse_percent: band.nmse_percent(),
-                nmse_percent_wide_band: Sums::of(&forces.error, &forces.force).nmse_percent(),
-                relative_error: band.relative_error(),
-                rms_error: (band.error / band.rows).sqrt(),
-                rms_force,
-                peak_error: forces.error_band.iter().fold(0.0, |most, e| most.max(e.abs())),
-                outside_range: outside,
-                rests: rms_force < RESTS_BELOW * largest[index],
-            };
-            (axis.name.clone(), figures)
-        });
+        let axes = model
+            .axes
+            .iter()
+            .zip(forces)
+            .enumerate()
+            .map(|(index, (axis, forces))| {
+                let band = Sums::of(&forces.error_band, &forces.force_band);
+                let rms_force = (band.force / band.rows).sqrt();
+                let figures = AxisFigures {
+                    nmse_percent: band.nmse_percent(),
+                    nmse_percent_wide_band: Sums::of(&forces.error, &forces.force).nmse_percent(),
+                    relative_error: band.relative_error(),
+                    rms_error: (band.error / band.rows).sqrt(),
+                    rms_force,
+                    peak_error: forces
+                        .error_band
+                        .iter()
+                        .fold(0.0, |most, e| most.max(e.abs())),
+                    outside_range: outside,
+                    rests: rms_force < RESTS_BELOW * largest[index],
+                };
+                (axis.name.clone(), figures)
+            });
         let axes = axes.collect();
-        records.push(RecordFigures { file: record.file.clone(), role: record.role, rows: motion.rows(), axes });
+        records.push(RecordFigures {
+            file: record.file.clone(),
+            role: record.role,
+            rows: motion.rows(),
+            axes,
+        });
     }
 
     let pooled = |role: Role| -> Vec<AxisError> {
-        let of_role = || evaluated.iter().zip(motions).filter(|(_, m)| study.records[m.record].role == role);
+        let of_role = || {
+            evaluated
+                .iter()
+                .zip(motions)
+                .filter(|(_, m)| study.records[m.record].role == role)
+        };
         if of_role().next().is_none() {
             return Vec::new();
         }
@@ -191,7 +215,11 @@ pub fn compare_motions(study: &Study, model: &ModelFile, motions: &[Motion]) -> 
     };
     let (verification, validation) = (pooled(Role::Train), pooled(Role::Validate));
 
-    let role = if validation.is_empty() { Role::Train } else { Role::Validate };
+    let role = if validation.is_empty() {
+        Role::Train
+    } else {
+        Role::Validate
+    };
     let names = state_names(model);
     let mut places = Vec::new();
     for (index, axis) in model.axes.iter().enumerate() {
@@ -201,26 +229,52 @@ pub fn compare_motions(study: &Study, model: &ModelFile, motions: &[Motion]) -> 
             .filter(|(motion, _)| study.records[motion.record].role == role)
             .map(|(motion, forces)| ErrorRecord {
                 file: &study.records[motion.record].file,
-                start_s: (study.records[motion.record].first_row + motion.first_row + band.len() / 2) as f64
+                start_s: (study.records[motion.record].first_row
+                    + motion.first_row
+                    + band.len() / 2) as f64
                     / study.sample_rate_hz,
                 // The low-pass leaves out as many rows at both ends.
-                states: motion.states.iter().map(|s| &s[band.len() / 2..s.len() - band.len() / 2]).collect(),
+                states: motion
+                    .states
+                    .iter()
+                    .map(|s| &s[band.len() / 2..s.len() - band.len() / 2])
+                    .collect(),
                 error: &forces[index].error_band,
             })
             .collect();
-        places.extend(where_it_fails::find(&axis.name, &names, &chosen, study.sample_rate_hz));
+        places.extend(where_it_fails::find(
+            &axis.name,
+            &names,
+            &chosen,
+            study.sample_rate_hz,
+        ));
     }
-    Ok(Comparison { records, verification, validation, places })
+    Ok(Comparison {
+        records,
+        verification,
+        validation,
+        places,
+    })
 }
 
 fn evaluate(model: &ModelFile, motion: &Motion, band: &[f64]) -> Result<Vec<Forces>> {
     let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
     let predicted = model.base.predict(&states)?;
-    let forces = model.axes.iter().zip(predicted).enumerate().map(|(index, (axis, predicted))| {
-        let force = motion.restoring_force(index, axis.inertia, axis.restoring_force);
-        let error: Vec<f64> = force.iter().zip(&predicted).map(|(r, p)| r - p).collect();
-        Forces { error_band: low_pass(&error, band), force_band: low_pass(&force, band), error, force }
-    });
+    let forces = model
+        .axes
+        .iter()
+        .zip(predicted)
+        .enumerate()
+        .map(|(index, (axis, predicted))| {
+            let force = motion.restoring_force(index, axis.inertia, axis.restoring_force);
+            let error: Vec<f64> = force.iter().zip(&predicted).map(|(r, p)| r - p).collect();
+            Forces {
+                error_band: low_pass(&error, band),
+                force_band: low_pass(&force, band),
+                error,
+                force,
+            }
+        });
     Ok(forces.collect())
 }
 
@@ -246,8 +300,16 @@ fn state_names(model: &ModelFile) -> Vec<StateName> {
                 AxisKind::Rotation => ("mrad", "mrad/s"),
             };
             [
-                StateName { name: axis.name.clone(), unit: position, factor: 1e3 },
-                StateName { name: format!("velocity of {}", axis.name), unit: velocity, factor: 1e3 },
+                StateName {
+                    name: axis.name.clone(),
+                    unit: position,
+                    factor: 1e3,
+                },
+                StateName {
+                    name: format!("velocity of {}", axis.name),
+                    unit: velocity,
+                    factor: 1e3,
+                },
             ]
         })
         .collect()
@@ -261,10 +323,19 @@ fn root_mean_square(series: &[f64]) -> f64 {
 ///
 /// # Errors
 /// What `say` gives.
-pub fn say_summary(errors: &[AxisError], heading: &str, say: impl Fn(String) -> Result<()>) -> Result<()> {
+pub fn say_summary(
+    errors: &[AxisError],
+    heading: &str,
+    say: impl Fn(String) -> Result<()>,
+) -> Result<()> {
     let words: Vec<String> = errors
         .iter()
-        .map(|e| format!("{} {:.3} % NMSE, relative error {:.4}", e.axis, e.nmse_percent, e.relative_error))
+        .map(|e| {
+            format!(
+                "{} {:.3} % NMSE, relative error {:.4}",
+                e.axis, e.nmse_percent, e.relative_error
+            )
+        })
         .collect();
     say(format!("{heading}: {}.", words.join("; ")))
 }
@@ -273,10 +344,20 @@ pub fn say_summary(errors: &[AxisError], heading: &str, say: impl Fn(String) -> 
 pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
     let mut text = String::new();
     for (role, heading) in [
-        (Role::Train, "Verification (records the model was learnt from)"),
-        (Role::Validate, "Validation (records it has not seen; only these say how good it is)"),
+        (
+            Role::Train,
+            "Verification (records the model was learnt from)",
+        ),
+        (
+            Role::Validate,
+            "Validation (records it has not seen; only these say how good it is)",
+        ),
     ] {
-        let records: Vec<&RecordFigures> = comparison.records.iter().filter(|r| r.role == role).collect();
+        let records: Vec<&RecordFigures> = comparison
+            .records
+            .iter()
+            .filter(|r| r.role == role)
+            .collect();
         if records.is_empty() {
             continue;
         }
@@ -292,25 +373,44 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
         ]);
         for record in records {
             for axis in &model.axes {
-                let Some(figures) = record.axes.get(&axis.name) else { continue };
+                let Some(figures) = record.axes.get(&axis.name) else {
+                    continue;
+                };
                 let unit = axis.kind.force_unit();
-                let percent = |value: f64| if figures.rests { "rests".into() } else { format!("{value:.3} %") };
+                let percent = |value: f64| {
+                    if figures.rests {
+                        "rests".into()
+                    } else {
+                        format!("{value:.3} %")
+                    }
+                };
                 table.row(vec![
                     record.file.clone(),
                     axis.name.clone(),
                     percent(figures.nmse_percent),
                     percent(figures.nmse_percent_wide_band),
-                    if figures.rests { "rests".into() } else { format!("{:.4}", figures.relative_error) },
+                    if figures.rests {
+                        "rests".into()
+                    } else {
+                        format!("{:.4}", figures.relative_error)
+                    },
                     format!("{} {unit}", where_it_fails::significant(figures.peak_error)),
                     format!("{} {unit}", where_it_fails::significant(figures.rms_force)),
                     format!("{:.2} %", 100.0 * figures.outside_range),
                 ]);
             }
         }
-        text.push_str(&format!("{heading}, in the band up to {:.0} Hz:\n{table}\n\n", model.filters.band_hz));
+        text.push_str(&format!(
+            "{heading}, in the band up to {:.0} Hz:\n{table}\n\n",
+            model.filters.band_hz
+        ));
     }
     if !comparison.places.is_empty() {
-        let role = if comparison.validation.is_empty() { "training" } else { "validation" };
+        let role = if comparison.validation.is_empty() {
+            "training"
+        } else {
+            "validation"
+        };
         text.push_str(&format!("Where the error on {role} records sits:\n"));
         let mut table = Table::new(&["axis", "share of error", "of", "in"]);
         for place in &comparison.places {

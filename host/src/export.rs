@@ -52,11 +52,21 @@ pub struct Exported {
 /// [`crate::error::Kind::Data`] naming the coefficient when the model cannot be held within the budget.
 pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
     let Base::Polynomial(polynomial) = &file.base;
-    let refuse = |e: jointwatch_shared::error::Error| Error::data(format!("this model cannot be exported: {e}"));
+    let refuse = |e: jointwatch_shared::error::Error| {
+        Error::data(format!("this model cannot be exported: {e}"))
+    };
     let mut axes = heapless::Vec::new();
-    for (index, (mine, ranges)) in file.axes.iter().zip(polynomial.inputs.chunks_exact(2)).enumerate() {
+    for (index, (mine, ranges)) in file
+        .axes
+        .iter()
+        .zip(polynomial.inputs.chunks_exact(2))
+        .enumerate()
+    {
         let validation = file.validation.iter().find(|v| v.axis == mine.name);
-        let range = |r: &crate::model::InputRange| axis::InputRange { center: r.center, half_range: r.half_range };
+        let range = |r: &crate::model::InputRange| axis::InputRange {
+            center: r.center,
+            half_range: r.half_range,
+        };
         let axis = Axis {
             name: Name::new(index as u8, &mine.name).map_err(refuse)?,
             kind: mine.kind.into(),
@@ -83,11 +93,21 @@ pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
         axes,
     };
     let coefficients: Vec<&[f64]> = polynomial.coefficients.iter().map(Vec::as_slice).collect();
-    let budgets: Vec<f64> = file.fits.iter().map(|fit| budget * fit.training_force_rms).collect();
-    let model = Model::from_polynomial(header, &polynomial.orders, &coefficients, &budgets).map_err(refuse)?;
+    let budgets: Vec<f64> = file
+        .fits
+        .iter()
+        .map(|fit| budget * fit.training_force_rms)
+        .collect();
+    let model = Model::from_polynomial(header, &polynomial.orders, &coefficients, &budgets)
+        .map_err(refuse)?;
 
     let largest = largest_errors(file, &model)?;
-    let axes = file.axes.iter().zip(model.outputs()).zip(largest).zip(&file.fits);
+    let axes = file
+        .axes
+        .iter()
+        .zip(model.outputs())
+        .zip(largest)
+        .zip(&file.fits);
     let axes = axes.map(|(((mine, output), largest_error), fit)| AxisExport {
         axis: mine.name.clone(),
         force_per_lsb: output.force_per_lsb,
@@ -95,29 +115,51 @@ pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
         largest_error,
         bound_relative: output.error_bound / fit.training_force_rms,
     });
-    Ok(Exported { axes: axes.collect(), blob: blob::encode(&model), model })
+    Ok(Exported {
+        axes: axes.collect(),
+        blob: blob::encode(&model),
+        model,
+    })
 }
 
 /// Largest |device − f64| per axis over random, corner and centre points of the training range.
 fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
     let Base::Polynomial(polynomial) = &file.base;
     let mut points = Points::new(SEED);
-    let inputs = (0..CORNER_POINTS).map(corner).chain((0..POINTS).map(|_| points.next_point()));
+    let inputs = (0..CORNER_POINTS)
+        .map(corner)
+        .chain((0..POINTS).map(|_| points.next_point()));
     let inputs: Vec<[i32; 4]> = inputs.collect();
     // The f64 model is asked at the very numbers that the integers stand for, and at 1 where Q31 has only its
     // neighbour: that difference is part of what fixed point costs.
-    let real = |value: i32| if value == i32::MAX { 1.0 } else { q31_to_f64(value) };
+    let real = |value: i32| {
+        if value == i32::MAX {
+            1.0
+        } else {
+            q31_to_f64(value)
+        }
+    };
     let states: Vec<Vec<f64>> = polynomial
         .inputs
         .iter()
         .enumerate()
-        .map(|(input, range)| inputs.iter().map(|u| range.center + range.half_range * real(u[input])).collect())
+        .map(|(input, range)| {
+            inputs
+                .iter()
+                .map(|u| range.center + range.half_range * real(u[input]))
+                .collect()
+        })
         .collect();
     let states: Vec<&[f64]> = states.iter().map(Vec::as_slice).collect();
     let wanted = file.base.predict(&states)?;
     let mut largest = vec![0.0; file.axes.len()];
     for (at, u) in inputs.iter().enumerate() {
-        for (axis, raw) in model.evaluate(u).into_iter().enumerate().take(largest.len()) {
+        for (axis, raw) in model
+            .evaluate(u)
+            .into_iter()
+            .enumerate()
+            .take(largest.len())
+        {
             let seen = f64::from(raw) * model.outputs()[axis].force_per_lsb;
             largest[axis] = f64::max(largest[axis], (seen - wanted[axis][at]).abs());
         }
@@ -165,4 +207,3 @@ pub fn check_fits(model: &Model, study: &Study) -> Result<()> {
     }
     Ok(())
 }
-

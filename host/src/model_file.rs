@@ -125,7 +125,10 @@ impl ModelFile {
             ))
         })?;
         model.check().map_err(|what| {
-            Error::data(format!("{}: {what}; write the model anew with `jointwatch identify`", path.display()))
+            Error::data(format!(
+                "{}: {what}; write the model anew with `jointwatch identify`",
+                path.display()
+            ))
         })?;
         Ok(model)
     }
@@ -141,23 +144,39 @@ impl ModelFile {
     /// The sentence that says what is wrong with the numbers in it, if anything.
     fn check(&self) -> std::result::Result<(), String> {
         if self.format != FORMAT {
-            return Err(format!("its format is '{}' where this version reads '{FORMAT}'", self.format));
+            return Err(format!(
+                "its format is '{}' where this version reads '{FORMAT}'",
+                self.format
+            ));
         }
         let axes = self.axes.len();
         if !(1..=2).contains(&axes) {
             return Err(format!("it has {axes} axes where one or two are possible"));
         }
         self.filters.check()?;
-        if let Some(axis) = self.axes.iter().find(|a| !(a.inertia.is_finite() && a.inertia >= 0.0)) {
-            return Err(format!("axis {} has an inertia of {}", axis.name, axis.inertia));
+        if let Some(axis) = self
+            .axes
+            .iter()
+            .find(|a| !(a.inertia.is_finite() && a.inertia >= 0.0))
+        {
+            return Err(format!(
+                "axis {} has an inertia of {}",
+                axis.name, axis.inertia
+            ));
         }
         if self.fits.len() != axes {
-            return Err(format!("it says how {} axes were fitted but has {axes}", self.fits.len()));
+            return Err(format!(
+                "it says how {} axes were fitted but has {axes}",
+                self.fits.len()
+            ));
         }
         match &self.base {
             Base::Polynomial(p) => {
                 if p.coefficients.len() != axes {
-                    return Err(format!("it has {axes} axes but {} sets of coefficients", p.coefficients.len()));
+                    return Err(format!(
+                        "it has {axes} axes but {} sets of coefficients",
+                        p.coefficients.len()
+                    ));
                 }
                 p.check().map_err(|e| e.sentence)?;
             }
@@ -186,7 +205,8 @@ impl ModelFile {
                 self.study
             )));
         }
-        if (study.sample_rate_hz - self.filters.sample_rate_hz).abs() > 1e-6 * study.sample_rate_hz {
+        if (study.sample_rate_hz - self.filters.sample_rate_hz).abs() > 1e-6 * study.sample_rate_hz
+        {
             return Err(Error::data(format!(
                 "{}: the records run at {} Hz while the model's filters are made for {} Hz; resample the records or learn \
                  a model from them",

@@ -147,16 +147,28 @@ impl Filters {
         if !positive(self.sample_rate_hz) {
             return Err(format!("its sample rate is {} Hz", self.sample_rate_hz));
         }
-        for (name, band) in [("band_hz", self.band_hz), ("state_band_hz", self.state_band_hz)] {
+        for (name, band) in [
+            ("band_hz", self.band_hz),
+            ("state_band_hz", self.state_band_hz),
+        ] {
             if !positive(band) || band > 0.5 * self.sample_rate_hz {
-                return Err(format!("its {name} is {band} at a sample rate of {} Hz", self.sample_rate_hz));
+                return Err(format!(
+                    "its {name} is {band} at a sample rate of {} Hz",
+                    self.sample_rate_hz
+                ));
             }
         }
-        let all = [("velocity", &self.velocity), ("acceleration", &self.acceleration), ("band", &self.band)];
+        let all = [
+            ("velocity", &self.velocity),
+            ("acceleration", &self.acceleration),
+            ("band", &self.band),
+        ];
         for (name, taps) in all {
             let length = taps.len();
             if length % 2 == 0 || length > MAX_TAPS || taps.iter().any(|tap| !tap.is_finite()) {
-                return Err(format!("its {name} filter is not an odd number of up to {MAX_TAPS} finite taps"));
+                return Err(format!(
+                    "its {name} filter is not an odd number of up to {MAX_TAPS} finite taps"
+                ));
             }
         }
         if self.velocity.len() != self.acceleration.len() {

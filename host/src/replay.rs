@@ -56,7 +56,10 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
     for (index, axis) in study.axes.iter().enumerate() {
         let channels = || study.records.iter().map(|record| &record.axes[index]);
         let step = axis.encoder_step.unwrap_or_else(|| {
-            let largest = largest(channels().flat_map(|c| [Some(&c.displacement_first), c.displacement_second.as_ref()]));
+            let largest = largest(
+                channels()
+                    .flat_map(|c| [Some(&c.displacement_first), c.displacement_second.as_ref()]),
+            );
             largest * CONVERTER_HEADROOM / COUNTS_WITHOUT_ENCODER
         });
         let code = |largest: f64| largest * CONVERTER_HEADROOM / CONVERTER_FULL_SCALE;
@@ -77,7 +80,8 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
             ground_stiffness: axis.ground_stiffness,
             ground_damping: axis.ground_damping,
         };
-        axes.push(rig_axis).map_err(|_| Error::data("a study has at most two axes".to_string()))?;
+        axes.push(rig_axis)
+            .map_err(|_| Error::data("a study has at most two axes".to_string()))?;
     }
     let [velocity, acceleration, band] = filters.taps()?;
     Ok(Rig {
@@ -90,7 +94,10 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
 }
 
 fn largest<'a>(series: impl Iterator<Item = Option<&'a Vec<f64>>>) -> f64 {
-    series.flatten().flatten().fold(0.0, |most: f64, value| most.max(value.abs()))
+    series
+        .flatten()
+        .flatten()
+        .fold(0.0, |most: f64, value| most.max(value.abs()))
 }
 
 /// A record as the sensors would have counted it.
@@ -109,12 +116,17 @@ pub fn raw_counts(record: &Record, rig: &Rig) -> Vec<RawSample> {
 fn raw_axis(channels: &Channels, axis: &RigAxis, row: usize) -> RawAxis {
     // `as` saturates, as a converter does.
     let count = |series: Option<&Vec<f64>>, step: f64| {
-        series.filter(|_| step > 0.0).map_or(0, |values| (values[row] / step).round() as i32)
+        series
+            .filter(|_| step > 0.0)
+            .map_or(0, |values| (values[row] / step).round() as i32)
     };
     RawAxis {
         displacement: [
             count(Some(&channels.displacement_first), axis.displacement_step),
-            count(channels.displacement_second.as_ref(), axis.displacement_step),
+            count(
+                channels.displacement_second.as_ref(),
+                axis.displacement_step,
+            ),
         ],
         body: count(channels.body_position.as_ref(), axis.body_step),
         acceleration: count(channels.acceleration.as_ref(), axis.acceleration_step),
@@ -149,7 +161,8 @@ impl SetUp {
     pub fn new(study: &Study, model: &Model) -> Result<Self> {
         export::check_fits(model, study)?;
         let header = model.header();
-        let filters = Filters::for_bands(study.sample_rate_hz, header.band_hz, header.state_band_hz)?;
+        let filters =
+            Filters::for_bands(study.sample_rate_hz, header.band_hz, header.state_band_hz)?;
         let rig = rig(study, model, &filters)?;
         let chain = Chain::new(model, &rig).map_err(|e| {
             Error::data(format!(
@@ -162,28 +175,45 @@ impl SetUp {
 
     /// Seconds by which an output, and its residual in the band, lag behind the sensors.
     pub fn delays_s(&self, study: &Study) -> [f64; 2] {
-        [self.chain.delay(), self.chain.band_delay()].map(|samples| samples as f64 / study.sample_rate_hz)
+        [self.chain.delay(), self.chain.band_delay()]
+            .map(|samples| samples as f64 / study.sample_rate_hz)
     }
 
     /// Runs the chain over one record.
     pub fn replay(&self, study: &Study, record: &Record, model: &Model) -> Replayed {
         let (rig, chain) = (&self.rig, &self.chain);
         let mut state = ChainState::default();
-        let outputs: Vec<Output> =
-            raw_counts(record, rig).iter().filter_map(|raw| chain.step(&mut state, model, raw)).collect();
+        let outputs: Vec<Output> = raw_counts(record, rig)
+            .iter()
+            .filter_map(|raw| chain.step(&mut state, model, raw))
+            .collect();
         summarise(study, record, model, chain, outputs)
     }
 }
 
-fn summarise(study: &Study, record: &Record, model: &Model, chain: &Chain, outputs: Vec<Output>) -> Replayed {
+fn summarise(
+    study: &Study,
+    record: &Record,
+    model: &Model,
+    chain: &Chain,
+    outputs: Vec<Output>,
+) -> Replayed {
     let mut digest = Digest::new();
-    outputs.iter().for_each(|output| output.words().for_each(|word| digest.add(word)));
+    outputs
+        .iter()
+        .for_each(|output| output.words().for_each(|word| digest.add(word)));
     let outside = outputs.iter().filter(|o| o.outside != 0).count();
 
     let axes = study.axes.iter().enumerate().map(|(index, axis)| {
         let unit = model.outputs()[index].force_per_lsb;
-        let saturated = outputs.iter().filter(|o| o.saturated & (1 << index) != 0).count();
-        (axis.name.clone(), figures(&outputs, index, unit, chain, saturated))
+        let saturated = outputs
+            .iter()
+            .filter(|o| o.saturated & (1 << index) != 0)
+            .count();
+        (
+            axis.name.clone(),
+            figures(&outputs, index, unit, chain, saturated),
+        )
     });
     Replayed {
         summary: RecordReplay {
@@ -199,14 +229,26 @@ fn summarise(study: &Study, record: &Record, model: &Model, chain: &Chain, outpu
 }
 
 /// The residual in the band against the measured force in the band, over outputs whose state was inside the range.
-fn figures(outputs: &[Output], axis: usize, unit: f64, chain: &Chain, saturated: usize) -> AxisReplay {
+fn figures(
+    outputs: &[Output],
+    axis: usize,
+    unit: f64,
+    chain: &Chain,
+    saturated: usize,
+) -> AxisReplay {
     let half = chain.band_delay() - chain.delay();
     let band = signal::fir::to_f64(chain.band());
-    let measured: Vec<f64> = outputs.iter().map(|o| o.measured[axis] as f64 * unit).collect();
+    let measured: Vec<f64> = outputs
+        .iter()
+        .map(|o| o.measured[axis] as f64 * unit)
+        .collect();
     let measured = low_pass(&measured, &band);
     // Both series now begin `half` outputs in: the low-passed residual of output n belongs to output n − half.
-    let residual: Vec<f64> =
-        outputs.iter().filter_map(|o| o.residual_band).map(|r| r[axis] as f64 * unit).collect();
+    let residual: Vec<f64> = outputs
+        .iter()
+        .filter_map(|o| o.residual_band)
+        .map(|r| r[axis] as f64 * unit)
+        .collect();
     let inside: Vec<usize> = (0..measured.len().min(residual.len()))
         .filter(|&at| outputs.get(at + half).is_some_and(|o| o.outside == 0))
         .collect();
@@ -215,11 +257,19 @@ fn figures(outputs: &[Output], axis: usize, unit: f64, chain: &Chain, saturated:
     let error: f64 = inside.iter().map(|&at| residual[at] * residual[at]).sum();
     let about_mean: f64 = inside.iter().map(|&at| (measured[at] - mean).powi(2)).sum();
     let force: f64 = inside.iter().map(|&at| measured[at] * measured[at]).sum();
-    let ratio = |part: f64, whole: f64| if part == 0.0 { 0.0 } else { (part / whole).min(f64::MAX) };
+    let ratio = |part: f64, whole: f64| {
+        if part == 0.0 {
+            0.0
+        } else {
+            (part / whole).min(f64::MAX)
+        }
+    };
     AxisReplay {
         nmse_percent: 100.0 * ratio(error, about_mean),
         relative_error: ratio(error, force).sqrt(),
-        peak_error: inside.iter().fold(0.0, |most: f64, &at| most.max(residual[at].abs())),
+        peak_error: inside
+            .iter()
+            .fold(0.0, |most: f64, &at| most.max(residual[at].abs())),
         saturated,
     }
 }

@@ -11,7 +11,10 @@ pub struct Table {
 impl Table {
     /// An empty table with these column names.
     pub fn new(heading: &[&str]) -> Self {
-        Self { heading: heading.iter().map(|h| h.to_string()).collect(), rows: Vec::new() }
+        Self {
+            heading: heading.iter().map(|h| h.to_string()).collect(),
+            rows: Vec::new(),
+        }
     }
 
     /// Adds a row; a row that is too short ends in empty cells.
@@ -25,7 +28,11 @@ impl fmt::Display for Table {
         let columns = self.heading.len();
         let width = |column: usize| {
             let cells = self.rows.iter().filter_map(|row| row.get(column));
-            cells.chain([&self.heading[column]]).map(|cell| cell.chars().count()).max().unwrap_or(0)
+            cells
+                .chain([&self.heading[column]])
+                .map(|cell| cell.chars().count())
+                .max()
+                .unwrap_or(0)
         };
         let widths: Vec<usize> = (0..columns).map(width).collect();
         let mut lines = Vec::new();
@@ -34,7 +41,8 @@ impl fmt::Display for Table {
             for (column, &width) in widths.iter().enumerate() {
                 let cell = row.get(column).map_or("", String::as_str);
                 let space = " ".repeat(width - cell.chars().count());
-                let left = column == 0 || !cell.starts_with(|c: char| c.is_ascii_digit() || "-–<".contains(c));
+                let left = column == 0
+                    || !cell.starts_with(|c: char| c.is_ascii_digit() || "-–<".contains(c));
                 let heading_of_numbers = std::ptr::eq(row, &self.heading) && column > 0;
                 if left && !heading_of_numbers {
                     line.push_str(&format!(" {cell}{space} "));
@@ -57,6 +65,9 @@ mod tests {
         let mut table = Table::new(&["axis", "NMSE"]);
         table.row(vec!["x".into(), "1.25 %".into()]);
         table.row(vec!["phi".into(), "12.5 %".into()]);
-        assert_eq!(table.to_string(), "  axis    NMSE\n  x     1.25 %\n  phi   12.5 %");
+        assert_eq!(
+            table.to_string(),
+            "  axis    NMSE\n  x     1.25 %\n  phi   12.5 %"
+        );
     }
 }

@@ -6,7 +6,7 @@
 
 use crate::error::Error;
 use crate::model::axis::{Axis, AxisKind, Convention, InputRange, NAME_LEN, Name, Validation};
-use crate::model::polynomial::{BLOCKS, PolynomialModel};
+use crate::model::polynomial::{BLOCKS, Block, PolynomialModel};
 use crate::model::{Base, Header, Model, Output};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
@@ -19,9 +19,12 @@ pub const BLOB_VERSION: u16 = 1;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
 /// Bytes of the message; what follows up to the checksum is zero and has room for eight effects.
-pub const MESSAGE_LEN: usize = 2264;
+pub const MESSAGE_LEN: usize = 2392;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
+
+/// Where the first axis begins.
+const AXES_OFFSET: usize = 40;
 
 /// CRC-32 as in Ethernet and zip; the table takes 1 KiB of flash and makes a 4 KiB blob cheap enough for a boot.
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -32,6 +35,13 @@ const POLYNOMIAL: u8 = 1;
 /// A stored integer: four bytes, little-endian, instead of postcard's variable length.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 struct Word(#[serde(with = "postcard::fixint::le")] i32);
+
+/// The words of one block, and its gain.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct BlockMessage {
+    words: [Word; 16],
+    gain: Word,
+}
 
 /// What the bytes say, before any of it is believed.
 #[derive(Serialize, Deserialize)]
@@ -49,7 +59,7 @@ struct Message {
     effects: u8,
     reserved: u8,
     axis: [AxisMessage; 2],
-    words: [[[Word; 16]; 2]; BLOCKS],
+    blocks: [[BlockMessage; BLOCKS]; 2],
 }
 
 /// One axis, as the bytes say; all zero for the second of a one-axis model.
@@ -151,14 +161,17 @@ impl Message {
             effects: 0,
             reserved: 0,
             axis,
-            words: polynomial
-                .blocks
-                .map(|pair| pair.map(|block| block.map(Word))),
+            blocks: polynomial.blocks.map(|blocks| {
+                blocks.map(|block| BlockMessage {
+                    words: block.words.map(Word),
+                    gain: Word(block.gain),
+                })
+            }),
         }
     }
 
     fn model(&self) -> Result<Model, Error> {
-        unless_zero(38, &[self.effects, self.reserved])?;
+        unless_zero(AXES_OFFSET - 2, &[self.effects, self.reserved])?;
         if self.base != POLYNOMIAL {
             return Err(Error::BlobField {
                 field: "kind of base",
@@ -175,7 +188,7 @@ impl Message {
         Error::unless_within("number of axes", f64::from(self.axes), 1.0, 2.0)?;
         if self.axes == 1 {
             let [_, second] = &self.axis;
-            second.unless_empty(40 + AxisMessage::LEN)?;
+            second.unless_empty(AXES_OFFSET + AxisMessage::LEN)?;
         }
         let header = Header {
             sample_rate_hz: self.sample_rate_hz,
@@ -187,9 +200,12 @@ impl Message {
             orders: self.orders,
             axes: self.axes,
             shifts: self.shifts,
-            blocks: self
-                .words
-                .map(|pair| pair.map(|block| block.map(|word| word.0))),
+            blocks: self.blocks.map(|blocks| {
+                blocks.map(|block| Block {
+                    words: block.words.map(|word| word.0),
+                    gain: block.gain.0,
+                })
+            }),
         };
         Model::new(header, outputs, Base::Polynomial(polynomial))
     }
@@ -247,7 +263,10 @@ impl AxisMessage {
 
     /// The axis with this number; what it holds is checked with the model that it becomes part of.
     fn axis(&self, number: u8) -> Result<Axis, Error> {
-        unless_zero(32 + usize::from(number) * Self::LEN + 19, &self.reserved)?;
+        unless_zero(
+            AXES_OFFSET + usize::from(number) * Self::LEN + 19,
+            &self.reserved,
+        )?;
         let unknown = |field, seen| Err(Error::BlobField { field, seen });
         let validation = Validation {
             nmse_percent: self.nmse_percent,

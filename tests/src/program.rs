@@ -14,11 +14,22 @@ pub fn jointwatch() -> &'static Path {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let built = Command::new(cargo)
             .current_dir(workspace())
-            .args(["build", "--release", "-p", "jointwatch", "--bin", "jointwatch"])
+            .args([
+                "build",
+                "--release",
+                "-p",
+                "jointwatch",
+                "--bin",
+                "jointwatch",
+            ])
             .args(["--message-format", "json"])
             .output()
             .expect("cargo starts");
-        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+        assert!(
+            built.status.success(),
+            "{}",
+            String::from_utf8_lossy(&built.stderr)
+        );
         let messages = String::from_utf8_lossy(&built.stdout);
         let program = messages.lines().rev().find_map(|line| {
             let message: serde_json::Value = serde_json::from_str(line).ok()?;
@@ -30,7 +41,9 @@ pub fn jointwatch() -> &'static Path {
 
 /// The folder that holds the whole project.
 pub fn workspace() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the tests lie in the workspace")
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("the tests lie in the workspace")
 }
 
 /// Runs it in a folder.
@@ -38,7 +51,11 @@ pub fn workspace() -> &'static Path {
 /// # Panics
 /// When the process does not start.
 pub fn run(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(jointwatch()).current_dir(folder).args(arguments).output().expect("the program starts")
+    Command::new(jointwatch())
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("the program starts")
 }
 
 /// Runs it, expects success, and gives what it printed.
@@ -48,7 +65,11 @@ pub fn run(folder: &Path, arguments: &[&str]) -> Output {
 pub fn succeed(folder: &Path, arguments: &[&str]) -> String {
     let output = run(folder, arguments);
     let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?} ended with {:?}: {said}", output.status.code());
+    assert!(
+        output.status.success(),
+        "{arguments:?} ended with {:?}: {said}",
+        output.status.code()
+    );
     String::from_utf8(output.stdout).expect("text is UTF-8")
 }
 
@@ -61,17 +82,25 @@ pub fn fail(folder: &Path, arguments: &[&str], code: i32) -> String {
     let said = String::from_utf8(output.stderr).expect("text is UTF-8");
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
     assert_eq!(said.lines().count(), 1, "one sentence, not {said:?}");
-    assert!(output.stdout.is_empty(), "{arguments:?} printed {:?}", String::from_utf8_lossy(&output.stdout));
+    assert!(
+        output.stdout.is_empty(),
+        "{arguments:?} printed {:?}",
+        String::from_utf8_lossy(&output.stdout)
+    );
     said
 }
 
 /// The measurements and studies that lie beside the project on some machines; says so and gives nothing where not.
 pub fn measurements(folder: &str) -> Option<PathBuf> {
-    let beside = std::env::var_os("JOINTWATCH_DATA").map_or_else(|| workspace().join("../shared"), PathBuf::from);
+    let beside = std::env::var_os("JOINTWATCH_DATA")
+        .map_or_else(|| workspace().join("../shared"), PathBuf::from);
     let folder = beside.join(folder);
     if folder.is_dir() {
         return Some(folder);
     }
-    println!("SKIPPED: {} is not there; set JOINTWATCH_DATA to the folder that holds the measurements", folder.display());
+    println!(
+        "SKIPPED: {} is not there; set JOINTWATCH_DATA to the folder that holds the measurements",
+        folder.display()
+    );
     None
 }

@@ -12,8 +12,21 @@ fn story() -> &'static Path {
     static STORY: OnceLock<TempDir> = OnceLock::new();
     let folder = STORY.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
-        succeed(folder.path(), &["simulate", "--out", "rig", "--seed", "3", "--duration", "6"]);
-        succeed(folder.path(), &["identify", "rig/study.toml", "--model", "polynomial", "-o", "model.json"]);
+        succeed(
+            folder.path(),
+            &["simulate", "--out", "rig", "--seed", "3", "--duration", "6"],
+        );
+        succeed(
+            folder.path(),
+            &[
+                "identify",
+                "rig/study.toml",
+                "--model",
+                "polynomial",
+                "-o",
+                "model.json",
+            ],
+        );
         succeed(folder.path(), &["export", "model.json", "-o", "model.bin"]);
         folder
     });
@@ -38,26 +51,78 @@ fn json(text: &str) -> Value {
 }
 
 fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("{value} is no number"))
 }
 
 #[test]
 fn simulate_writes_a_study_with_the_truth_beside_it_and_refuses_a_folder_in_use() {
     let folder = tempfile::tempdir().unwrap();
-    let said = succeed(folder.path(), &["simulate", "--out", "rig", "--duration", "2", "--axes", "1", "--seed", "9"]);
-    assert!(said.contains("seed 9") && said.contains("study.toml"), "{said}");
+    let said = succeed(
+        folder.path(),
+        &[
+            "simulate",
+            "--out",
+            "rig",
+            "--duration",
+            "2",
+            "--axes",
+            "1",
+            "--seed",
+            "9",
+        ],
+    );
+    assert!(
+        said.contains("seed 9") && said.contains("study.toml"),
+        "{said}"
+    );
     let rig = folder.path().join("rig");
     assert!(rig.join("study.toml").is_file() && rig.join("truth/truth.json").is_file());
     let sentence = fail(folder.path(), &["simulate", "--out", "rig"], 1);
-    assert!(sentence.contains("rig") && sentence.contains("not empty"), "{sentence}");
+    assert!(
+        sentence.contains("rig") && sentence.contains("not empty"),
+        "{sentence}"
+    );
 
     // The same seed gives the same bytes, another one others.
-    succeed(folder.path(), &["simulate", "--out", "again", "--duration", "2", "--axes", "1", "--seed", "9"]);
-    succeed(folder.path(), &["simulate", "--out", "other", "--duration", "2", "--axes", "1", "--seed", "10"]);
+    succeed(
+        folder.path(),
+        &[
+            "simulate",
+            "--out",
+            "again",
+            "--duration",
+            "2",
+            "--axes",
+            "1",
+            "--seed",
+            "9",
+        ],
+    );
+    succeed(
+        folder.path(),
+        &[
+            "simulate",
+            "--out",
+            "other",
+            "--duration",
+            "2",
+            "--axes",
+            "1",
+            "--seed",
+            "10",
+        ],
+    );
     let log = |study: &str| {
         let study = folder.path().join(study);
         let text = fs::read_to_string(study.join("study.toml")).unwrap();
-        let file = text.lines().find_map(|line| line.strip_prefix("file = ")).unwrap().trim_matches('"').to_string();
+        let file = text
+            .lines()
+            .find_map(|line| line.strip_prefix("file = "))
+            .unwrap()
+            .trim_matches('"')
+            .to_string();
         fs::read(study.join(file)).unwrap()
     };
     assert_eq!(log("rig"), log("again"));
@@ -69,9 +134,23 @@ fn identify_prints_verification_and_validation_and_writes_the_model() {
     let folder = tempfile::tempdir().unwrap();
     copy_of_rig(folder.path());
     for (fit, limit) in [("ridge", 256), ("least-squares", 256), ("select", 128)] {
-        let said =
-            succeed(folder.path(), &["identify", "rig", "--model", "polynomial", "--fit", fit, "-o", "m.json"]);
-        assert!(said.contains("Verification") && said.contains("Validation") && said.contains("m.json"), "{said}");
+        let said = succeed(
+            folder.path(),
+            &[
+                "identify",
+                "rig",
+                "--model",
+                "polynomial",
+                "--fit",
+                fit,
+                "-o",
+                "m.json",
+            ],
+        );
+        assert!(
+            said.contains("Verification") && said.contains("Validation") && said.contains("m.json"),
+            "{said}"
+        );
         let model = json(&fs::read_to_string(folder.path().join("m.json")).unwrap());
         assert_eq!(model["fit"], fit);
         for axis in 0..2 {
@@ -82,17 +161,37 @@ fn identify_prints_verification_and_validation_and_writes_the_model() {
         }
     }
     // A model small enough to read is printed as an equation with its units.
-    let said = succeed(folder.path(), &["identify", "rig", "--model", "polynomial", "--order", "1,1,0,0"]);
-    assert!(said.contains("r_x [N] =") && said.contains("r_phi [N·m] =") && said.contains("m/s"), "{said}");
+    let said = succeed(
+        folder.path(),
+        &[
+            "identify",
+            "rig",
+            "--model",
+            "polynomial",
+            "--order",
+            "1,1,0,0",
+        ],
+    );
+    assert!(
+        said.contains("r_x [N] =") && said.contains("r_phi [N·m] =") && said.contains("m/s"),
+        "{said}"
+    );
     assert!(folder.path().join("model.json").is_file());
 
-    let sentence = fail(folder.path(), &["identify", "rig", "--model", "polynomial", "--order", "3,3"], 2);
+    let sentence = fail(
+        folder.path(),
+        &["identify", "rig", "--model", "polynomial", "--order", "3,3"],
+        2,
+    );
     assert!(sentence.contains("--order"), "{sentence}");
 }
 
 #[test]
 fn compare_json_follows_the_contract() {
-    let text = succeed(story(), &["compare", "rig/study.toml", "model.json", "--json", "-"]);
+    let text = succeed(
+        story(),
+        &["compare", "rig/study.toml", "model.json", "--json", "-"],
+    );
     let comparison = json(&text);
     let records = comparison["records"].as_array().unwrap();
     assert_eq!(records.len(), 4);
@@ -102,7 +201,13 @@ fn compare_json_follows_the_contract() {
         assert!(record["rows"].as_u64().unwrap() > 10_000);
         for axis in ["x", "phi"] {
             let figures = &record["axes"][axis];
-            for key in ["nmse_percent", "nmse_percent_wide_band", "relative_error", "peak_error", "outside_range"] {
+            for key in [
+                "nmse_percent",
+                "nmse_percent_wide_band",
+                "relative_error",
+                "peak_error",
+                "outside_range",
+            ] {
                 assert!(number(&figures[key]) >= 0.0, "{key} of {axis}");
             }
             assert!(number(&figures["outside_range"]) <= 1.0);
@@ -117,7 +222,14 @@ fn compare_json_follows_the_contract() {
     }
 
     let said = succeed(story(), &["compare", "rig/study.toml", "model.json"]);
-    for part in ["Verification", "Validation", "train_x.csv", "valid.csv", "Where the error", "Hz"] {
+    for part in [
+        "Verification",
+        "Validation",
+        "train_x.csv",
+        "valid.csv",
+        "Where the error",
+        "Hz",
+    ] {
         assert!(said.contains(part), "{part} is missing in {said}");
     }
     // x rests while phi is driven alone: an error relative to no force would say nothing.
@@ -128,12 +240,25 @@ fn compare_json_follows_the_contract() {
 fn quiet_says_nothing_and_json_to_a_file_leaves_the_text() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("c.json");
-    let arguments = ["compare", "rig", "model.json", "--quiet", "--json", out.to_str().unwrap()];
+    let arguments = [
+        "compare",
+        "rig",
+        "model.json",
+        "--quiet",
+        "--json",
+        out.to_str().unwrap(),
+    ];
     assert_eq!(succeed(story(), &arguments), "");
     assert!(json(&fs::read_to_string(&out).unwrap())["records"].is_array());
-    let said = succeed(story(), &["inspect", "model.bin", "--json", out.to_str().unwrap()]);
+    let said = succeed(
+        story(),
+        &["inspect", "model.bin", "--json", out.to_str().unwrap()],
+    );
     assert!(said.contains("Blob"));
-    assert_eq!(json(&fs::read_to_string(&out).unwrap())["base"], "polynomial");
+    assert_eq!(
+        json(&fs::read_to_string(&out).unwrap())["base"],
+        "polynomial"
+    );
 }
 
 #[test]
@@ -141,27 +266,64 @@ fn export_states_its_error_and_refuses_a_budget_it_cannot_keep() {
     let folder = tempfile::tempdir().unwrap();
     let blob = folder.path().join("m.bin");
     let blob = blob.to_str().unwrap();
-    let exported = json(&succeed(story(), &["export", "model.json", "-o", blob, "--json", "-"]));
+    let exported = json(&succeed(
+        story(),
+        &["export", "model.json", "-o", blob, "--json", "-"],
+    ));
     assert_eq!(exported["bytes"], 4096);
     for axis in exported["axes"].as_array().unwrap() {
-        assert!(number(&axis["largest_error"]) <= number(&axis["error_bound"]), "{axis}");
+        assert!(
+            number(&axis["largest_error"]) <= number(&axis["error_bound"]),
+            "{axis}"
+        );
         assert!(number(&axis["bound_relative"]) <= 1e-5, "{axis}");
     }
-    assert_eq!(fs::read(blob).unwrap(), fs::read(story().join("model.bin")).unwrap());
+    assert_eq!(
+        fs::read(blob).unwrap(),
+        fs::read(story().join("model.bin")).unwrap()
+    );
 
     let other = folder.path().join("refused.bin");
-    let sentence = fail(story(), &["export", "model.json", "-o", other.to_str().unwrap(), "--budget", "1e-14"], 3);
-    assert!(sentence.contains("coefficient") && sentence.contains("model.json"), "{sentence}");
+    let sentence = fail(
+        story(),
+        &[
+            "export",
+            "model.json",
+            "-o",
+            other.to_str().unwrap(),
+            "--budget",
+            "1e-14",
+        ],
+        3,
+    );
+    assert!(
+        sentence.contains("coefficient") && sentence.contains("model.json"),
+        "{sentence}"
+    );
     assert!(!other.exists());
 }
 
 #[test]
 fn replay_is_repeatable_and_close_to_compare() {
-    let replayed = json(&succeed(story(), &["replay", "model.bin", "rig", "--json", "-"]));
-    let again = json(&succeed(story(), &["replay", "model.bin", "rig", "--json", "-"]));
+    let replayed = json(&succeed(
+        story(),
+        &["replay", "model.bin", "rig", "--json", "-"],
+    ));
+    let again = json(&succeed(
+        story(),
+        &["replay", "model.bin", "rig", "--json", "-"],
+    ));
     assert_eq!(replayed, again);
-    let compared = json(&succeed(story(), &["compare", "rig", "model.json", "--json", "-"]));
-    for (a, b) in replayed["records"].as_array().unwrap().iter().zip(compared["records"].as_array().unwrap()) {
+    let compared = json(&succeed(
+        story(),
+        &["compare", "rig", "model.json", "--json", "-"],
+    ));
+    for (a, b) in replayed["records"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip(compared["records"].as_array().unwrap())
+    {
         assert_eq!(a["file"], b["file"]);
         for axis in ["x", "phi"] {
             assert_eq!(a["axes"][axis]["saturated"], 0);
@@ -169,33 +331,64 @@ fn replay_is_repeatable_and_close_to_compare() {
                 continue;
             }
             // The device sees rounded counts of force and acceleration, the host what the log holds.
-            let (seen, wanted) = (number(&a["axes"][axis]["nmse_percent"]), number(&b["axes"][axis]["nmse_percent"]));
-            assert!((seen - wanted).abs() < 0.01 * wanted + 1e-4, "{} {axis}: {seen} against {wanted}", a["file"]);
+            let (seen, wanted) = (
+                number(&a["axes"][axis]["nmse_percent"]),
+                number(&b["axes"][axis]["nmse_percent"]),
+            );
+            assert!(
+                (seen - wanted).abs() < 0.01 * wanted + 1e-4,
+                "{} {axis}: {seen} against {wanted}",
+                a["file"]
+            );
         }
     }
 
     let folder = tempfile::tempdir().unwrap();
     let csv = folder.path().join("out.csv");
     let csv = csv.to_str().unwrap();
-    succeed(story(), &["replay", "model.bin", "rig", "--record", "valid.csv", "-o", csv]);
+    succeed(
+        story(),
+        &[
+            "replay",
+            "model.bin",
+            "rig",
+            "--record",
+            "valid.csv",
+            "-o",
+            csv,
+        ],
+    );
     let text = fs::read_to_string(csv).unwrap();
     let heading = text.lines().next().unwrap();
-    assert!(heading.starts_with("row,outside,x_measured_raw,x_measured_N,"), "{heading}");
+    assert!(
+        heading.starts_with("row,outside,x_measured_raw,x_measured_N,"),
+        "{heading}"
+    );
     let outputs = replayed["records"][3]["outputs"].as_u64().unwrap();
     assert_eq!(text.lines().count() as u64, outputs + 1);
 
     let sentence = fail(story(), &["replay", "model.bin", "rig", "-o", csv], 2);
     assert!(sentence.contains("--record"), "{sentence}");
-    let sentence = fail(story(), &["replay", "model.bin", "rig", "--record", "vali.csv"], 2);
+    let sentence = fail(
+        story(),
+        &["replay", "model.bin", "rig", "--record", "vali.csv"],
+        2,
+    );
     assert!(sentence.contains("valid.csv"), "{sentence}");
 }
 
 #[test]
 fn inspect_shows_models_and_blobs() {
     let said = succeed(story(), &["inspect", "model.json"]);
-    assert!(said.contains("polynomial") && said.contains("History: identified"), "{said}");
+    assert!(
+        said.contains("polynomial") && said.contains("History: identified"),
+        "{said}"
+    );
     let said = succeed(story(), &["inspect", "model.bin"]);
-    assert!(said.contains("inertia − force") && said.contains("error bound"), "{said}");
+    assert!(
+        said.contains("inertia − force") && said.contains("error bound"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -219,7 +412,11 @@ fn damaged_models_and_blobs_are_refused_in_one_sentence() {
     let model = fs::read_to_string(story().join("model.json")).unwrap();
     fs::write(folder.path().join("cut.json"), &model[..model.len() / 2]).unwrap();
     assert!(fail(folder.path(), &["export", "cut.json"], 3).contains("line"));
-    fs::write(folder.path().join("old.json"), model.replace("jointwatch-model/1", "jointwatch-model/0")).unwrap();
+    fs::write(
+        folder.path().join("old.json"),
+        model.replace("jointwatch-model/1", "jointwatch-model/0"),
+    )
+    .unwrap();
     assert!(fail(folder.path(), &["compare", rig, "old.json"], 3).contains("jointwatch-model/0"));
     assert!(!folder.path().join("model.bin").exists());
 }
@@ -232,16 +429,29 @@ fn bad_studies_end_with_three_and_leave_nothing_behind() {
     let good = fs::read_to_string(&study).unwrap();
     let refused = |text: String, wanted: &[&str]| {
         fs::write(&study, text).unwrap();
-        let sentence = fail(folder.path(), &["identify", "rig", "--model", "polynomial", "-o", "m.json"], 3);
+        let sentence = fail(
+            folder.path(),
+            &["identify", "rig", "--model", "polynomial", "-o", "m.json"],
+            3,
+        );
         for part in wanted {
             assert!(sentence.contains(part), "{part} is missing in {sentence}");
         }
         assert!(!folder.path().join("m.json").exists());
     };
-    refused(good.replace("force_N", "forse_N"), &["train", "forse_N", "force_N"]);
-    refused(good.replace("role = \"validate\"", "role = \"valid\""), &["valid", "validate"]);
+    refused(
+        good.replace("force_N", "forse_N"),
+        &["train", "forse_N", "force_N"],
+    );
+    refused(
+        good.replace("role = \"validate\"", "role = \"valid\""),
+        &["valid", "validate"],
+    );
     refused(good.replace("name = \"phi\"", "name = \"x\""), &["x"]);
-    refused(good.replace("role = \"train\"", "role = \"validate\""), &["train"]);
+    refused(
+        good.replace("role = \"train\"", "role = \"validate\""),
+        &["train"],
+    );
     fs::write(&study, &good).unwrap();
     let log = rig.join("valid.csv");
     let text = fs::read_to_string(&log).unwrap();
@@ -273,10 +483,22 @@ fn wrong_use_ends_with_two() {
 #[test]
 fn help_names_every_subcommand_and_the_exit_codes() {
     let help = succeed(story(), &["--help"]);
-    for part in ["demo", "simulate", "identify", "compare", "export", "inspect", "replay", "Exit codes", "--json"] {
+    for part in [
+        "demo",
+        "simulate",
+        "identify",
+        "compare",
+        "export",
+        "inspect",
+        "replay",
+        "Exit codes",
+        "--json",
+    ] {
         assert!(help.contains(part), "{part} is missing in {help}");
     }
-    for subcommand in ["demo", "simulate", "identify", "compare", "export", "inspect", "replay"] {
+    for subcommand in [
+        "demo", "simulate", "identify", "compare", "export", "inspect", "replay",
+    ] {
         assert!(succeed(story(), &[subcommand, "--help"]).contains("Usage"));
     }
 }
@@ -285,11 +507,26 @@ fn help_names_every_subcommand_and_the_exit_codes() {
 fn the_demo_tells_the_whole_story_and_leaves_its_folder() {
     let folder = tempfile::tempdir().unwrap();
     let said = succeed(folder.path(), &["demo"]);
-    for part in ["1. ", "2. ", "3. ", "4. ", "5. ", "6. ", "the same bits as the host"] {
+    for part in [
+        "1. ",
+        "2. ",
+        "3. ",
+        "4. ",
+        "5. ",
+        "6. ",
+        "the same bits as the host",
+    ] {
         assert!(said.contains(part), "{part} is missing in {said}");
     }
     let out = folder.path().join("jointwatch-demo");
-    for file in ["study.toml", "valid.csv", "truth/truth.json", "model.json", "model.bin", "comparison.json"] {
+    for file in [
+        "study.toml",
+        "valid.csv",
+        "truth/truth.json",
+        "model.json",
+        "model.bin",
+        "comparison.json",
+    ] {
         assert!(out.join(file).is_file(), "{file} is missing");
     }
 }

@@ -12,7 +12,9 @@ fn figures(text: &str) -> Value {
 
 #[test]
 fn six_foreign_studies_go_through_identify_and_compare() {
-    let Some(studies) = measurements("rig_cases") else { return };
+    let Some(studies) = measurements("rig_cases") else {
+        return;
+    };
     let mut seen = 0;
     for entry in fs::read_dir(studies).unwrap() {
         let study = entry.unwrap().path();
@@ -22,8 +24,21 @@ fn six_foreign_studies_go_through_identify_and_compare() {
         let name = study.file_name().unwrap().to_string_lossy().into_owned();
         let folder = tempfile::tempdir().unwrap();
         let path = study.to_str().unwrap();
-        succeed(folder.path(), &["identify", path, "--model", "polynomial", "-o", "model.json"]);
-        let compared = figures(&succeed(folder.path(), &["compare", path, "model.json", "--json", "-"]));
+        succeed(
+            folder.path(),
+            &[
+                "identify",
+                path,
+                "--model",
+                "polynomial",
+                "-o",
+                "model.json",
+            ],
+        );
+        let compared = figures(&succeed(
+            folder.path(),
+            &["compare", path, "model.json", "--json", "-"],
+        ));
         for axis in compared["validation"].as_array().unwrap() {
             let nmse = axis["nmse_percent"].as_f64().unwrap();
             println!("{name} {}: validation NMSE {nmse:.3} %", axis["axis"]);
@@ -32,8 +47,17 @@ fn six_foreign_studies_go_through_identify_and_compare() {
         }
         // The device's integers see what the host saw.
         succeed(folder.path(), &["export", "model.json", "-o", "model.bin"]);
-        let replayed = figures(&succeed(folder.path(), &["replay", "model.bin", path, "--json", "-"]));
-        assert!(replayed["records"].as_array().unwrap().iter().all(|r| r["outputs"].as_u64().unwrap() > 10_000));
+        let replayed = figures(&succeed(
+            folder.path(),
+            &["replay", "model.bin", path, "--json", "-"],
+        ));
+        assert!(
+            replayed["records"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .all(|r| r["outputs"].as_u64().unwrap() > 10_000)
+        );
         seen += 1;
     }
     assert_eq!(seen, 6, "studies gone through");
@@ -44,18 +68,40 @@ const STUDY: &str = include_str!("../../docs/measured-axis.toml");
 
 #[test]
 fn a_measured_axis_with_unknown_mass_is_identified() {
-    let Some(data) = measurements("data/emps") else { return };
+    let Some(data) = measurements("data/emps") else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     for file in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
         fs::copy(data.join(file), folder.path().join(file)).unwrap();
     }
     fs::write(folder.path().join("study.toml"), STUDY).unwrap();
-    succeed(folder.path(), &["identify", "study.toml", "--model", "polynomial", "-o", "model.json"]);
+    succeed(
+        folder.path(),
+        &[
+            "identify",
+            "study.toml",
+            "--model",
+            "polynomial",
+            "-o",
+            "model.json",
+        ],
+    );
     let model = figures(&fs::read_to_string(folder.path().join("model.json")).unwrap());
     let inertia = model["axes"][0]["inertia"].as_f64().unwrap();
     println!("mass {inertia:.3} kg; published 95.109 kg");
-    assert!((inertia - 95.109).abs() < 0.02 * 95.109, "mass {inertia} kg");
-    let compared = figures(&succeed(folder.path(), &["compare", "study.toml", "model.json", "--json", "-"]));
+    assert!(
+        (inertia - 95.109).abs() < 0.02 * 95.109,
+        "mass {inertia} kg"
+    );
+    let compared = figures(&succeed(
+        folder.path(),
+        &["compare", "study.toml", "model.json", "--json", "-"],
+    ));
     let nmse = |role: &str| compared[role][0]["nmse_percent"].as_f64().unwrap();
-    println!("verification {:.3} %, validation {:.3} %", nmse("verification"), nmse("validation"));
+    println!(
+        "verification {:.3} %, validation {:.3} %",
+        nmse("verification"),
+        nmse("validation")
+    );
 }

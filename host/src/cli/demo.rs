@@ -53,13 +53,27 @@ impl Demo {
 
         console.say("\n3. Compare the model with measurements, and see where it fails\n")?;
         let writes = step.writing_json_to(file("comparison.json"));
-        Compare { study: study.clone(), model: model.clone() }.run(&writes)?;
+        Compare {
+            study: study.clone(),
+            model: model.clone(),
+        }
+        .run(&writes)?;
 
         console.say("\n4. Export it for the microcontroller: fixed-size, integers only\n")?;
-        Export { model, output: blob.clone(), budget: export::DEFAULT_BUDGET }.run(&step)?;
+        Export {
+            model,
+            output: blob.clone(),
+            budget: export::DEFAULT_BUDGET,
+        }
+        .run(&step)?;
 
         console.say("\n5. Replay: what the device would say about the validation record, from raw counts on\n")?;
-        let replay = Replay { blob: blob.clone(), study, record: Some("valid.csv".into()), output: None };
+        let replay = Replay {
+            blob: blob.clone(),
+            study,
+            record: Some("valid.csv".into()),
+            output: None,
+        };
         replay.run(&step.writing_json_to(file("replay.json")))?;
 
         console.say("\n6. The firmware's own evaluation, on an emulated Cortex-M4F\n")?;
@@ -120,5 +134,8 @@ fn first_free_folder() -> PathBuf {
     if !taken(&first) {
         return first;
     }
-    (2_u32..).map(|n| PathBuf::from(format!("jointwatch-demo-{n}"))).find(|path| !taken(path)).unwrap_or(first)
+    (2_u32..)
+        .map(|n| PathBuf::from(format!("jointwatch-demo-{n}")))
+        .find(|path| !taken(path))
+        .unwrap_or(first)
 }

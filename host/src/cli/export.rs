@@ -25,13 +25,24 @@ pub(crate) struct Export {
 impl Export {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         if self.budget.is_nan() || self.budget <= 0.0 {
-            return Err(Error::usage(format!("--budget {} has to be above zero", self.budget)));
+            return Err(Error::usage(format!(
+                "--budget {} has to be above zero",
+                self.budget
+            )));
         }
         let file = ModelFile::read(&self.model)?;
-        let exported = export::export(&file, self.budget)
-            .map_err(|e| Error { sentence: format!("{}: {e}", self.model.display()), ..e })?;
+        let exported = export::export(&file, self.budget).map_err(|e| Error {
+            sentence: format!("{}: {e}", self.model.display()),
+            ..e
+        })?;
         output::write_whole(&self.output, &exported.blob)?;
-        let mut table = Table::new(&["axis", "force unit", "largest error seen", "proven bound", "bound / RMS force"]);
+        let mut table = Table::new(&[
+            "axis",
+            "force unit",
+            "largest error seen",
+            "proven bound",
+            "bound / RMS force",
+        ]);
         for (axis, learnt) in exported.axes.iter().zip(&file.axes) {
             let unit = learnt.kind.force_unit();
             table.row(vec![

@@ -51,7 +51,13 @@ pub(crate) struct Identify {
 impl Identify {
     /// The default fit of a polynomial, as `demo` uses it.
     pub(super) fn polynomial(study: PathBuf, output: PathBuf) -> Self {
-        Self { study, model: Kind::Polynomial, fit: Fit::Ridge, order: None, output }
+        Self {
+            study,
+            model: Kind::Polynomial,
+            fit: Fit::Ridge,
+            order: None,
+            output,
+        }
     }
 
     pub(super) fn run(self, console: &Console) -> Result<()> {
@@ -74,9 +80,16 @@ impl Identify {
             Fit::LeastSquares => Method::LeastSquares,
             Fit::Select => Method::Select,
         };
-        let identified = identify::polynomial(&study, &PolynomialOptions { orders: self.order, method }, &|done| {
-            working.set_message(format!("fitting the polynomial, {:.0} %", 100.0 * done));
-        })?;
+        let identified = identify::polynomial(
+            &study,
+            &PolynomialOptions {
+                orders: self.order,
+                method,
+            },
+            &|done| {
+                working.set_message(format!("fitting the polynomial, {:.0} %", 100.0 * done));
+            },
+        )?;
         working.finish_and_clear();
         identified.model.write(&self.output)?;
         report(console, &study, &identified)?;
@@ -88,14 +101,20 @@ impl Identify {
 /// A clause as a sentence.
 fn sentence(clause: &str) -> String {
     let mut letters = clause.chars();
-    let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
+    let first = letters
+        .next()
+        .map(|c| c.to_uppercase().to_string())
+        .unwrap_or_default();
     format!("{first}{}.", letters.as_str())
 }
 
 /// Prints what was read, what was learnt, and what to be wary of.
 fn report(console: &Console, study: &Study, identified: &Identified) -> Result<()> {
     let model = &identified.model;
-    let trained = study.records.iter().filter(|r| r.role == crate::study::Role::Train);
+    let trained = study
+        .records
+        .iter()
+        .filter(|r| r.role == crate::study::Role::Train);
     let rows: usize = trained.clone().map(|r| r.rows).sum();
     console.say(format!(
         "Study '{}': {} training records, {rows} rows at {} Hz.\n{}",
@@ -119,12 +138,22 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
             ))?;
         }
     }
-    let mut table = Table::new(&["axis", "terms", "ridge", "effective parameters", "cross-validation NMSE"]);
+    let mut table = Table::new(&[
+        "axis",
+        "terms",
+        "ridge",
+        "effective parameters",
+        "cross-validation NMSE",
+    ]);
     for fit in &model.fits {
         table.row(vec![
             fit.axis.clone(),
             fit.terms.to_string(),
-            if fit.ridge > 0.0 { format!("{:.1e}", fit.ridge) } else { "none".into() },
+            if fit.ridge > 0.0 {
+                format!("{:.1e}", fit.ridge)
+            } else {
+                "none".into()
+            },
             format!("{:.1}", fit.effective_parameters),
             format!("{:.3} %", fit.cross_validation_nmse_percent),
         ]);
@@ -133,14 +162,22 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
     for equation in identified.equations() {
         console.say(equation)?;
     }
-    compare::say_summary(&model.verification, "Verification (records it was learnt from)", |text| console.say(text))?;
+    compare::say_summary(
+        &model.verification,
+        "Verification (records it was learnt from)",
+        |text| console.say(text),
+    )?;
     if model.validation.is_empty() {
         console.say(
             "Validation: the study has no record with role = \"validate\", so nothing says how well this model does on \
              motions it has not seen.",
         )?;
     } else {
-        compare::say_summary(&model.validation, "Validation (records it has not seen)", |text| console.say(text))?;
+        compare::say_summary(
+            &model.validation,
+            "Validation (records it has not seen)",
+            |text| console.say(text),
+        )?;
     }
     for warning in &model.warnings {
         console.say(format!("Warning: {warning}."))?;

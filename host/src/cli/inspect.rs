@@ -50,7 +50,14 @@ fn model_in_words(model: &ModelFile) -> String {
         model.filters.sample_rate_hz,
         model.filters.band_hz
     );
-    let mut table = Table::new(&["axis", "terms", "inertia", "displacement range", "velocity range", "validation NMSE"]);
+    let mut table = Table::new(&[
+        "axis",
+        "terms",
+        "inertia",
+        "displacement range",
+        "velocity range",
+        "validation NMSE",
+    ]);
     for (index, (axis, fit)) in model.axes.iter().zip(&model.fits).enumerate() {
         let range = |input: usize, unit: &str| {
             let range = &polynomial.inputs[input];
@@ -68,10 +75,20 @@ fn model_in_words(model: &ModelFile) -> String {
     }
     text.push_str(&table.to_string());
     for entry in &model.history {
-        let errors: Vec<String> =
-            entry.validation.iter().map(|e| format!("{} {:.3} %", e.axis, e.nmse_percent)).collect();
-        let errors = if errors.is_empty() { "no validation records".into() } else { errors.join(", ") };
-        text.push_str(&format!("\nHistory: {} (validation NMSE: {errors}).", entry.what));
+        let errors: Vec<String> = entry
+            .validation
+            .iter()
+            .map(|e| format!("{} {:.3} %", e.axis, e.nmse_percent))
+            .collect();
+        let errors = if errors.is_empty() {
+            "no validation records".into()
+        } else {
+            errors.join(", ")
+        };
+        text.push_str(&format!(
+            "\nHistory: {} (validation NMSE: {errors}).",
+            entry.what
+        ));
     }
     for warning in &model.warnings {
         text.push_str(&format!("\nWarning: {warning}."));
@@ -119,7 +136,8 @@ fn blob_in_words(model: &Model) -> String {
             in_range(&axis.velocity, kind.velocity_unit()),
             format!("{:.3e} {force}", output.force_per_lsb),
             format!("{:.2e} {force}", output.error_bound),
-            axis.validation.map_or("none".into(), |v| format!("{:.3} %", v.nmse_percent)),
+            axis.validation
+                .map_or("none".into(), |v| format!("{:.3} %", v.nmse_percent)),
         ]);
     }
     text.push_str(&table.to_string());

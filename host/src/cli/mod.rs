@@ -88,12 +88,18 @@ impl Console {
 
     /// A console for the steps of a larger command: prints alike, writes no JSON of its own.
     pub(crate) fn inner(&self) -> Self {
-        Self { json: None, quiet: self.quiet || self.json_to_stdout() }
+        Self {
+            json: None,
+            quiet: self.quiet || self.json_to_stdout(),
+        }
     }
 
     /// The same console, its JSON going to a file.
     pub(crate) fn writing_json_to(&self, path: PathBuf) -> Self {
-        Self { json: Some(path), quiet: self.quiet }
+        Self {
+            json: Some(path),
+            quiet: self.quiet,
+        }
     }
 
     /// A line on standard error that shows that work goes on; invisible when that is no terminal.
@@ -110,7 +116,9 @@ impl Console {
     }
 
     fn json_to_stdout(&self) -> bool {
-        self.json.as_ref().is_some_and(|path| path.as_os_str() == "-")
+        self.json
+            .as_ref()
+            .is_some_and(|path| path.as_os_str() == "-")
     }
 }
 
@@ -119,7 +127,9 @@ fn print_to_stdout(text: &str) -> Result<()> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
-        Err(e) => Err(Error::failed(format!("standard output could not be written to ({e})"))),
+        Err(e) => Err(Error::failed(format!(
+            "standard output could not be written to ({e})"
+        ))),
         Ok(()) => Ok(()),
     }
 }
@@ -127,12 +137,17 @@ fn print_to_stdout(text: &str) -> Result<()> {
 /// Runs one command and reports its failure as one sentence on standard error.
 pub fn run(cli: Cli) -> ExitCode {
     if let Some(threads) = cli.global.threads
-        && let Err(e) = rayon::ThreadPoolBuilder::new().num_threads(threads as usize).build_global()
+        && let Err(e) = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads as usize)
+            .build_global()
     {
         eprintln!("jointwatch: {threads} threads could not be started ({e})");
         return ExitCode::from(1);
     }
-    let console = Console { json: cli.global.json, quiet: cli.global.quiet };
+    let console = Console {
+        json: cli.global.json,
+        quiet: cli.global.quiet,
+    };
     let done = match cli.command {
         Command::Demo(command) => command.run(&console),
         Command::Simulate(command) => command.run(&console),

@@ -34,7 +34,10 @@ impl Replay {
         let study = Study::read(&self.study)?;
         let records = self.chosen(&study)?;
         let set_up = replay::SetUp::new(&study, &model)?;
-        let replayed: Vec<Replayed> = records.iter().map(|record| set_up.replay(&study, record, &model)).collect();
+        let replayed: Vec<Replayed> = records
+            .iter()
+            .map(|record| set_up.replay(&study, record, &model))
+            .collect();
         working.finish_and_clear();
         if let Some(path) = &self.output {
             let [only] = replayed.as_slice() else {
@@ -54,10 +57,20 @@ impl Replay {
     }
 
     fn chosen<'a>(&self, study: &'a Study) -> Result<Vec<&'a Record>> {
-        let Some(wanted) = &self.record else { return Ok(study.records.iter().collect()) };
-        let chosen: Vec<&Record> = study.records.iter().filter(|record| &record.file == wanted).collect();
+        let Some(wanted) = &self.record else {
+            return Ok(study.records.iter().collect());
+        };
+        let chosen: Vec<&Record> = study
+            .records
+            .iter()
+            .filter(|record| &record.file == wanted)
+            .collect();
         if chosen.is_empty() {
-            let files: Vec<&str> = study.records.iter().map(|record| record.file.as_str()).collect();
+            let files: Vec<&str> = study
+                .records
+                .iter()
+                .map(|record| record.file.as_str())
+                .collect();
             return Err(Error::usage(format!(
                 "--record {wanted}: the study has no such record; it has {}",
                 files.join(", ")
@@ -68,11 +81,20 @@ impl Replay {
 }
 
 fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> String {
-    let mut table =
-        Table::new(&["record", "axis", "NMSE", "relative error", "peak error", "outside range", "digest"]);
+    let mut table = Table::new(&[
+        "record",
+        "axis",
+        "NMSE",
+        "relative error",
+        "peak error",
+        "outside range",
+        "digest",
+    ]);
     for record in records {
         for axis in &study.axes {
-            let Some(figures) = record.axes.get(&axis.name) else { continue };
+            let Some(figures) = record.axes.get(&axis.name) else {
+                continue;
+            };
             table.row(vec![
                 record.file.clone(),
                 axis.name.clone(),
@@ -84,7 +106,11 @@ fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> Stri
             ]);
         }
     }
-    let saturated: usize = records.iter().flat_map(|r| r.axes.values()).map(|a| a.saturated).sum();
+    let saturated: usize = records
+        .iter()
+        .flat_map(|r| r.axes.values())
+        .map(|a| a.saturated)
+        .sum();
     let rails = if saturated > 0 {
         format!("\nIn {saturated} outputs a force ran into the rail of its 32 bits.")
     } else {
@@ -112,7 +138,11 @@ fn as_csv(replayed: &Replayed, study: &Study, model: &Model) -> String {
         let _ = write!(text, "{},{}", replayed.first_row + at, output.outside);
         for axis in 0..study.axes.len() {
             let unit = model.outputs()[axis].force_per_lsb;
-            for raw in [output.measured[axis], output.predicted[axis], output.residual[axis]] {
+            for raw in [
+                output.measured[axis],
+                output.predicted[axis],
+                output.residual[axis],
+            ] {
                 let _ = write!(text, ",{raw},{:e}", f64::from(raw) * unit);
             }
         }

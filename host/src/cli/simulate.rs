@@ -46,7 +46,9 @@ fn decibels(text: &str) -> std::result::Result<Decibels, String> {
 impl Simulate {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let options = SimulationOptions {
-            rig: self.vary.map_or_else(RigParameters::default, RigParameters::draw),
+            rig: self
+                .vary
+                .map_or_else(RigParameters::default, RigParameters::draw),
             axes: self.axes.into(),
             snr_db: self.snr_db.0,
             seed: self.seed,

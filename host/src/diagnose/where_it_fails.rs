@@ -58,7 +58,12 @@ const SPREAD: f64 = 0.35;
 /// The state region comes from cutting greedily along one state, or its magnitude, at a time, each cut keeping the
 /// side whose mean squared error gains most (a regression tree of which only the worst branch is followed). Time span
 /// and band are the narrowest that hold half of the error; one that is wider than a third of the whole says "spread".
-pub fn find(axis: &str, names: &[StateName], records: &[ErrorRecord<'_>], sample_rate_hz: f64) -> Vec<Place> {
+pub fn find(
+    axis: &str,
+    names: &[StateName],
+    records: &[ErrorRecord<'_>],
+    sample_rate_hz: f64,
+) -> Vec<Place> {
     let total: f64 = records.iter().flat_map(|r| r.error).map(|e| e * e).sum();
     if total <= 0.0 || total.is_nan() {
         return Vec::new();
@@ -87,14 +92,29 @@ struct Cut {
 fn state_region(axis: &str, names: &[StateName], records: &[ErrorRecord<'_>]) -> Option<Place> {
     let rows: usize = records.iter().map(|r| r.error.len()).sum();
     let step = rows.div_ceil(MOST_ROWS).max(1);
-    let squares: Vec<f64> = records.iter().flat_map(|r| r.error.iter().step_by(step)).map(|e| e * e).collect();
+    let squares: Vec<f64> = records
+        .iter()
+        .flat_map(|r| r.error.iter().step_by(step))
+        .map(|e| e * e)
+        .collect();
     let mut features = Vec::new();
     for state in 0..names.len() {
-        let values: Vec<f64> =
-            records.iter().flat_map(|r| r.states[state].iter().step_by(step)).copied().collect();
+        let values: Vec<f64> = records
+            .iter()
+            .flat_map(|r| r.states[state].iter().step_by(step))
+            .copied()
+            .collect();
         let magnitudes = values.iter().map(|v| v.abs()).collect();
-        features.push(Feature { values, state, magnitude: false });
-        features.push(Feature { values: magnitudes, state, magnitude: true });
+        features.push(Feature {
+            values,
+            state,
+            magnitude: false,
+        });
+        features.push(Feature {
+            values: magnitudes,
+            state,
+            magnitude: true,
+        });
     }
 
     let total: f64 = squares.iter().sum();
@@ -102,7 +122,9 @@ fn state_region(axis: &str, names: &[StateName], records: &[ErrorRecord<'_>]) ->
     let mut inside: Vec<usize> = (0..squares.len()).collect();
     let mut cuts = Vec::new();
     for _ in 0..DEPTH {
-        let Some((cut, kept)) = best_cut(&features, &squares, &inside, least) else { break };
+        let Some((cut, kept)) = best_cut(&features, &squares, &inside, least) else {
+            break;
+        };
         let share: f64 = kept.iter().map(|&row| squares[row]).sum::<f64>() / total;
         if share < 0.3 {
             break;
@@ -125,7 +147,12 @@ fn state_region(axis: &str, names: &[StateName], records: &[ErrorRecord<'_>]) ->
 }
 
 /// The cut whose kept side stands out most: the largest drop in Σ(e² − mean)², as a regression tree splits.
-fn best_cut(features: &[Feature], squares: &[f64], inside: &[usize], least: usize) -> Option<(Cut, Vec<usize>)> {
+fn best_cut(
+    features: &[Feature],
+    squares: &[f64],
+    inside: &[usize],
+    least: usize,
+) -> Option<(Cut, Vec<usize>)> {
     let count = inside.len() as f64;
     let sum: f64 = inside.iter().map(|&row| squares[row]).sum();
     let mut best: Option<(f64, Cut)> = None;
@@ -136,10 +163,16 @@ fn best_cut(features: &[Feature], squares: &[f64], inside: &[usize], least: usiz
         let mut taken = 0;
         for part in 1..CUTS {
             let end = order.len() * part / CUTS;
-            below += order[taken..end].iter().map(|&row| squares[row]).sum::<f64>();
+            below += order[taken..end]
+                .iter()
+                .map(|&row| squares[row])
+                .sum::<f64>();
             taken = end;
             let rest = order.len() - end;
-            if end < least || rest < least || feature.values[order[end - 1]] == feature.values[order[end]] {
+            if end < least
+                || rest < least
+                || feature.values[order[end - 1]] == feature.values[order[end]]
+            {
                 continue;
             }
             let (mean_below, mean_above) = (below / end as f64, (sum - below) / rest as f64);
@@ -148,16 +181,27 @@ fn best_cut(features: &[Feature], squares: &[f64], inside: &[usize], least: usiz
             let above = mean_above > mean_below;
             if best.as_ref().is_none_or(|(most, _)| gain > *most) {
                 let threshold = 0.5 * (feature.values[order[end - 1]] + feature.values[order[end]]);
-                best = Some((gain, Cut { feature: index, threshold, above }));
+                best = Some((
+                    gain,
+                    Cut {
+                        feature: index,
+                        threshold,
+                        above,
+                    },
+                ));
             }
         }
     }
     let (_, cut) = best?;
     let values = &features[cut.feature].values;
-    let kept: Vec<usize> =
-        inside.iter().copied().filter(|&row| (values[row] > cut.threshold) == cut.above).collect();
+    let kept: Vec<usize> = inside
+        .iter()
+        .copied()
+        .filter(|&row| (values[row] > cut.threshold) == cut.above)
+        .collect();
     // A cut that keeps no denser side than it found says nothing.
-    let denser = kept.iter().map(|&row| squares[row]).sum::<f64>() / kept.len() as f64 > 1.3 * sum / count;
+    let denser =
+        kept.iter().map(|&row| squares[row]).sum::<f64>() / kept.len() as f64 > 1.3 * sum / count;
     denser.then_some((cut, kept))
 }
 
@@ -165,7 +209,10 @@ fn region_in_words(cuts: &[Cut], features: &[Feature], names: &[StateName]) -> S
     // Several cuts of one quantity on the same side are one condition: the last is the tightest.
     let mut conditions: Vec<(usize, bool, f64)> = Vec::new();
     for cut in cuts {
-        match conditions.iter_mut().find(|(feature, above, _)| *feature == cut.feature && *above == cut.above) {
+        match conditions
+            .iter_mut()
+            .find(|(feature, above, _)| *feature == cut.feature && *above == cut.above)
+        {
             Some((_, _, threshold)) => *threshold = cut.threshold,
             None => conditions.push((cut.feature, cut.above, cut.threshold)),
         }
@@ -175,9 +222,17 @@ fn region_in_words(cuts: &[Cut], features: &[Feature], names: &[StateName]) -> S
         .map(|&(feature, above, threshold)| {
             let feature = &features[feature];
             let name = &names[feature.state];
-            let quantity = if feature.magnitude { format!("|{}|", name.name) } else { name.name.clone() };
+            let quantity = if feature.magnitude {
+                format!("|{}|", name.name)
+            } else {
+                name.name.clone()
+            };
             let side = if above { "above" } else { "below" };
-            format!("{quantity} {side} {} {}", significant(threshold * name.factor), name.unit)
+            format!(
+                "{quantity} {side} {} {}",
+                significant(threshold * name.factor),
+                name.unit
+            )
         })
         .collect();
     words.join(" and ")
@@ -208,7 +263,9 @@ fn time_span(axis: &str, records: &[ErrorRecord<'_>], rate: f64, total: f64) -> 
         share_of_error: share,
         share_of_rows: part,
     };
-    let Some((index, first, last, share)) = best else { return Some(evenly(1.0, 1.0)) };
+    let Some((index, first, last, share)) = best else {
+        return Some(evenly(1.0, 1.0));
+    };
     let part = (last + 1 - first) as f64 / rows as f64;
     if part > SPREAD {
         return Some(evenly(1.0, 1.0));
@@ -218,7 +275,12 @@ fn time_span(axis: &str, records: &[ErrorRecord<'_>], rate: f64, total: f64) -> 
     Some(Place {
         axis: axis.into(),
         kind: "time",
-        region: format!("{} from {:.3} s to {:.3} s", record.file, at(first), at(last)),
+        region: format!(
+            "{} from {:.3} s to {:.3} s",
+            record.file,
+            at(first),
+            at(last)
+        ),
         share_of_error: share,
         share_of_rows: part,
     })
@@ -270,7 +332,11 @@ pub fn significant(value: f64) -> String {
         ..=0 => {
             let step = 10_f64.powi(-digits);
             let rounded = (value / step).round() * step;
-            if rounded.abs() >= 1e7 { format!("{value:.2e}") } else { format!("{rounded:.0}") }
+            if rounded.abs() >= 1e7 {
+                format!("{value:.2e}")
+            } else {
+                format!("{rounded:.0}")
+            }
         }
         1..=7 => format!("{value:.*}", digits as usize),
         _ => format!("{value:.2e}"),
@@ -284,8 +350,16 @@ mod tests {
 
     fn names() -> Vec<StateName> {
         vec![
-            StateName { name: "x".into(), unit: "mm", factor: 1e3 },
-            StateName { name: "velocity of x".into(), unit: "mm/s", factor: 1e3 },
+            StateName {
+                name: "x".into(),
+                unit: "mm",
+                factor: 1e3,
+            },
+            StateName {
+                name: "velocity of x".into(),
+                unit: "mm/s",
+                factor: 1e3,
+            },
         ]
     }
 
@@ -302,12 +376,24 @@ mod tests {
         let contact: Vec<f64> = (0..rows)
             .map(|n| if x[n].abs() > 0.8e-3 && v[n] > 0.0 { 1.0 } else { 0.01 } * rng.random_range(-1.0..1.0))
             .collect();
-        let record = ErrorRecord { file: "a.csv", start_s: 0.0, states: vec![&x, &v], error: &contact };
+        let record = ErrorRecord {
+            file: "a.csv",
+            start_s: 0.0,
+            states: vec![&x, &v],
+            error: &contact,
+        };
         let places = find("x", &names(), &[record], rate);
         let state = places.iter().find(|p| p.kind == "state").unwrap();
         assert!(state.region.contains("|x| above 0.8"), "{}", state.region);
-        assert!(state.region.contains("velocity of x above"), "{}", state.region);
-        assert!(state.share_of_error > 0.9 && state.share_of_rows < 0.13, "{state:?}");
+        assert!(
+            state.region.contains("velocity of x above"),
+            "{}",
+            state.region
+        );
+        assert!(
+            state.share_of_error > 0.9 && state.share_of_rows < 0.13,
+            "{state:?}"
+        );
         let time = places.iter().find(|p| p.kind == "time").unwrap();
         assert!(time.region.contains("evenly"), "{}", time.region);
 
@@ -315,17 +401,32 @@ mod tests {
         let burst: Vec<f64> = (0..rows)
             .map(|n| {
                 let t = n as f64 / rate;
-                let tone = if (12.0..13.0).contains(&t) { (314.159 * t).sin() } else { 0.0 };
+                let tone = if (12.0..13.0).contains(&t) {
+                    (314.159 * t).sin()
+                } else {
+                    0.0
+                };
                 tone + 0.01 * rng.random_range(-1.0..1.0)
             })
             .collect();
-        let record = ErrorRecord { file: "b.csv", start_s: 0.0, states: vec![&x, &v], error: &burst };
+        let record = ErrorRecord {
+            file: "b.csv",
+            start_s: 0.0,
+            states: vec![&x, &v],
+            error: &burst,
+        };
         let places = find("x", &names(), &[record], rate);
         let time = places.iter().find(|p| p.kind == "time").unwrap();
-        assert!(time.region.starts_with("b.csv from 12.") && time.share_of_rows < 0.06, "{time:?}");
+        assert!(
+            time.region.starts_with("b.csv from 12.") && time.share_of_rows < 0.06,
+            "{time:?}"
+        );
         let band = places.iter().find(|p| p.kind == "frequency").unwrap();
         let low: f64 = band.region.split(' ').next().unwrap().parse().unwrap();
-        assert!((40.0..50.0).contains(&low) && band.share_of_rows < 0.05, "{band:?}");
+        assert!(
+            (40.0..50.0).contains(&low) && band.share_of_rows < 0.05,
+            "{band:?}"
+        );
     }
 
     #[test]
@@ -333,9 +434,18 @@ mod tests {
         let seed = 11;
         println!("seed {seed}");
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-        let mut noise = || (0..20_000).map(|_| rng.random_range(-1.0..1.0)).collect::<Vec<f64>>();
+        let mut noise = || {
+            (0..20_000)
+                .map(|_| rng.random_range(-1.0..1.0))
+                .collect::<Vec<f64>>()
+        };
         let (x, v, error) = (noise(), noise(), noise());
-        let record = ErrorRecord { file: "a.csv", start_s: 0.0, states: vec![&x, &v], error: &error };
+        let record = ErrorRecord {
+            file: "a.csv",
+            start_s: 0.0,
+            states: vec![&x, &v],
+            error: &error,
+        };
         let places = find("x", &names(), &[record], 1000.0);
         assert!(places.iter().all(|p| p.kind != "state"), "{places:?}");
     }
@@ -343,6 +453,9 @@ mod tests {
     #[test]
     fn three_digits_as_a_person_writes_them() {
         let seen = [0.000_812_34, 0.8123, 41.26, 123.4, 5123.0, 1.5e-9].map(significant);
-        assert_eq!(seen, ["0.000812", "0.812", "41.3", "123", "5120", "1.50e-9"]);
+        assert_eq!(
+            seen,
+            ["0.000812", "0.812", "41.3", "123", "5120", "1.50e-9"]
+        );
     }
 }
