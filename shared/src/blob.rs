@@ -6,7 +6,7 @@
 
 use crate::error::Error;
 use crate::model::axis::{Axis, AxisKind, Convention, InputRange, NAME_LEN, Name, Validation};
-use crate::model::polynomial::{BLOCKS, PolynomialModel};
+use crate::model::polynomial::{BLOCKS, Block, PolynomialModel};
 use crate::model::{Base, Header, Model, Output};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
@@ -19,7 +19,7 @@ pub const BLOB_VERSION: u16 = 1;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
 /// Bytes of the message; what follows up to the checksum is zero and has room for eight effects.
-pub const MESSAGE_LEN: usize = 2256;
+pub const MESSAGE_LEN: usize = 2384;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
 
@@ -32,6 +32,13 @@ const POLYNOMIAL: u8 = 1;
 /// A stored integer: four bytes, little-endian, instead of postcard's variable length.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 struct Word(#[serde(with = "postcard::fixint::le")] i32);
+
+/// The words of one block, and its gain.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct BlockMessage {
+    words: [Word; 16],
+    gain: Word,
+}
 
 /// What the bytes say, before any of it is believed.
 #[derive(Serialize, Deserialize)]
@@ -48,7 +55,7 @@ struct Message {
     effects: u8,
     reserved: u8,
     axis: [AxisMessage; 2],
-    words: [[[Word; 16]; 2]; BLOCKS],
+    blocks: [[BlockMessage; BLOCKS]; 2],
 }
 
 /// One axis, as the bytes say; all zero for the second of a one-axis model.
@@ -149,9 +156,12 @@ impl Message {
             effects: 0,
             reserved: 0,
             axis,
-            words: polynomial
-                .blocks
-                .map(|pair| pair.map(|block| block.map(Word))),
+            blocks: polynomial.blocks.map(|blocks| {
+                blocks.map(|block| BlockMessage {
+                    words: block.words.map(Word),
+                    gain: Word(block.gain),
+                })
+            }),
         }
     }
 
@@ -184,9 +194,12 @@ impl Message {
             orders: self.orders,
             axes: self.axes,
             shifts: self.shifts,
-            blocks: self
-                .words
-                .map(|pair| pair.map(|block| block.map(|word| word.0))),
+            blocks: self.blocks.map(|blocks| {
+                blocks.map(|block| Block {
+                    words: block.words.map(|word| word.0),
+                    gain: block.gain.0,
+                })
+            }),
         };
         Model::new(header, outputs, Base::Polynomial(polynomial))
     }

@@ -4,7 +4,7 @@
 //! digests mean equal bits. Integers only, so that the check itself cannot depend on the machine.
 
 use crate::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
-use crate::model::polynomial::{BLOCKS, Block, PolynomialModel};
+use crate::model::polynomial::{BLOCKS, Block, Blocks, PolynomialModel};
 use crate::model::{Base, Header, Model, Output};
 use heapless::Vec;
 
@@ -164,23 +164,25 @@ const fn reference_axis(bytes: [u8; 16], kind: AxisKind) -> Axis {
     }
 }
 
-/// Words of both signs, of up to 2²⁶ on the first axis and 2²⁷ on the second, in blocks of very different size.
-const fn reference_blocks() -> [[Block; 2]; BLOCKS] {
+/// Words of both signs of up to 2²⁶ and gains of very different size.
+const fn reference_blocks() -> [Blocks; 2] {
     let mut points = Points::new(1);
-    let mut blocks = [[[0; 16]; 2]; BLOCKS];
-    let mut block = 0;
-    while block < BLOCKS {
-        let mut axis = 0;
-        while axis < 2 {
+    let mut blocks = [[Block::EMPTY; BLOCKS]; 2];
+    let mut axis = 0;
+    while axis < 2 {
+        let mut number = 0;
+        while number < BLOCKS {
+            let block = &mut blocks[axis][number];
             let mut word = 0;
             while word < 16 {
-                // Every fifth block is full size, the others smaller by 1 to 4 places.
-                blocks[block][axis][word] = points.next_word() >> (6 - axis + block % 5);
+                block.words[word] = points.next_word() >> 5;
                 word += 1;
             }
-            axis += 1;
+            // Multiples of 4, of up to 2³¹, 2²⁸, 2²⁵, … in turn.
+            block.gain = ((points.next_word() as u32 >> 1) >> (3 * (number % 5)) & !3) as i32;
+            number += 1;
         }
-        block += 1;
+        axis += 1;
     }
     blocks
 }

@@ -4,38 +4,61 @@
 //!
 //! The terms lie in 16 blocks, one for each x^i·ẋ^j. Within a block four rows, one per power of φ, are summed over the
 //! powers of φ̇, and the four row sums over the powers of φ, each product one rounded high-word multiplication
-//! ([`mul_high_add`]). The block sums times x^i·ẋ^j are then added up in 64 bits and rounded once. `docs/numerics.md` derives
+//! ([`mul_high_add`]). The block sums times x^i·ẋ^j times the block's gain are then added up in 64 bits and rounded once.
+//! The gain lets a block of small coefficients use all 32 bits beside a block of large ones. `docs/numerics.md` derives
 //! the scales, the bounds and the error; [`PolynomialModel::check`] proves the bounds for the words at hand.
 
 use crate::error::Error;
-use crate::fixed::{mul_high_add, mul_shift, q31_powers, round_shift};
+use crate::fixed::{mul_high_add, q31_powers};
 
 /// Blocks of a two-axis polynomial, one for each x^i·ẋ^j; block number 4·i + j.
 pub const BLOCKS: usize = 16;
-/// The largest output shift; with more the 64-bit sum could overflow before its bound of 2⁶³ is reached.
-pub const MAX_OUTPUT_SHIFT: u8 = 2;
+/// The largest output shift; beyond it the 64-bit sum would overflow first.
+pub const MAX_OUTPUT_SHIFT: u8 = 3;
+/// The binary places of the 64-bit sum beyond those of the block sums: 30 of the monomial and 31 of the gain, less the
+/// 32 that their product loses.
+pub const SUM_PLACES: u32 = 29;
 
-/// The coefficients of one block as stored: word 4·k + l belongs to φ^k·φ̇^l (one axis: to x^k·ẋ^l).
-pub type Block = [i32; 16];
+/// The terms of one x^i·ẋ^j as stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(align(8))]
+pub struct Block {
+    /// The coefficient of φ^k·φ̇^l at 4·k + l (one axis: of x^k·ẋ^l), at the block's own scale.
+    pub words: [i32; 16],
+    /// What brings the block's scale to that of the axis: a Q31 number, not negative. 0 for one axis.
+    pub gain: i32,
+}
+
+/// The blocks of one axis.
+pub type Blocks = [Block; BLOCKS];
 
 /// A polynomial in fixed point, for one or two axes.
 ///
-/// Stored words are the coefficients times S, the scale of the axis, which is any real number: S/4 when both k and l
-/// are 0, S/2 when one of them is, S otherwise, because every multiplication by a Q31 number halves the scale. The
-/// output is the force times S/2^(2+shift).
+/// With A the scale of a block, which is any real number, the stored words are the coefficients times A when both k and
+/// l are 0, times 2·A when one of them is, times 4·A otherwise, because every multiplication by a Q31 number halves
+/// the scale. A times the gain is the same number G for all blocks of an axis, and the output is the force times
+/// G/2^shift. For one axis there is one block, and the output is the force times A.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PolynomialModel {
     pub(crate) orders: [u8; 4],
     pub(crate) axes: u8,
     pub(crate) shifts: [u8; 2],
-    pub(crate) blocks: [[Block; 2]; BLOCKS],
+    pub(crate) blocks: [Blocks; 2],
+}
+
+impl Block {
+    /// A block without terms.
+    pub const EMPTY: Self = Self {
+        words: [0; 16],
+        gain: 0,
+    };
 }
 
 impl PolynomialModel {
-    /// A polynomial from its stored words, `blocks[4·i + j][axis][4·k + l]`.
+    /// A polynomial from its stored words, `blocks[axis][4·i + j].words[4·k + l]`.
     ///
     /// `orders` are the highest exponents of x, ẋ, φ, φ̇; of a one-axis polynomial the last two are 0 and its words
-    /// are `blocks[0][0][4·i + j]`.
+    /// are `blocks[0][0].words[4·i + j]`.
     ///
     /// # Errors
     /// As [`Self::check`].
@@ -43,7 +66,7 @@ impl PolynomialModel {
         orders: [u8; 4],
         axes: u8,
         shifts: [u8; 2],
-        blocks: [[Block; 2]; BLOCKS],
+        blocks: [Blocks; 2],
     ) -> Result<Self, Error> {
         let model = Self {
             orders,
@@ -65,13 +88,13 @@ impl PolynomialModel {
         self.orders
     }
 
-    /// The right shift of each axis's sum, beyond the 30 places of the monomials.
+    /// The right shift of each axis's sum, beyond [`SUM_PLACES`].
     pub fn shifts(&self) -> [u8; 2] {
         self.shifts
     }
 
-    /// The stored words, `[4·i + j][axis][4·k + l]`.
-    pub fn blocks(&self) -> &[[Block; 2]; BLOCKS] {
+    /// The stored blocks, `[axis][4·i + j]`.
+    pub fn blocks(&self) -> &[Blocks; 2] {
         &self.blocks
     }
 
@@ -92,48 +115,36 @@ impl PolynomialModel {
     /// because [`Self::check`] has bounded every sum for all inputs.
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
-        let [a, b, c, d] = u;
+        let [first, second] = &self.blocks;
+        let [a, b, c, d] = u.map(q31_powers);
         if self.axes == 1 {
-            let [[block, _], ..] = &self.blocks;
-            [block_sum(block, &q31_powers(*a), &q31_powers(*b)), 0]
-        } else {
-            let outer = monomials(&q31_powers(*a), &q31_powers(*b));
-            self.sum_of_blocks(&outer, &q31_powers(*c), &q31_powers(*d))
+            let [block, ..] = first;
+            return [block_sum(&block.words, &a, &b), 0];
         }
-    }
-
-    /// The sum over all blocks, for the monomials x^i·ẋ^j in Q30 and the powers of φ and φ̇ in Q31.
-    #[inline]
-    fn sum_of_blocks(&self, outer: &[i32; BLOCKS], row: &[i32; 3], column: &[i32; 3]) -> [i32; 2] {
-        let mut sums = [0_i64; 2];
-        for ([first, second], &monomial) in self.blocks.iter().zip(outer) {
-            sums[0] += i64::from(block_sum(first, row, column)) * i64::from(monomial);
-            sums[1] += i64::from(block_sum(second, row, column)) * i64::from(monomial);
-        }
-        let [first, second] = self.shifts;
+        let outer = monomials(&a, &b);
+        let [s, t] = self.shifts;
         [
-            round_shift(sums[0], 30 + u32::from(first)) as i32,
-            round_shift(sums[1], 30 + u32::from(second)) as i32,
+            output(sum_of_blocks(first, &outer, &c, &d), s),
+            output(sum_of_blocks(second, &outer, &c, &d), t),
         ]
     }
 
     /// Proves that no input can overflow any sum of the evaluation, and that the rest of the model is what it states.
     ///
     /// With |factor| ≤ 2³¹ a rounded high-word product is at most ⌊(|word| + 1)/2⌋ in size, and with |monomial| ≤ 2³⁰
-    /// the final sum is at most 2³⁰·Σ|block sum|; so the sizes of the stored words bound everything.
+    /// its product with a gain is at most ⌊(gain + 2)/4⌋; so the sizes of the stored words bound everything.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for axes, orders and shifts, [`Error::Coefficient`] for a word outside the orders or
-    /// the axes, [`Error::Overflow`] for the sum that could overflow.
+    /// the axes or for a block with a gain that is not its, [`Error::Overflow`] for the sum that could overflow.
     pub fn check(&self) -> Result<(), Error> {
         Error::unless_within("number of axes", f64::from(self.axes), 1.0, 2.0)?;
         for (input, &order) in self.orders.iter().enumerate() {
             let most = if input < 2 * self.axes() { 3.0 } else { 0.0 };
             Error::unless_within("order of the polynomial", f64::from(order), 0.0, most)?;
         }
-        for (axis, &shift) in self.shifts.iter().enumerate() {
-            let shifted = self.axes == 2 && axis < 2;
-            let most = if shifted { MAX_OUTPUT_SHIFT } else { 0 };
+        for &shift in &self.shifts {
+            let most = if self.axes == 2 { MAX_OUTPUT_SHIFT } else { 0 };
             Error::unless_within(
                 "output shift of the polynomial",
                 f64::from(shift),
@@ -142,27 +153,40 @@ impl PolynomialModel {
             )?;
         }
         self.check_words_outside()?;
-        for (axis, &shift) in self.shifts.iter().enumerate().take(self.axes()) {
-            self.check_sums(axis, shift)?;
+        for (axis, (blocks, &shift)) in self.blocks.iter().zip(&self.shifts).enumerate() {
+            self.check_sums(axis, blocks, shift)?;
         }
         Ok(())
     }
 
-    /// Refuses words that no term of the stated orders and axes owns.
+    /// Refuses words and gains that no term of the stated orders and axes owns.
     fn check_words_outside(&self) -> Result<(), Error> {
-        for (number, pair) in self.blocks.iter().enumerate() {
-            for (axis, block) in pair.iter().enumerate() {
-                for (place, &word) in block.iter().enumerate() {
+        for (axis, blocks) in self.blocks.iter().enumerate() {
+            for (number, block) in blocks.iter().enumerate() {
+                let refuse = |exponents, word| {
+                    Err(Error::Coefficient {
+                        axis: axis as u8,
+                        exponents,
+                        seen: f64::from(word),
+                    })
+                };
+                let mut used = false;
+                for (place, &word) in block.words.iter().enumerate() {
                     let exponents = self.exponents(number, place);
                     let inside = axis < self.axes()
                         && exponents.iter().zip(&self.orders).all(|(e, o)| e <= o);
                     if word != 0 && !inside {
-                        return Err(Error::Coefficient {
-                            axis: axis as u8,
-                            exponents,
-                            seen: f64::from(word),
-                        });
+                        return refuse(exponents, word);
                     }
+                    used |= inside;
+                }
+                let gain_is_sound = if used && self.axes == 2 {
+                    block.gain >= 0
+                } else {
+                    block.gain == 0
+                };
+                if !gain_is_sound {
+                    return refuse(self.exponents(number, 0), block.gain);
                 }
             }
         }
@@ -170,19 +194,17 @@ impl PolynomialModel {
     }
 
     /// Bounds the row sums, the block sums, the 64-bit sum and the output of one axis.
-    fn check_sums(&self, axis: usize, shift: u8) -> Result<(), Error> {
+    fn check_sums(&self, axis: usize, blocks: &Blocks, shift: u8) -> Result<(), Error> {
         let overflow = |sum, number: usize| Error::Overflow {
             axis: axis as u8,
             sum,
             block: [number as u8 / 4, number as u8 % 4],
         };
         const MOST: u64 = i32::MAX as u64;
-        let mut total = 0_u64;
-        for (number, pair) in self.blocks.iter().enumerate() {
-            let Some(block) = pair.get(axis) else {
-                continue;
-            };
-            let (rows, _) = block.as_chunks::<4>();
+        // At most 16·2³¹·2²⁹ = 2⁶⁴, so it is computed in 128 bits.
+        let mut total = 0_u128;
+        for (number, block) in blocks.iter().enumerate() {
+            let (rows, _) = block.words.as_chunks::<4>();
             let mut sum = 0_u64;
             for (k, row) in rows.iter().enumerate() {
                 let largest = bound_of_sum(&row.map(|word| u64::from(word.unsigned_abs())));
@@ -194,14 +216,13 @@ impl PolynomialModel {
             if sum > MOST {
                 return Err(overflow("sum of a block", number));
             }
-            total += sum;
+            let weight = (u64::from(block.gain.unsigned_abs()) + 2) / 4;
+            total += u128::from(sum) * u128::from(weight);
         }
-        // At most 16·2³¹·2³⁰ = 2⁶⁵, so it is computed in 128 bits.
-        let total = u128::from(total) << 30;
         if total > i64::MAX as u128 {
             return Err(overflow("64-bit sum", 0));
         }
-        let n = 30 + u32::from(shift);
+        let n = SUM_PLACES + u32::from(shift);
         if (total + (1 << (n - 1))) >> n > u128::from(MOST) {
             return Err(overflow("output", 0));
         }
@@ -214,28 +235,70 @@ fn bound_of_sum(&[first, a, b, c]: &[u64; 4]) -> u64 {
     first + a.div_ceil(2) + b.div_ceil(2) + c.div_ceil(2)
 }
 
+/// The sum of an axis, rounded half up to the places of its output: `round_shift(sum, SUM_PLACES + shift)`.
+///
+/// Written in 32-bit halves: a 64-bit shift by a variable costs three times as many instructions.
+#[inline(always)]
+fn output(sum: i64, shift: u8) -> i32 {
+    // The output is the high word of the sum shifted up by 0 to 3 places, which `check` has proven to fit.
+    let up = u32::from(MAX_OUTPUT_SHIFT - shift);
+    let (high, low) = ((sum >> 32) as i32, sum as u32);
+    let carried = (low >> 1) >> (31 - up);
+    let rounding = (low << up) >> 31;
+    (high << up) + carried as i32 + rounding as i32
+}
+
 /// x^i·ẋ^j in Q30, in the order of the blocks; 1 is exact, and so is every size at most 2³⁰.
 #[inline(always)]
 fn monomials(x: &[i32; 3], v: &[i32; 3]) -> [i32; BLOCKS] {
-    let halved = |a: i32| round_shift(i64::from(a), 1) as i32;
-    let product = |a: i32, b: i32| mul_shift(a, b, 32) as i32;
-    let [v1, v2, v3] = *v;
-    let [a, b, c] = x.map(|p| [halved(p), product(p, v1), product(p, v2), product(p, v3)]);
-    let one = [1 << 30, halved(v1), halved(v2), halved(v3)];
-    let mut all = [0; BLOCKS];
-    let (rows, _) = all.as_chunks_mut::<4>();
-    for (row, values) in rows.iter_mut().zip([one, a, b, c]) {
-        *row = values;
-    }
-    all
+    let halved = |a: i32| (a >> 1) + (a & 1);
+    let product = |a: i32, b: i32| mul_high_add(a, b, 0);
+    let [a, b, c] = *x;
+    let [d, e, f] = *v;
+    [
+        1 << 30,
+        halved(d),
+        halved(e),
+        halved(f),
+        halved(a),
+        product(a, d),
+        product(a, e),
+        product(a, f),
+        halved(b),
+        product(b, d),
+        product(b, e),
+        product(b, f),
+        halved(c),
+        product(c, d),
+        product(c, e),
+        product(c, f),
+    ]
 }
 
-/// Σ w_kl·row^k·column^l of one block, at a quarter of the words' scale S.
+/// Σ block sum · monomial · gain of one axis, with [`SUM_PLACES`] more binary places than the block sums have.
+///
+/// Not inlined: where the compiler sees how the powers were computed it keeps some of them in 64 bits, and then needs
+/// eight instructions for a product that is otherwise one.
+#[inline(never)]
+fn sum_of_blocks(blocks: &Blocks, outer: &[i32; BLOCKS], row: &[i32; 3], column: &[i32; 3]) -> i64 {
+    let mut sum = 0;
+    let (halves, _) = blocks.as_chunks::<8>();
+    let (monomials, _) = outer.as_chunks::<8>();
+    for (half, ms) in halves.iter().zip(monomials) {
+        for (block, &monomial) in half.iter().zip(ms) {
+            let weight = mul_high_add(monomial, block.gain, 0);
+            sum += i64::from(block_sum(&block.words, row, column)) * i64::from(weight);
+        }
+    }
+    sum
+}
+
+/// Σ w_kl·row^k·column^l of one block, at the block's scale A.
 #[inline(always)]
-fn block_sum(block: &Block, row: &[i32; 3], column: &[i32; 3]) -> i32 {
+fn block_sum(words: &[i32; 16], row: &[i32; 3], column: &[i32; 3]) -> i32 {
     let [p1, p2, p3] = *column;
     let [q1, q2, q3] = *row;
-    let (rows, _) = block.as_chunks::<4>();
+    let (rows, _) = words.as_chunks::<4>();
     let [r0, r1, r2, r3] = rows else {
         return 0;
     };
