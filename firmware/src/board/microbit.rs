@@ -6,7 +6,7 @@ use crate::suite::Counter;
 /// The board's name in the self-test's text.
 pub const NAME: &str = "microbit";
 
-/// An nRF51 runs from its internal 16 MHz oscillator until told otherwise (nRF51 reference manual, section 13).
+/// An nRF51 runs from its internal 16 MHz oscillator until told otherwise (nRF51 Series Reference Manual, chapter CLOCK).
 pub fn start() -> (Clock, Option<Counter>) {
     // None of its timers is fine enough to count single instructions.
     (Clock::internal(16_000_000), None)

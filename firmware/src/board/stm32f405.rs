@@ -13,10 +13,11 @@ pub const NAME: &str = "stm32f405";
 /// The crystal soldered to the board, in Hz. Boards carry 8 or 12 MHz; the dividers below follow from it.
 pub const CRYSTAL_HZ: u32 = 8_000_000;
 
-/// The processor's clock when crystal and PLL work, in Hz: the most the chip allows (datasheet DS8626, Table 14).
+/// The processor's clock when crystal and PLL work, in Hz: the most the chip allows (datasheet DS8626,
+/// “General operating conditions”).
 pub const PROCESSOR_HZ: u32 = 168_000_000;
 
-/// The oscillator inside the chip, in Hz, good to 1 % at 25 °C (DS8626, Table 41).
+/// The oscillator inside the chip, in Hz, good to 1 % at 25 °C (DS8626, “HSI oscillator characteristics”).
 const INTERNAL_HZ: u32 = 16_000_000;
 
 /// What goes into the PLL, in Hz: 2 MHz, which RM0090 (RCC_PLLCFGR, PLLM) recommends against jitter.
@@ -39,8 +40,8 @@ const _: () = {
 
 /// How often a flag is looked at before it is given up.
 ///
-/// A look takes at least 4 cycles of the 16 MHz oscillator, so this is at least 50 ms. The crystal needs 2 ms
-/// (DS8626, Table 39) and the PLL 0.3 ms (Table 43).
+/// A look takes at least 4 cycles of the 16 MHz oscillator, so this is at least 50 ms. The crystal needs about
+/// 2 ms and the PLL at most 0.3 ms (DS8626, “HSE oscillator characteristics”, “Main PLL characteristics”).
 const LOOKS: u32 = 200_000;
 
 /// The bytes of model slots A and B, each a flash sector of its own.
@@ -74,12 +75,12 @@ fn set_clock(rcc: &RCC, pwr: &PWR, flash: &FLASH) -> Clock {
     Clock::internal(INTERNAL_HZ)
 }
 
-/// The steps of RM0090, section 7.2.3; `None` as soon as one of them does not happen in time.
+/// The steps of RM0090, chapter “Reset and clock control”; `None` as soon as one of them does not happen in time.
 fn crystal_and_pll(rcc: &RCC, pwr: &PWR, flash: &FLASH) -> Option<()> {
     rcc.cr().modify(|_, w| w.hseon().on());
     wait(|| rcc.cr().read().hserdy().is_ready())?;
 
-    // Above 144 MHz the core needs the higher of its two voltages (RM0090, section 5.1.4).
+    // Above 144 MHz the core needs the higher of its two voltages (RM0090, PWR_CR, VOS).
     rcc.apb1enr().modify(|_, w| w.pwren().enabled());
     pwr.cr().modify(|_, w| w.vos().scale1());
 
@@ -95,14 +96,15 @@ fn crystal_and_pll(rcc: &RCC, pwr: &PWR, flash: &FLASH) -> Option<()> {
     rcc.cr().modify(|_, w| w.pllon().on());
     wait(|| rcc.cr().read().pllrdy().is_ready())?;
 
-    // Five wait states from 2.7 to 3.6 V above 150 MHz (RM0090, Table 10); the caches make up for them.
+    // Five wait states from 2.7 to 3.6 V above 150 MHz (RM0090, “Relation between CPU clock
+    // frequency and Flash memory read time”); the caches make up for them.
     flash.acr().modify(|_, w| {
         w.latency().ws5();
         w.prften().enabled().icen().enabled().dcen().enabled()
     });
     wait(|| flash.acr().read().latency().is_ws5())?;
 
-    // The peripheral buses may run at 42 and 84 MHz (DS8626, Table 14).
+    // The peripheral buses may run at 42 and 84 MHz (DS8626, “General operating conditions”).
     rcc.cfgr()
         .modify(|_, w| w.hpre().div1().ppre1().div4().ppre2().div2());
     rcc.cfgr().modify(|_, w| w.sw().pll());
@@ -117,7 +119,7 @@ fn wait(ready: impl Fn() -> bool) -> Option<()> {
 /// TIM5 over its whole 32 bits, without prescaler.
 fn start_counter(rcc: &RCC, timer: &TIM5) {
     rcc.apb1enr().modify(|_, w| w.tim5en().enabled());
-    // Reading back waits for the clock to arrive (STM32F405 errata ES0182, section 2.2.7).
+    // Reading back waits for the clock to arrive (RM0090 asks for two cycles between enabling a peripheral and using it).
     rcc.apb1enr().read();
     timer.arr().write(|w| w.set(u32::MAX));
     timer.egr().write(|w| w.ug().update());

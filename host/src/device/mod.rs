@@ -18,7 +18,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Where slot A begins in the STM32F405's flash; the top-level `memory.x` has the same number, which a test compares.
+/// Where slot A begins in the STM32F405's flash as `memory.x` divides it; a test compares the two.
 pub const SLOT_A: u32 = 0x080C_0000;
 
 /// Inputs over which instructions are counted: the 81 corner and centre points, the others random.

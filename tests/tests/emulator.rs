@@ -1,0 +1,229 @@
+//! The firmware under QEMU: the host's bits, a steady count of instructions, and the truth about what lies in its slot.
+//!
+//! A missing QEMU fails these tests; nothing is skipped.
+
+use jointwatch::device::{self, Board, SelfTestReport, SlotState};
+use jointwatch_shared::blob::{self, BLOB_LEN};
+use jointwatch_shared::model::{Header, Model};
+use jointwatch_shared::selftest::{self, Points, reference_model};
+use jointwatch_tests::elf::Image;
+use jointwatch_tests::log::boot_log;
+use std::io::Write;
+use std::path::PathBuf;
+use tempfile::NamedTempFile;
+
+/// The most instructions that one evaluation of the full polynomial, both outputs, may take on a Cortex-M4F.
+const MOST_INSTRUCTIONS: u32 = 1300;
+
+fn image(board: Board) -> PathBuf {
+    device::selftest(board).unwrap_or_else(|why| panic!("{why}"))
+}
+
+fn flashed_image() -> PathBuf {
+    device::build(Board::Stm32f405, "jointwatch").unwrap_or_else(|why| panic!("{why}"))
+}
+
+fn run(board: Board, slot: Option<&[u8]>, points: u32) -> SelfTestReport {
+    let file = slot.map(file);
+    let blob = file.as_ref().map(|file| file.path());
+    device::run_selftest(board, &image(board), blob, points).unwrap_or_else(|why| panic!("{why}"))
+}
+
+fn file(bytes: &[u8]) -> NamedTempFile {
+    let mut file = NamedTempFile::new().expect("a temporary file");
+    file.write_all(bytes).expect("it takes the bytes");
+    file
+}
+
+/// A dense model of one or two axes with coefficients of very different size, another one for every seed.
+fn model(axes: usize, seed: u64) -> Model {
+    let mut points = Points::new(seed);
+    let terms = 16_usize.pow(axes as u32);
+    let coefficients: Vec<Vec<f64>> = (0..axes)
+        .map(|_| {
+            let mut next = || f64::from(points.next_word()) / f64::from(1 << 28);
+            (0..terms).map(|_| next() * next().powi(3)).collect()
+        })
+        .collect();
+    let coefficients: Vec<&[f64]> = coefficients.iter().map(Vec::as_slice).collect();
+    let known = reference_model().header();
+    let header = Header {
+        axes: known.axes.iter().take(axes).cloned().collect(),
+        ..known.clone()
+    };
+    let any = vec![f64::INFINITY; axes];
+    Model::from_polynomial(header, &vec![3; 2 * axes], &coefficients, &any).expect("a sound model")
+}
+
+/// The digest of `name` on the device is the one that the host computes for `model`.
+fn same_bits(report: &SelfTestReport, name: &str, model: &Model) {
+    let device = report.model(name);
+    let device = device.unwrap_or_else(|| panic!("no digest of {name}: {report:?}"));
+    let host = selftest::digest(model, device.seed, device.points);
+    assert_eq!(
+        device.digest, host,
+        "{name} over {} points: device {:#018x}, host {host:#018x}",
+        device.points, device.digest
+    );
+}
+
+#[test]
+fn cortex_m4f_computes_the_same_bits_a_million_times() {
+    let report = run(Board::Stm32f405, None, 1_000_000);
+    assert!(report.passed, "{report:?}");
+    let points = report.model("reference").map(|model| model.points);
+    assert_eq!(points, Some(1_000_000));
+    same_bits(&report, "reference", reference_model());
+}
+
+#[test]
+fn cortex_m0_computes_the_same_bits() {
+    let report = run(Board::Microbit, None, 100_000);
+    assert!(report.passed, "{report:?}");
+    assert_eq!(report.board, "microbit");
+    let points = report.model("reference").map(|model| model.points);
+    assert_eq!(points, Some(100_000));
+    same_bits(&report, "reference", reference_model());
+}
+
+#[test]
+fn instructions_are_few_and_do_not_depend_on_the_input() {
+    let blob = blob::encode(&model(2, 11));
+    let report = run(Board::Stm32f405, Some(&blob), 0);
+    for name in ["reference", "a"] {
+        let counted = report.model(name).and_then(|model| model.instructions);
+        let counted = counted.unwrap_or_else(|| panic!("no count of {name}: {report:?}"));
+        println!("{name}: {counted:?}");
+        assert!(
+            counted.inputs > selftest::CORNER_POINTS,
+            "corners and random points"
+        );
+        assert_eq!(counted.least, counted.most, "{name}");
+        assert!(
+            counted.most <= MOST_INSTRUCTIONS,
+            "{name}: {}",
+            counted.most
+        );
+        // 512 coefficients are multiplied; a lower count would mean that something else was counted.
+        assert!(counted.least > 512, "{name}: {}", counted.least);
+    }
+}
+
+#[test]
+fn a_good_blob_in_the_slot_is_taken_and_gives_the_hosts_bits() {
+    for (axes, seed) in [(1, 5), (2, 6), (2, 7)] {
+        let model = model(axes, seed);
+        let report = run(Board::Stm32f405, Some(&blob::encode(&model)), 20_000);
+        assert_eq!(
+            report.slot("a"),
+            Some(&SlotState::Model),
+            "seed {seed}: {report:?}"
+        );
+        assert!(report.passed, "seed {seed}: {report:?}");
+        same_bits(&report, "a", &model);
+    }
+}
+
+#[test]
+fn a_damaged_blob_is_refused_with_the_hosts_reason() {
+    let good = blob::encode(&model(2, 8));
+    let mut flipped = good;
+    flipped[1000] ^= 0x20;
+    let mut foreign = good;
+    foreign[0] = b'X';
+    let mut cut = good;
+    cut[2000..].fill(0);
+    let mut half_written = [0xFF; BLOB_LEN];
+    half_written[..100].copy_from_slice(&good[..100]);
+    for bytes in [flipped, foreign, cut, half_written] {
+        let reason = blob::decode(&bytes)
+            .expect_err("a damaged blob")
+            .to_string();
+        let report = run(Board::Stm32f405, Some(&bytes), 10);
+        assert_eq!(report.slot("a"), Some(&SlotState::Refused(reason)));
+        assert!(!report.passed && report.errors == 1, "{report:?}");
+        assert!(report.model("a").is_none(), "nothing of it is evaluated");
+    }
+}
+
+#[test]
+fn an_erased_slot_holds_no_model() {
+    let report = run(Board::Stm32f405, Some(&[0xFF; BLOB_LEN]), 10);
+    assert_eq!(report.slot("a"), Some(&SlotState::NoModel));
+    assert_eq!(report.slot("b"), Some(&SlotState::NoModel));
+    assert!(report.passed, "{report:?}");
+}
+
+#[test]
+fn without_crystal_and_pll_the_internal_oscillator_is_used_and_named() {
+    // QEMU's chip has neither, and reads 0 where their flags would be.
+    let report = run(Board::Stm32f405, None, 0);
+    assert_eq!(report.clock_source, "internal");
+    assert_eq!(report.clock_hz, 16_000_000);
+}
+
+#[test]
+fn faults_and_panics_end_the_self_test_as_failures() {
+    let image = Image::read(&image(Board::Stm32f405));
+    // 0xDE00 is the undefined instruction `udf #0`, little-endian.
+    let fault = image.patched(image.address("main") & !1, &[0x00, 0xDE]);
+    // The second word of the vector table is where the processor starts; every panic goes through this function.
+    let handler = (image.address("panic_fmt") | 1) as u32;
+    let panic = image.patched(image.address("__vector_table") + 4, &handler.to_le_bytes());
+    for (what, bytes) in [("fault", fault), ("panic", panic)] {
+        let elf = file(&bytes);
+        let why = device::run_selftest(Board::Stm32f405, elf.path(), None, 0);
+        let why = why.expect_err("it must not pass").sentence;
+        assert!(why.contains("ended with exit status: 1"), "{what}: {why}");
+    }
+}
+
+#[test]
+fn flashed_image_boots_and_logs_clock_and_empty_slots() {
+    let log = boot_log(&flashed_image(), None, "ready");
+    assert_eq!(
+        log,
+        [
+            concat!("info jointwatch ", env!("CARGO_PKG_VERSION")),
+            "warn clock: internal oscillator, 16000000 Hz: no crystal",
+            "info slot a: empty",
+            "info slot b: empty",
+            "warn no model",
+            "info ready",
+        ]
+    );
+}
+
+#[test]
+fn flashed_image_takes_its_model_from_the_slot() {
+    let model = model(2, 9);
+    let good = file(&blob::encode(&model));
+    let log = boot_log(&flashed_image(), Some(good.path()), "ready").join("\n");
+    let [x, phi] = model.evaluate(&[0; 4]);
+    let [x_unit, phi_unit] = [0, 1].map(|axis| model.outputs()[axis].force_per_lsb);
+    for expected in [
+        "info slot a: a model\ninfo slot b: empty\n".to_owned(),
+        "info model in use: slot a, 2 axes, learnt at 2000".to_owned(),
+        format!("info axis x: {x} × {x_unit} N at"),
+        format!("info axis phi: {phi} × {phi_unit} N·m at"),
+        "warn axis phi: never compared with unseen records".to_owned(),
+    ] {
+        assert!(log.contains(&expected), "no “{expected}” in:\n{log}");
+    }
+}
+
+#[test]
+fn flashed_image_says_why_it_refuses_a_damaged_model() {
+    let mut bytes = blob::encode(&model(1, 10));
+    bytes[BLOB_LEN / 2] ^= 1;
+    let log = boot_log(&flashed_image(), Some(file(&bytes).path()), "ready");
+    assert_eq!(
+        log[2..],
+        [
+            "warn slot a: refused: its checksum does not match",
+            "info slot b: empty",
+            "warn no model",
+            "info ready"
+        ]
+    );
+}
