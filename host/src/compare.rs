@@ -58,7 +58,7 @@ pub struct Comparison {
 }
 
 /// An axis rests in a record when its force there is under this part of its largest RMS over all records.
-const RESTS_BELOW: f64 = 0.03;
+pub const RESTS_BELOW: f64 = 0.03;
 
 /// Measured and predicted restoring force of one record and axis.
 struct Forces {
@@ -247,6 +247,7 @@ pub fn compare_motions(study: &Study, model: &ModelFile, motions: &[Motion]) -> 
             &names,
             &chosen,
             study.sample_rate_hz,
+            model.filters.band_hz,
         ));
     }
     Ok(Comparison {
@@ -417,7 +418,7 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
             let of = match place.kind {
                 "state" => format!("{:.1} % of the rows", 100.0 * place.share_of_rows),
                 "time" => format!("{:.1} % of the time", 100.0 * place.share_of_rows),
-                _ => format!("{:.1} % of the spectrum", 100.0 * place.share_of_rows),
+                _ => format!("{:.1} % of the band", 100.0 * place.share_of_rows),
             };
             table.row(vec![
                 place.axis.clone(),

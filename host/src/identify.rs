@@ -188,9 +188,11 @@ fn equation(
                 owner.kind.velocity_unit(),
             )
         };
+        let sign = if range.center < 0.0 { "+" } else { "−" };
         text.push_str(&format!(
-            "\n    {symbol} = ({name} − {:.4e} {unit}) / {:.4e} {unit}",
-            range.center, range.half_range
+            "\n    {symbol} = ({name} {sign} {:.4e} {unit}) / {:.4e} {unit}",
+            range.center.abs(),
+            range.half_range
         ));
     }
     Some(text)

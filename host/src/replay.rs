@@ -28,6 +28,8 @@ pub struct AxisReplay {
     pub relative_error: f64,
     /// Largest |r−r̂| in the common band over the same rows, N or N·m.
     pub peak_error: f64,
+    /// RMS of the measured force in the common band, N or N·m.
+    pub rms_force: f64,
     /// Outputs in which a force ran into a rail of its 32 bits.
     pub saturated: usize,
 }
@@ -270,6 +272,7 @@ fn figures(
         peak_error: inside
             .iter()
             .fold(0.0, |most: f64, &at| most.max(residual[at].abs())),
+        rms_force: (force / count).sqrt(),
         saturated,
     }
 }

@@ -1,4 +1,4 @@
-//! A small table in plain text: columns as wide as their widest cell, numbers to the right.
+//! A small table in plain text: columns as wide as their widest cell, columns of numbers to the right.
 
 use std::fmt;
 
@@ -25,35 +25,38 @@ impl Table {
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let columns = self.heading.len();
-        let width = |column: usize| {
-            let cells = self.rows.iter().filter_map(|row| row.get(column));
-            cells
-                .chain([&self.heading[column]])
-                .map(|cell| cell.chars().count())
-                .max()
-                .unwrap_or(0)
-        };
-        let widths: Vec<usize> = (0..columns).map(width).collect();
+        let cells = |column: usize| self.rows.iter().filter_map(move |row| row.get(column));
+        let columns: Vec<(usize, bool)> = (0..self.heading.len())
+            .map(|column| {
+                let all = cells(column).chain([&self.heading[column]]);
+                let width = all.map(|cell| cell.chars().count()).max().unwrap_or(0);
+                (width, cells(column).any(|cell| is_number(cell)))
+            })
+            .collect();
         let mut lines = Vec::new();
         for row in std::iter::once(&self.heading).chain(&self.rows) {
             let mut line = String::from(" ");
-            for (column, &width) in widths.iter().enumerate() {
+            for (column, &(width, right)) in columns.iter().enumerate() {
                 let cell = row.get(column).map_or("", String::as_str);
                 let space = " ".repeat(width - cell.chars().count());
-                let left = column == 0
-                    || !cell.starts_with(|c: char| c.is_ascii_digit() || "-–<".contains(c));
-                let heading_of_numbers = std::ptr::eq(row, &self.heading) && column > 0;
-                if left && !heading_of_numbers {
-                    line.push_str(&format!(" {cell}{space} "));
+                let (before, after) = if right {
+                    (space.as_str(), "")
                 } else {
-                    line.push_str(&format!(" {space}{cell} "));
-                }
+                    ("", space.as_str())
+                };
+                line.push_str(&format!(" {before}{cell}{after} "));
             }
             lines.push(line.trim_end().to_string());
         }
         f.write_str(&lines.join("\n"))
     }
+}
+
+/// Whether a cell is a number, perhaps with a unit: `1.25 %`, `18.2 N`, `-3e-4`, but not `valid.csv from 3 s`.
+fn is_number(cell: &str) -> bool {
+    let mut words = cell.split(' ');
+    let number = words.next().is_some_and(|word| word.parse::<f64>().is_ok());
+    number && words.count() <= 1
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! `jointwatch replay`: what the device would say about a logged record, bit for bit.
 
 use super::Console;
+use crate::compare::RESTS_BELOW;
+use crate::diagnose::where_it_fails::significant;
 use crate::error::{Error, Result};
 use crate::export;
 use crate::output;
@@ -95,12 +97,25 @@ fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> Stri
             let Some(figures) = record.axes.get(&axis.name) else {
                 continue;
             };
+            let others = records.iter().filter_map(|r| r.axes.get(&axis.name));
+            let largest = others.map(|f| f.rms_force).fold(0.0, f64::max);
+            let unless_at_rest = |text: String| {
+                if figures.rms_force < RESTS_BELOW * largest {
+                    "rests".to_string()
+                } else {
+                    text
+                }
+            };
             table.row(vec![
                 record.file.clone(),
                 axis.name.clone(),
-                format!("{:.3} %", figures.nmse_percent),
-                format!("{:.4}", figures.relative_error),
-                format!("{:.4} {}", figures.peak_error, axis.kind.force_unit()),
+                unless_at_rest(format!("{:.3} %", figures.nmse_percent)),
+                unless_at_rest(format!("{:.4}", figures.relative_error)),
+                format!(
+                    "{} {}",
+                    significant(figures.peak_error),
+                    axis.kind.force_unit()
+                ),
                 format!("{:.2} %", 100.0 * record.outside_range),
                 record.digest.clone(),
             ]);

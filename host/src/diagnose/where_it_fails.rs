@@ -14,7 +14,7 @@ pub struct Place {
     pub region: String,
     /// The part of Σ(r−r̂)² that lies in it, 0 to 1.
     pub share_of_error: f64,
-    /// The part of the rows (or of the examined band) that it takes, 0 to 1.
+    /// The part of the rows (for a band: of the common band) that it takes, 0 to 1.
     pub share_of_rows: f64,
 }
 
@@ -57,12 +57,14 @@ const SPREAD: f64 = 0.35;
 ///
 /// The state region comes from cutting greedily along one state, or its magnitude, at a time, each cut keeping the
 /// side whose mean squared error gains most (a regression tree of which only the worst branch is followed). Time span
-/// and band are the narrowest that hold half of the error; one that is wider than a third of the whole says "spread".
+/// and band (shares of `band_hz`) are the narrowest that hold half of the error; a time span of more than a third of all
+/// says "spread".
 pub fn find(
     axis: &str,
     names: &[StateName],
     records: &[ErrorRecord<'_>],
     sample_rate_hz: f64,
+    band_hz: f64,
 ) -> Vec<Place> {
     let total: f64 = records.iter().flat_map(|r| r.error).map(|e| e * e).sum();
     if total <= 0.0 || total.is_nan() {
@@ -71,7 +73,7 @@ pub fn find(
     let mut places = Vec::new();
     places.extend(state_region(axis, names, records));
     places.extend(time_span(axis, records, sample_rate_hz, total));
-    places.extend(frequency_band(axis, records, sample_rate_hz));
+    places.extend(frequency_band(axis, records, sample_rate_hz, band_hz));
     places
 }
 
@@ -133,7 +135,13 @@ fn state_region(axis: &str, names: &[StateName], records: &[ErrorRecord<'_>]) ->
         cuts.push(cut);
     }
     if cuts.is_empty() {
-        return None;
+        return Some(Place {
+            axis: axis.into(),
+            kind: "state",
+            region: "no region of the states stands out".into(),
+            share_of_error: 1.0,
+            share_of_rows: 1.0,
+        });
     }
     let share_of_error = inside.iter().map(|&row| squares[row]).sum::<f64>() / total;
     let share_of_rows = inside.len() as f64 / squares.len() as f64;
@@ -217,24 +225,29 @@ fn region_in_words(cuts: &[Cut], features: &[Feature], names: &[StateName]) -> S
             None => conditions.push((cut.feature, cut.above, cut.threshold)),
         }
     }
-    let words: Vec<String> = conditions
-        .iter()
-        .map(|&(feature, above, threshold)| {
-            let feature = &features[feature];
-            let name = &names[feature.state];
-            let quantity = if feature.magnitude {
-                format!("|{}|", name.name)
-            } else {
-                name.name.clone()
-            };
-            let side = if above { "above" } else { "below" };
-            format!(
-                "{quantity} {side} {} {}",
-                significant(threshold * name.factor),
-                name.unit
-            )
-        })
-        .collect();
+    let mut words: Vec<String> = Vec::new();
+    for (index, feature) in features.iter().enumerate() {
+        let side = |above: bool| {
+            let cut = conditions
+                .iter()
+                .find(|&&(f, a, _)| f == index && a == above);
+            cut.map(|&(_, _, threshold)| significant(threshold * names[feature.state].factor))
+        };
+        let name = &names[feature.state];
+        let quantity = if feature.magnitude {
+            format!("|{}|", name.name)
+        } else {
+            name.name.clone()
+        };
+        match (side(true), side(false)) {
+            (Some(low), Some(high)) => {
+                words.push(format!("{quantity} from {low} to {high} {}", name.unit))
+            }
+            (Some(low), None) => words.push(format!("{quantity} above {low} {}", name.unit)),
+            (None, Some(high)) => words.push(format!("{quantity} below {high} {}", name.unit)),
+            (None, None) => {}
+        }
+    }
     words.join(" and ")
 }
 
@@ -256,19 +269,19 @@ fn time_span(axis: &str, records: &[ErrorRecord<'_>], rate: f64, total: f64) -> 
             }
         }
     }
-    let evenly = |share: f64, part: f64| Place {
+    let evenly = || Place {
         axis: axis.into(),
         kind: "time",
         region: "spread evenly over time".into(),
-        share_of_error: share,
-        share_of_rows: part,
+        share_of_error: 1.0,
+        share_of_rows: 1.0,
     };
     let Some((index, first, last, share)) = best else {
-        return Some(evenly(1.0, 1.0));
+        return Some(evenly());
     };
     let part = (last + 1 - first) as f64 / rows as f64;
     if part > SPREAD {
-        return Some(evenly(1.0, 1.0));
+        return Some(evenly());
     }
     let record = &records[index];
     let at = |row: usize| record.start_s + row as f64 / rate;
@@ -286,7 +299,12 @@ fn time_span(axis: &str, records: &[ErrorRecord<'_>], rate: f64, total: f64) -> 
     })
 }
 
-fn frequency_band(axis: &str, records: &[ErrorRecord<'_>], rate: f64) -> Option<Place> {
+fn frequency_band(
+    axis: &str,
+    records: &[ErrorRecord<'_>],
+    rate: f64,
+    band_hz: f64,
+) -> Option<Place> {
     // Lines half a hertz apart or finer, as long as the shortest record allows.
     let shortest = records.iter().map(|r| r.error.len()).min()?;
     let mut accumulator = Accumulator::new(rate, ((2.0 * rate) as usize).min(shortest));
@@ -318,7 +336,7 @@ fn frequency_band(axis: &str, records: &[ErrorRecord<'_>], rate: f64) -> Option<
         kind: "frequency",
         region: format!("{} Hz to {} Hz", significant(low), significant(high)),
         share_of_error: share,
-        share_of_rows: (last + 1 - first) as f64 / power.len() as f64,
+        share_of_rows: ((last + 1 - first) as f64 * step / band_hz).min(1.0),
     })
 }
 
@@ -382,7 +400,7 @@ mod tests {
             states: vec![&x, &v],
             error: &contact,
         };
-        let places = find("x", &names(), &[record], rate);
+        let places = find("x", &names(), &[record], rate, 0.5 * rate);
         let state = places.iter().find(|p| p.kind == "state").unwrap();
         assert!(state.region.contains("|x| above 0.8"), "{}", state.region);
         assert!(
@@ -415,7 +433,7 @@ mod tests {
             states: vec![&x, &v],
             error: &burst,
         };
-        let places = find("x", &names(), &[record], rate);
+        let places = find("x", &names(), &[record], rate, 0.5 * rate);
         let time = places.iter().find(|p| p.kind == "time").unwrap();
         assert!(
             time.region.starts_with("b.csv from 12.") && time.share_of_rows < 0.06,
@@ -446,8 +464,9 @@ mod tests {
             states: vec![&x, &v],
             error: &error,
         };
-        let places = find("x", &names(), &[record], 1000.0);
-        assert!(places.iter().all(|p| p.kind != "state"), "{places:?}");
+        let places = find("x", &names(), &[record], 1000.0, 500.0);
+        let state = places.iter().find(|p| p.kind == "state").unwrap();
+        assert!(state.region.starts_with("no region"), "{state:?}");
     }
 
     #[test]

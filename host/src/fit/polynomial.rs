@@ -21,6 +21,17 @@ pub enum Method {
     Select,
 }
 
+impl Method {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ridge => "ridge",
+            Self::LeastSquares => "least-squares",
+            Self::Select => "select",
+        }
+    }
+}
+
 /// What to fit.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PolynomialOptions {
