@@ -25,7 +25,13 @@ const FAMILIES: [Family; 10] = [
     },
     Family {
         name: "sparse, one term in 25",
-        coefficient: |_, size, choice| if choice > 0.92 { size } else { 0.0 },
+        coefficient: |e, size, choice| {
+            if choice > 0.92 || e == [0; 4] {
+                size
+            } else {
+                0.0
+            }
+        },
     },
     Family {
         name: "low orders dominate, 10^-degree",
