@@ -136,10 +136,13 @@ fn a_model_of_zeros_is_zero() {
     assert_eq!(model.outputs()[0].force_per_lsb, 1.0);
 }
 
+/// What spoils a header.
+type Change = fn(&mut Header);
+
 #[test]
 fn a_header_that_makes_no_sense_is_refused() {
     let (polynomial, outputs) = PolynomialModel::quantise(&[0; 2], &[&[1.0]]).unwrap();
-    let refuse = |change: fn(&mut Header)| {
+    let refuse = |change: Change| {
         let mut header = header(1);
         change(&mut header);
         let base = Base::Polynomial(polynomial.clone());
@@ -147,7 +150,7 @@ fn a_header_that_makes_no_sense_is_refused() {
             .unwrap_err()
             .to_string()
     };
-    let cases: [(fn(&mut Header), &str); 6] = [
+    let cases: [(Change, &str); 6] = [
         (|h| h.band_hz = 500.1, "band in Hz is 500.1"),
         (
             |h| h.sample_rate_hz = f64::INFINITY,
