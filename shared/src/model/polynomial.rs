@@ -278,19 +278,35 @@ fn monomials(x: &[i32; 3], v: &[i32; 3]) -> [i32; BLOCKS] {
 /// Σ block sum · monomial · gain of one axis, with [`SUM_PLACES`] more binary places than the block sums have.
 ///
 /// Not inlined: where the compiler sees how the powers were computed it keeps some of them in 64 bits, and then needs
-/// eight instructions for a product that is otherwise one.
+/// eight instructions for a product that is otherwise one. Written out, not a loop: the addresses of all words are then
+/// constants, which leaves two more registers for powers and lets pairs of words be loaded at once.
 #[inline(never)]
 fn sum_of_blocks(blocks: &Blocks, outer: &[i32; BLOCKS], row: &[i32; 3], column: &[i32; 3]) -> i64 {
-    let mut sum = 0;
-    let (halves, _) = blocks.as_chunks::<8>();
-    let (monomials, _) = outer.as_chunks::<8>();
-    for (half, ms) in halves.iter().zip(monomials) {
-        for (block, &monomial) in half.iter().zip(ms) {
-            let weight = mul_high_add(monomial, block.gain, 0);
-            sum += i64::from(block_sum(&block.words, row, column)) * i64::from(weight);
-        }
-    }
-    sum
+    let (blocks, _) = blocks.as_chunks::<4>();
+    let (outer, _) = outer.as_chunks::<4>();
+    let ([b0, b1, b2, b3], [m0, m1, m2, m3]) = (blocks, outer) else {
+        return 0;
+    };
+    let sum = add_four_blocks(0, b0, m0, row, column);
+    let sum = add_four_blocks(sum, b1, m1, row, column);
+    let sum = add_four_blocks(sum, b2, m2, row, column);
+    add_four_blocks(sum, b3, m3, row, column)
+}
+
+/// `sum` and the blocks of one power of x.
+#[inline(always)]
+fn add_four_blocks(
+    sum: i64,
+    [b0, b1, b2, b3]: &[Block; 4],
+    [m0, m1, m2, m3]: &[i32; 4],
+    row: &[i32; 3],
+    column: &[i32; 3],
+) -> i64 {
+    let term = |block: &Block, &monomial: &i32| {
+        let weight = mul_high_add(monomial, block.gain, 0);
+        i64::from(block_sum(&block.words, row, column)) * i64::from(weight)
+    };
+    sum + term(b0, m0) + term(b1, m1) + term(b2, m2) + term(b3, m3)
 }
 
 /// Σ w_kl·row^k·column^l of one block, at the block's scale A.

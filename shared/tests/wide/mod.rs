@@ -1,0 +1,52 @@
+//! The polynomial kernel once more, in 128-bit integers that cannot overflow, written from docs/numerics.md.
+
+use jointwatch_shared::model::polynomial::PolynomialModel;
+
+/// ⌊x/2ⁿ + ½⌋.
+fn round(x: i128, n: u32) -> i128 {
+    (2 * x + (1 << n)).div_euclid(1 << (n + 1))
+}
+
+/// 1 in a form that needs no product, x, x², x³ in Q31, with the square of −1 cut to 1 − 2⁻³¹.
+fn powers(x: i32) -> [i128; 4] {
+    let x = i128::from(x);
+    let square = round(x * x, 31).min((1 << 31) - 1);
+    [1 << 31, x, square, round(square * x, 31)]
+}
+
+/// Σ over powers of `first` (rows) and `second` (columns), one rounding per product.
+fn block(words: &[i32; 16], first: &[i128; 4], second: &[i128; 4]) -> i128 {
+    let nested = |values: &[i128], powers: &[i128; 4]| -> i128 {
+        let products = values.iter().zip(powers).skip(1);
+        values[0] + products.map(|(v, p)| round(v * p, 32)).sum::<i128>()
+    };
+    let rows: Vec<i128> = words
+        .chunks(4)
+        .map(|row| {
+            let row: Vec<i128> = row.iter().map(|&w| i128::from(w)).collect();
+            nested(&row, second)
+        })
+        .collect();
+    nested(&rows, first)
+}
+
+/// The outputs, without any limit on their size.
+pub(crate) fn evaluate(model: &PolynomialModel, u: &[i32; 4]) -> [i128; 2] {
+    let [a, b, c, d] = u.map(powers);
+    if model.axes() == 1 {
+        return [block(&model.blocks()[0][0].words, &a, &b), 0];
+    }
+    [0, 1].map(|axis| {
+        let sum: i128 = (0..16)
+            .map(|number| {
+                let stored = &model.blocks()[axis][number];
+                let (x, v) = (a[number / 4], b[number % 4]);
+                // Q30: 1 is exact, one power alone is halved, two are multiplied.
+                let monomial = round(x * v, 32);
+                let weight = round(monomial * i128::from(stored.gain), 32);
+                block(&stored.words, &c, &d) * weight
+            })
+            .sum();
+        round(sum, 29 + u32::from(model.shifts()[axis]))
+    })
+}
