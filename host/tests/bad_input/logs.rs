@@ -1,79 +1,12 @@
-//! Every bad study and every bad log gets one sentence that says what, which file, row and column, and what to try.
+//! What is refused about a log, and what is forgiven.
 
-use jointwatch::error::{Error, Kind};
+use super::{HEADING, STUDY, log, read, refused, write};
 use jointwatch::study::Study;
 use std::fs;
-use std::path::Path;
 use tempfile::TempDir;
 
-const STUDY: &str = r#"name = "bench"
-sample_rate_hz = 1000.0
-time = "t_s"
-
-[[axis]]
-name = "x"
-kind = "translation"
-displacement = ["x3_m", "x2_m"]
-acceleration = "a2_m_s2"
-force = "force_N"
-inertia = 1.5
-encoder_step = 1e-6
-
-[[record]]
-file = "one.csv"
-role = "train"
-
-[[record]]
-file = "two.csv"
-role = "validate"
-"#;
-
-const HEADING: &str = "t_s,x2_m,x3_m,a2_m_s2,force_N";
 /// The file's line in which row 0 stands.
 const FIRST: usize = 2;
-
-/// A good log: line by line, the heading first.
-fn log() -> Vec<String> {
-    let rows = (0..300).map(|i| {
-        let t = f64::from(i) * 1e-3;
-        let w = 60.0 * t;
-        format!(
-            "{t},{},{:.7},{:.3e},{:.3}",
-            1e-4 * w.sin(),
-            2e-4 * (w + 0.4).sin(),
-            -0.4 * w.sin(),
-            3.0 * (w + 1.0).cos()
-        )
-    });
-    std::iter::once(HEADING.to_owned()).chain(rows).collect()
-}
-
-fn write(folder: &TempDir, study: &str, one: &str) {
-    fs::write(folder.path().join("study.toml"), study).unwrap();
-    fs::write(folder.path().join("one.csv"), one).unwrap();
-    fs::write(folder.path().join("two.csv"), log().join("\n")).unwrap();
-}
-
-fn read(study: &str, one: &str) -> Result<Study, Error> {
-    let folder = TempDir::new().unwrap();
-    write(&folder, study, one);
-    Study::read(folder.path())
-}
-
-/// The sentence with which a study is refused; it must be one, of kind `Data`, and contain all `parts`.
-fn refused(result: Result<Study, Error>, parts: &[&str]) {
-    let error = result.expect_err("this must be refused");
-    println!("{error}");
-    assert_eq!(error.kind, Kind::Data, "{error}");
-    assert_eq!(error.exit_code(), 3);
-    assert!(
-        !error.sentence.contains('\n') && !error.sentence.ends_with('.'),
-        "{error}"
-    );
-    for part in parts {
-        assert!(error.sentence.contains(part), "{error:?} lacks {part:?}");
-    }
-}
 
 /// Refused after one cell of the log was changed (column by its place).
 fn cell(row: usize, column: usize, value: &str, parts: &[&str]) {
@@ -85,14 +18,6 @@ fn cell(row: usize, column: usize, value: &str, parts: &[&str]) {
     let mut all = vec!["one.csv", &line];
     all.extend(parts);
     refused(read(STUDY, &lines.join("\n")), &all);
-}
-
-/// Refused after a part of study.toml was changed.
-fn said(from: &str, to: &str, parts: &[&str]) {
-    assert!(STUDY.contains(from), "{from}");
-    let mut all = vec!["study.toml"];
-    all.extend(parts);
-    refused(read(&STUDY.replacen(from, to, 1), &log().join("\n")), &all);
 }
 
 #[test]
@@ -138,30 +63,6 @@ fn columns() {
     refused(
         read(STUDY, &bare),
         &["one.csv", "row 1 ", "heading", "columns = "],
-    );
-}
-
-#[test]
-fn units() {
-    let unit = |text: &str, parts: &[&str]| {
-        let study = STUDY.replace("\"force_N\"", text);
-        refused(read(&study, &log().join("\n")), parts);
-    };
-    unit(
-        r#"{ column = "force_N", unit = "mm" }"#,
-        &["study.toml, line 10", "force_N", "not one of force", "lbf"],
-    );
-    unit(
-        r#"{ column = "force_N", unit = "V" }"#,
-        &["line 10", "force_N", "scale"],
-    );
-    unit(
-        r#"{ column = "force_N", scale = 0.0 }"#,
-        &["line 10", "force_N", "scale"],
-    );
-    unit(
-        r#"{ column = "force_N", units = "N" }"#,
-        &["line 10", "units", "did you mean \"unit\"?"],
     );
 }
 
@@ -413,154 +314,5 @@ fn an_axis_may_rest_beside_one_that_moves_but_not_in_every_record() {
     refused(
         Study::read(folder.path()),
         &["one.csv", "\"y_m\"", "in every record"],
-    );
-}
-
-#[test]
-fn axes() {
-    let second = "[[axis]]\nname = \"x\"\nkind = \"rotation\"\ndisplacement = \"x2_m\"\nforce = \"force_N\"\n\n[[record]]";
-    said("[[record]]", second, &["line 15", "\"x\"", "twice"]);
-    for name in ["a@b", "", "both", "two words"] {
-        said(
-            "name = \"x\"",
-            &format!("name = {name:?}"),
-            &["line 6", "effect@axis"],
-        );
-    }
-    said(
-        "kind = \"translation\"",
-        "kind = \"translatoin\"",
-        &["line 7", "did you mean \"translation\"?"],
-    );
-    said(
-        "inertia = 1.5",
-        "inertia = -1.5",
-        &["line 11", "-1.5", "identified"],
-    );
-    said(
-        "encoder_step = 1e-6",
-        "encoder_step = 0.0",
-        &["line 12", "encoder_step = 0"],
-    );
-    said(
-        "encoder_step = 1e-6",
-        "ground_stiffness = 5.0",
-        &["line 12", "body_position"],
-    );
-    said("[\"x3_m\", \"x2_m\"]", "[]", &["line 8", "displacement"]);
-    said(
-        "[\"x3_m\", \"x2_m\"]",
-        "[\"x3_m\", \"x3_m\"]",
-        &["line 8", "x3_m", "itself"],
-    );
-    said("force = \"force_N\"", "force = []", &["line 10", "force"]);
-    said("force = \"force_N\"\n", "", &["\"force\" is missing"]);
-}
-
-#[test]
-fn keys_values_and_toml() {
-    said(
-        "inertia = 1.5",
-        "inertai = 1.5",
-        &["line 11", "inertai", "did you mean \"inertia\"?"],
-    );
-    said(
-        "sample_rate_hz = 1000.0",
-        "sample_rate_hz = \"fast\"",
-        &["line 2", "fast"],
-    );
-    said(
-        "sample_rate_hz = 1000.0",
-        "sample_rate_hz = 0",
-        &["line 2", "sample_rate_hz = 0"],
-    );
-    said(
-        "sample_rate_hz = 1000.0",
-        "sample_rate_hz = nan",
-        &["line 2", "above 0"],
-    );
-    said(
-        "time = \"t_s\"",
-        "time = \"t_s\"\nband_hz = 600.0",
-        &["line 4", "band_hz = 600", "half"],
-    );
-    said("time = \"t_s\"", "time = \"t_s", &["line 3", "not TOML"]);
-    said(
-        "role = \"validate\"",
-        "role = \"validat\"",
-        &["line 20", "did you mean \"validate\"?"],
-    );
-    said(
-        "[[record]]",
-        "[base]\nterms = [\"stiffness@z\"]\n[[record]]",
-        &["line 15", "stiffness@z", "x"],
-    );
-}
-
-#[test]
-fn records() {
-    said("role = \"train\"", "role = \"validate\"", &["train"]);
-    said(
-        "two.csv",
-        "one.csv",
-        &["line 19", "one.csv", "train", "rows = "],
-    );
-    let rows = |range: &str, parts: &[&str]| {
-        let study = STUDY.replacen(
-            "role = \"train\"",
-            &format!("role = \"train\"\nrows = {range}"),
-            1,
-        );
-        refused(read(&study, &log().join("\n")), parts);
-    };
-    rows("[0, 301]", &["one.csv", "300 rows", "[0, 301]"]);
-    rows("[200, 100]", &["one.csv", "[200, 100]"]);
-    rows("[0, 99]", &["one.csv", "99 rows", "100"]);
-    rows("[-1, 99]", &["study.toml", "line 17"]);
-    let apart = STUDY
-        .replace("two.csv", "one.csv")
-        .replacen("role = \"train\"", "role = \"train\"\nrows = [0, 150]", 1)
-        .replacen(
-            "role = \"validate\"",
-            "role = \"validate\"\nrows = [150, 300]",
-            1,
-        );
-    assert_eq!(
-        read(&apart, &log().join("\n")).unwrap().records[1].first_row,
-        150
-    );
-}
-
-#[test]
-fn a_study_that_is_not_there() {
-    let folder = TempDir::new().unwrap();
-    refused(
-        Study::read(folder.path()),
-        &["study.toml", "cannot be read"],
-    );
-    refused(
-        Study::read(Path::new("no/such/study.toml")),
-        &["no/such/study.toml"],
-    );
-    fs::write(folder.path().join("study.toml"), b"name = \"\xff\"").unwrap();
-    refused(Study::read(folder.path()), &["study.toml, line 1", "UTF-8"]);
-}
-
-#[test]
-fn optional_force_columns_count_as_nothing_where_absent() {
-    let study = STUDY.replace(
-        "\"force_N\"",
-        "[\"force_N\", { column = \"pulses_N\", optional = true }]",
-    );
-    let read = read(&study, &log().join("\n")).unwrap();
-    assert!(
-        read.notes
-            .iter()
-            .any(|n| n.contains("one.csv") && n.contains("pulses_N"))
-    );
-    said(
-        "acceleration = \"a2_m_s2\"",
-        "acceleration = { column = \"a2_m_s2\", optional = true }",
-        &["line 9", "a2_m_s2", "optional"],
     );
 }
