@@ -80,10 +80,8 @@ enum Acceleration {
     None,
     /// An accelerometer.
     Logged,
-    /// The second derivative of the body's counter.
-    FromBody,
-    /// The second derivative of the relative displacement.
-    FromDisplacement,
+    /// The second derivative of the body's position.
+    Derived,
 }
 
 /// One axis in machine numbers.

@@ -5,6 +5,7 @@
 
 pub mod band;
 pub mod design;
+pub mod filters;
 pub mod fir;
 pub mod spectrum;
 

@@ -210,9 +210,10 @@ mod tests {
                 missing: 2,
             },
         ];
-        assert_eq!(
-            bridge(&[0.0, 2.0, 5.0], &gaps),
-            [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
-        );
+        let whole = bridge(&[0.0, 2.0, 5.0], &gaps);
+        assert_eq!(whole.len(), 6);
+        for (i, y) in whole.iter().enumerate() {
+            assert!((y - i as f64).abs() < 1e-12, "row {i}: {y}");
+        }
     }
 }
