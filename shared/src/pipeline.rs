@@ -80,7 +80,7 @@ enum Acceleration {
     None,
     /// An accelerometer.
     Logged,
-    /// The second derivative of the body's position.
+    /// The second derivative of the body's counter, or of the displacement where there is none.
     Derived,
 }
 
@@ -88,6 +88,7 @@ enum Acceleration {
 #[derive(Clone, Debug, PartialEq)]
 struct AxisChain {
     difference: bool,
+    has_body: bool,
     position: Scale,
     velocity: Scale,
     /// Binary exponent between the slope filter's sum and `velocity`'s input.
@@ -198,12 +199,11 @@ impl AxisChain {
             Acceleration::None
         } else if axis.acceleration_step > 0.0 {
             Acceleration::Logged
-        } else if axis.body_step > 0.0 {
-            Acceleration::FromBody
         } else {
-            Acceleration::FromDisplacement
+            Acceleration::Derived
         };
-        let body_step = if axis.body_step > 0.0 {
+        let has_body = axis.body_step > 0.0;
+        let body_step = if has_body {
             axis.body_step
         } else {
             axis.displacement_step
@@ -215,14 +215,9 @@ impl AxisChain {
             Acceleration::Logged => {
                 gains[0] = -sign * axis.inertia * axis.acceleration_step / force_per_lsb
             }
-            Acceleration::FromBody | Acceleration::FromDisplacement => {
-                let step = if acceleration == Acceleration::FromBody {
-                    body_step
-                } else {
-                    axis.displacement_step
-                };
+            Acceleration::Derived => {
                 let unit =
-                    axis.inertia * step / power_of_two(rig.acceleration.shift) / force_per_lsb;
+                    axis.inertia * body_step / power_of_two(rig.acceleration.shift) / force_per_lsb;
                 let (shift, scaled) = shift_to(
                     "inertia force per unit of curvature",
                     DERIVATIVE_HEADROOM / unit,
@@ -254,6 +249,7 @@ impl AxisChain {
         let machine = gains.map(|gain| round_to_i64(gain * power_of_two(force_shift)) as i32);
         Ok(Self {
             difference: axis.displacement_difference,
+            has_body,
             position,
             velocity,
             velocity_shift,
@@ -288,13 +284,9 @@ impl AxisChain {
         let a = match self.acceleration {
             Acceleration::None => 0,
             Acceleration::Logged => state.acceleration.delayed(delay),
-            Acceleration::FromBody => {
+            Acceleration::Derived => {
                 shift_round(curvature(acceleration, &state.body), self.curvature_shift)
             }
-            Acceleration::FromDisplacement => shift_round(
-                curvature(acceleration, &state.displacement),
-                self.curvature_shift,
-            ),
         };
         let damper = if self.damping == 0 {
             0
@@ -360,12 +352,16 @@ impl Chain {
     pub fn step(&self, state: &mut ChainState, model: &Model, raw: &RawSample) -> Option<Output> {
         for ((axis, moving), raw) in self.axes.iter().zip(&mut state.axes).zip(raw) {
             let [first, second] = raw.displacement;
-            moving.displacement.push(if axis.difference {
+            let relative = if axis.difference {
                 first.wrapping_sub(second)
             } else {
                 first
-            });
-            moving.body.push(raw.body);
+            };
+            moving.displacement.push(relative);
+            // On a rig whose displacement is measured from ground, the far side is the body.
+            moving
+                .body
+                .push(if axis.has_body { raw.body } else { relative });
             moving.acceleration.push(raw.acceleration);
             moving.force.push(raw.force);
         }

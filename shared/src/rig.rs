@@ -26,7 +26,7 @@ pub struct RigAxis {
     pub displacement_step: f64,
     /// True when the relative displacement is the difference of two counters, first minus second.
     pub displacement_difference: bool,
-    /// Metres or radians per count of the body position; 0 when the rig has none.
+    /// Metres or radians per count of the body position; 0 when the rig has none, and the displacement stands in for it.
     pub body_step: f64,
     /// m/s² or rad/s² per count of the accelerometer; 0 when acceleration is derived from the body position, or
     /// from the displacement where there is no body position.

@@ -120,7 +120,8 @@ impl Filters {
     pub fn for_bands(sample_rate_hz: f64, band_hz: f64, state_band_hz: f64) -> Result<Self> {
         let mut filters = Self::differentiators(sample_rate_hz, state_band_hz)?;
         filters.band_hz = band_hz;
-        filters.band = Edges::new(band_hz, sample_rate_hz).filter(Ideal::LowPass, sample_rate_hz)?;
+        filters.band =
+            Edges::new(band_hz, sample_rate_hz).filter(Ideal::LowPass, sample_rate_hz)?;
         Ok(filters)
     }
 
