@@ -20,7 +20,7 @@ pub const SEED: u64 = 20_070_099;
 /// The digest of the reference model over the corner points and [`KNOWN_POINTS`] random ones, as an x86-64 computed it.
 ///
 /// It lets a device fail the test with nobody there to compare; a test on the host pins it.
-pub const KNOWN_DIGEST: u64 = 0x0496_7314_be4b_a13f;
+pub const KNOWN_DIGEST: u64 = 0xe526_1779_e239_9e0c;
 /// The number of random points of [`KNOWN_DIGEST`].
 pub const KNOWN_POINTS: u32 = 1000;
 

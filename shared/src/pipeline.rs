@@ -15,7 +15,7 @@
 
 use crate::error::Error;
 use crate::filter::{Delay, History, curvature, low_pass, shift_round, slope};
-use crate::fixed::round_to_i64;
+use crate::fixed::round_shift;
 use crate::model::Model;
 use crate::model::axis::Axis;
 use crate::rig::{Rig, RigAxis, Taps};
@@ -98,12 +98,39 @@ struct AxisChain {
     curvature_shift: i8,
     /// Binary exponent between the body's slope sum and `damping`'s input.
     body_velocity_shift: i8,
-    /// Multipliers of acceleration, force, body position and body velocity, all over `2^force_shift`.
-    inertia: i32,
-    force: i32,
-    stiffness: i32,
-    damping: i32,
-    force_shift: i8,
+    /// What acceleration, force, body position and body velocity contribute to the measured force.
+    terms: [Term; 4],
+}
+
+/// A gain in force units per count, as a multiplier of 28 to 29 bits and a shift; no contribution when the multiplier is 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Term {
+    multiplier: i32,
+    shift: i8,
+}
+
+/// Binary places below the force unit that terms keep until they are added up.
+const TERM_PLACES: i8 = 8;
+
+impl Term {
+    fn new(gain: f64) -> Result<Self, Error> {
+        if gain == 0.0 {
+            return Ok(Self::default());
+        }
+        let (multiplier, shift) = factor("force per count", gain)?;
+        let most = 1_u64 << (28 - TERM_PLACES);
+        Error::unless_within("force per count", gain.abs(), 0.0, most as f64)?;
+        Ok(Self { multiplier, shift })
+    }
+
+    /// The contribution of a count, in force units times 2^[`TERM_PLACES`]; under 2⁶¹ whatever the count.
+    fn of(self, counts: i32) -> i64 {
+        let product = i64::from(self.multiplier) * i64::from(counts);
+        round_shift(
+            product,
+            self.shift.saturating_sub(TERM_PLACES).clamp(0, 62) as u32,
+        )
+    }
 }
 
 /// The chain for one rig and one model: what is calibrated, apart from what moves ([`ChainState`]).
@@ -241,12 +268,7 @@ impl AxisChain {
             body_velocity_shift = shift;
             gains[3] = -sign * DERIVATIVE_HEADROOM / scaled;
         }
-        // One common shift, set by the largest gain, so that the four products add up before the one rounding.
-        let largest = gains
-            .iter()
-            .fold(0.0_f64, |most, gain| most.max(gain.abs()));
-        let (_, force_shift) = factor("force per count", largest)?;
-        let machine = gains.map(|gain| round_to_i64(gain * power_of_two(force_shift)) as i32);
+        let [inertia, force, stiffness, damping] = gains.map(Term::new);
         Ok(Self {
             difference: axis.displacement_difference,
             has_body,
@@ -256,11 +278,7 @@ impl AxisChain {
             acceleration,
             curvature_shift,
             body_velocity_shift,
-            inertia: machine[0],
-            force: machine[1],
-            stiffness: machine[2],
-            damping: machine[3],
-            force_shift,
+            terms: [inertia?, force?, stiffness?, damping?],
         })
     }
 
@@ -273,7 +291,7 @@ impl AxisChain {
         ]
     }
 
-    /// The restoring force from the equation of motion, in force units, before saturation.
+    /// The restoring force from the equation of motion, in force units times 2^[`TERM_PLACES`], before saturation.
     fn measured(
         &self,
         state: &AxisState,
@@ -288,16 +306,16 @@ impl AxisChain {
                 shift_round(curvature(acceleration, &state.body), self.curvature_shift)
             }
         };
-        let damper = if self.damping == 0 {
+        let [inertia, force, stiffness, damping] = self.terms;
+        let damper = if damping.multiplier == 0 {
             0
         } else {
             shift_round(slope(velocity, &state.body), self.body_velocity_shift)
         };
-        // Four products of 31 and 29 bits: under 2⁶².
-        self.inertia as i64 * a as i64
-            + self.force as i64 * state.force.delayed(delay) as i64
-            + self.stiffness as i64 * state.body.delayed(delay) as i64
-            + self.damping as i64 * damper as i64
+        inertia.of(a)
+            + force.of(state.force.delayed(delay))
+            + stiffness.of(state.body.delayed(delay))
+            + damping.of(damper)
     }
 }
 
@@ -382,7 +400,7 @@ impl Chain {
                 output.outside |= u8::from(outside) << (input & 7);
             }
             let measured = axis.measured(moving, delay, &self.velocity, &self.acceleration);
-            let measured = shift_round(measured, axis.force_shift);
+            let measured = shift_round(measured, TERM_PLACES);
             output.saturated |= at_rail(measured) << (index & 7);
             if let Some(slot) = output.measured.get_mut(index) {
                 *slot = measured;

@@ -15,7 +15,7 @@ pub struct Scale {
     shift: i8,
 }
 
-/// Multipliers lie in ±2^28..2^29, so that four products of a 32-bit count add up without overflow.
+/// Multipliers lie in ±2^28..2^29, so that a product with a 32-bit count stays under 2⁶⁰ and several add up.
 const MULTIPLIER_BITS: i32 = 29;
 
 /// A real factor as `multiplier·2^−shift` with 28 to 29 significant bits.

@@ -32,6 +32,7 @@ fn model(axes: usize, seed: u64) -> Model {
     let header = Header {
         sample_rate_hz: 2000.0,
         band_hz: 120.0,
+        state_band_hz: 400.0,
         axes: (0..axes as u8).map(axis).collect(),
     };
     let mut points = Points::new(seed);
@@ -189,18 +190,18 @@ fn refusals_say_what_was_seen() {
         with(3000, &[1]),
         "byte 3000 of the blob is 1, but has to be 0"
     );
-    assert_eq!(with(32, &[0xff]), "the name of axis 0 is not UTF-8");
+    assert_eq!(with(40, &[0xff]), "the name of axis 0 is not UTF-8");
     assert_eq!(
         with(8, &f64::NAN.to_le_bytes()),
         "sample rate in Hz is NaN, but has to lie between 1 and 1000000"
     );
     assert_eq!(
-        with(208, &i32::MIN.to_le_bytes()),
+        with(216, &i32::MIN.to_le_bytes()),
         "the stored coefficients of axis 0 can overflow the sum over the powers of the last input (block x^0 x'^0): \
          export the model again"
     );
     assert_eq!(
-        with(208 + 64, &(-1_i32).to_le_bytes()),
+        with(216 + 64, &(-1_i32).to_le_bytes()),
         "the coefficient of x^0 x'^0 phi^0 phi'^0 of axis 0 is -1, which the model cannot hold"
     );
 }
@@ -256,6 +257,7 @@ fn the_documented_bytes_are_the_written_bytes() {
             "axes" => vec![2],
             "sample_rate_hz" => header.sample_rate_hz.to_le_bytes().to_vec(),
             "band_hz" => header.band_hz.to_le_bytes().to_vec(),
+            "state_band_hz" => header.state_band_hz.to_le_bytes().to_vec(),
             "orders" => vec![3; 4],
             "shifts" => polynomial.shifts().to_vec(),
             "effects" | "reserved" => vec![0; length],
@@ -299,5 +301,5 @@ fn the_bytes_of_the_reference_model_are_pinned() {
     for byte in encode(selftest::reference_model()) {
         digest.add(i32::from(byte));
     }
-    assert_eq!(format!("{:016x}", digest.value()), "4bae31a1ebcc7ba1");
+    assert_eq!(format!("{:016x}", digest.value()), "335fe79119de18e6");
 }

@@ -23,6 +23,7 @@ fn header(axes: usize) -> Header {
     Header {
         sample_rate_hz: 1000.0,
         band_hz: 100.0,
+        state_band_hz: 400.0,
         axes: (0..axes as u8).map(axis).collect(),
     }
 }
