@@ -10,6 +10,7 @@ use core::hint::black_box;
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::selftest::{CORNER_POINTS, Points, corner, digest, reference_model};
+use jointwatch_shared::selftest_chain::chain_digest;
 
 /// Reads a counter that, under QEMU's `-icount shift=0`, has counted every executed instruction.
 pub type Counter = fn() -> u32;
@@ -23,6 +24,9 @@ pub const SEED: u64 = 20_070_099;
 pub const KNOWN_DIGEST: u64 = 0xe526_1779_e239_9e0c;
 /// The number of random points of [`KNOWN_DIGEST`].
 pub const KNOWN_POINTS: u32 = 1000;
+
+/// A sample of the chain costs as much as so many evaluations where 64-bit products are slow.
+const POINTS_PER_SAMPLE: u32 = 50;
 
 /// What the suite is to know of a board.
 pub struct Board<'a> {
@@ -97,6 +101,7 @@ pub fn run(board: &Board, command_line: &str, text: &mut impl Write) -> Result<b
         )?;
     }
     errors += model("reference", reference_model(), board, arguments, text)?;
+    chain(arguments, text)?;
     if !board.slots.is_empty() {
         errors += decoder(text)?;
     }
@@ -165,6 +170,14 @@ fn slot(
             model(name, &found, board, arguments, text)
         }
     }
+}
+
+/// The digest of the whole on-board chain over a fixed motion. Not inlined, as [`decoder`].
+#[inline(never)]
+fn chain(arguments: Arguments, text: &mut impl Write) -> fmt::Result {
+    let samples = arguments.points / POINTS_PER_SAMPLE;
+    let value = chain_digest(reference_model(), SEED, samples);
+    writeln!(text, "chain seed {SEED} samples {samples} {value:#018x}")
 }
 
 /// Digest and instruction count of one model. Gives the number of errors.

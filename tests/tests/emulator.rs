@@ -6,6 +6,7 @@ use jointwatch::device::{self, Board, SelfTestReport, SlotState};
 use jointwatch_shared::blob::{self, BLOB_LEN};
 use jointwatch_shared::model::{Header, Model};
 use jointwatch_shared::selftest::{self, Points, reference_model};
+use jointwatch_shared::selftest_chain::chain_digest;
 use jointwatch_tests::elf::Image;
 use jointwatch_tests::log::boot_log;
 use std::io::Write;
@@ -67,6 +68,19 @@ fn same_bits(report: &SelfTestReport, name: &str, model: &Model) {
     );
 }
 
+/// The on-board chain, from counts to residuals, gives on the device what it gives on the host.
+fn same_chain(report: &SelfTestReport, samples: u32) {
+    let device = report.chain.expect("a digest of the chain");
+    assert_eq!(device.samples, samples);
+    let host = chain_digest(reference_model(), device.seed, device.samples);
+    assert_ne!(host, 0, "the reference model fits the reference rig");
+    assert_eq!(
+        device.digest, host,
+        "device {:#018x}, host {host:#018x}",
+        device.digest
+    );
+}
+
 #[test]
 fn cortex_m4f_computes_the_same_bits_a_million_times() {
     let report = run(Board::Stm32f405, None, 1_000_000);
@@ -74,6 +88,7 @@ fn cortex_m4f_computes_the_same_bits_a_million_times() {
     let points = report.model("reference").map(|model| model.points);
     assert_eq!(points, Some(1_000_000));
     same_bits(&report, "reference", reference_model());
+    same_chain(&report, 20_000);
 }
 
 #[test]
@@ -84,6 +99,7 @@ fn cortex_m0_computes_the_same_bits() {
     let points = report.model("reference").map(|model| model.points);
     assert_eq!(points, Some(100_000));
     same_bits(&report, "reference", reference_model());
+    same_chain(&report, 2_000);
 }
 
 #[test]

@@ -120,9 +120,15 @@ fn emulate(console: &Console, blob: &Path) -> Result<String> {
             seen.digest
         )));
     }
+    let counted = seen.instructions.map_or(String::new(), |counted| {
+        format!(
+            " One evaluation takes {} instructions, whatever the input.",
+            counted.most
+        )
+    });
     Ok(format!(
         "The firmware found the model in flash slot A and evaluated it at {} points: digest {wanted:016x}, the same bits \
-         as the host.",
+         as the host.{counted}",
         seen.points + selftest::CORNER_POINTS
     ))
 }

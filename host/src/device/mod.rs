@@ -8,7 +8,7 @@ mod image;
 mod report;
 
 pub use image::{Board, build, selftest};
-pub use report::{Instructions, ModelReport, SelfTestReport, SlotReport, SlotState};
+pub use report::{ChainReport, Instructions, ModelReport, SelfTestReport, SlotReport, SlotState};
 
 use crate::error::{Error, Result};
 use std::ffi::OsString;

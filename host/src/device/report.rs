@@ -26,6 +26,17 @@ pub struct ModelReport {
     pub instructions: Option<Instructions>,
 }
 
+/// What the self-test found out about the on-board chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChainReport {
+    /// The seed of the fixed motion.
+    pub seed: u64,
+    /// Samples that went through the chain.
+    pub samples: u32,
+    /// The digest over all bits of all outputs.
+    pub digest: u64,
+}
+
 /// What a slot holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SlotState {
@@ -57,6 +68,8 @@ pub struct SelfTestReport {
     pub clock_hz: u32,
     /// One entry per model.
     pub models: Vec<ModelReport>,
+    /// The on-board chain with the reference model.
+    pub chain: Option<ChainReport>,
     /// One entry per slot; none on a board without slots.
     pub slots: Vec<SlotReport>,
     /// The device's own sentences about what was wrong.
@@ -105,6 +118,7 @@ impl SelfTestReport {
             clock_source: String::new(),
             clock_hz: 0,
             models: Vec::new(),
+            chain: None,
             slots: Vec::new(),
             complaints: Vec::new(),
             errors: 0,
@@ -140,8 +154,15 @@ impl SelfTestReport {
                     name: name.to_owned(),
                     seed: seed.parse().ok()?,
                     points: points.parse().ok()?,
-                    digest: u64::from_str_radix(digest.strip_prefix("0x")?, 16).ok()?,
+                    digest: hexadecimal(digest)?,
                     instructions: None,
+                });
+            }
+            ["chain", "seed", seed, "samples", samples, digest] => {
+                self.chain = Some(ChainReport {
+                    seed: seed.parse().ok()?,
+                    samples: samples.parse().ok()?,
+                    digest: hexadecimal(digest)?,
                 });
             }
             [
@@ -189,6 +210,10 @@ impl SelfTestReport {
     }
 }
 
+fn hexadecimal(text: &str) -> Option<u64> {
+    u64::from_str_radix(text.strip_prefix("0x")?, 16).ok()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -199,6 +224,7 @@ board stm32f405
 clock internal 16000000
 digest reference seed 7 points 10 0x00000000000000ff
 instructions reference inputs 500 min 1200 max 1201
+chain seed 7 samples 20 0x000000000000beef
 error the instructions of reference depend on its input
 decoder taken 1 refused 64 errors 0
 slot a model
@@ -228,6 +254,12 @@ result failed
         };
         assert_eq!(reference.instructions, Some(counted));
         assert_eq!(report.model("a").unwrap().digest, u64::MAX);
+        let chain = ChainReport {
+            seed: 7,
+            samples: 20,
+            digest: 0xbeef,
+        };
+        assert_eq!(report.chain, Some(chain));
         assert_eq!(report.slot("a"), Some(&SlotState::Model));
         let Some(SlotState::Refused(why)) = report.slot("b") else {
             panic!("{:?}", report.slots)
