@@ -196,7 +196,9 @@ mod tests {
     #[test]
     fn known_coefficients_come_back() {
         let a = design(200, 9, 31);
-        let truth = Mat::from_fn(9, 2, |i, j| (0.5 + i as f64 - 3.0 * j as f64) * 10f64.powi(4 - i as i32));
+        let truth = Mat::from_fn(9, 2, |i, j| {
+            (0.5 + i as f64 - 3.0 * j as f64) * 10f64.powi(4 - i as i32)
+        });
         let gram = a.transpose() * &a;
         let cross = &gram * &truth;
         let solution = solve(&gram, &cross).unwrap();

@@ -328,8 +328,9 @@ mod tests {
                 let inertia = axis.inertia.unwrap();
                 let channels = &record.axes[i];
                 let acceleration = channels.acceleration.as_ref().unwrap();
-                for row in 0..record.rows {
-                    let r = inertia * acceleration[row] - channels.force[row];
+                assert_eq!(acceleration.len(), record.rows);
+                for (row, a) in acceleration.iter().enumerate() {
+                    let r = inertia * a - channels.force[row];
                     let expected = truth.restoring_force[i][row];
                     let scale = channels.force[row].abs().max(1e-3);
                     assert!((r - expected).abs() < 1e-9 * scale);
