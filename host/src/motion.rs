@@ -1,4 +1,22 @@
 //! A record as the models see it: states, acceleration and applied force, row by row.
+//!
+//! The equation of motion of the body that carries the inertia `m`, with a known spring `k` and damper `c` from the body
+//! (position `b`) to ground, an applied force `F` and the joint, is the paper's Eq. (8) (Eq. (9) for a rotation):
+//!
+//! | convention | equation of motion | restoring force |
+//! | --- | --- | --- |
+//! | `force_minus_inertia` (the joint opposes) | `m·a = F − k·b − c·ḃ − r` | `r = (F − k·b − c·ḃ) − m·a` |
+//! | `inertia_minus_force` (the joint pulls) | `m·a = F − k·b − c·ḃ + r` | `r = m·a − (F − k·b − c·ḃ)` |
+//!
+//! Spring and damper act on the body in the same way in both, so both take them off the applied force first.
+
+use crate::error::{Error, Result};
+use crate::signal::band::relative_displacement;
+use crate::signal::fir::apply;
+use crate::study::{Axis, Channels, Convention, Record, Study};
+use rayon::prelude::*;
+
+pub use crate::signal::filters::Filters;
 
 /// A record after differentiation: what a model's inputs and its output are made of.
 ///
@@ -24,4 +42,102 @@ impl Motion {
     pub fn rows(&self) -> usize {
         self.force[0].len()
     }
+
+    /// Restoring force of one axis in N or N·m, wide-band: `F − m·a` or `m·a − F`, as the convention says.
+    ///
+    /// `inertia` in kg or kg·m²; with 0 the force channel (or its negative) already is the restoring force.
+    pub fn restoring_force(&self, axis: usize, inertia: f64, convention: Convention) -> Vec<f64> {
+        let sign = match convention {
+            Convention::ForceMinusInertia => 1.0,
+            Convention::InertiaMinusForce => -1.0,
+        };
+        self.force[axis]
+            .iter()
+            .zip(&self.acceleration[axis])
+            .map(|(force, acceleration)| sign * (force - inertia * acceleration))
+            .collect()
+    }
+}
+
+/// Turns every record of the study into a motion, in the study's order.
+///
+/// # Errors
+/// A record with no row left between the ends that the filters cost.
+pub fn motions(study: &Study, filters: &Filters) -> Result<Vec<Motion>> {
+    study
+        .records
+        .par_iter()
+        .enumerate()
+        .map(|(index, record)| motion(study, index, record, filters))
+        .collect()
+}
+
+fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -> Result<Motion> {
+    let half = filters.half_length();
+    let least = filters.velocity.len() + filters.band.len() - 1;
+    if record.rows < least {
+        return Err(Error::data(format!(
+            "{}: {} rows are too few for filters that need {least}; try a longer record or a higher band_hz",
+            record.file, record.rows
+        )));
+    }
+    let mut motion = Motion {
+        record: index,
+        first_row: half,
+        sample_rate_hz: study.sample_rate_hz,
+        states: Vec::new(),
+        acceleration: Vec::new(),
+        force: Vec::new(),
+    };
+    for (axis, channels) in study.axes.iter().zip(&record.axes) {
+        let inner = |series: &[f64]| series[half..series.len() - half].to_vec();
+        let relative = relative_displacement(channels);
+        let velocity = match &channels.velocity {
+            Some(logged) => inner(logged),
+            None => apply(&relative, &filters.velocity),
+        };
+        let body = channels.body_position.as_deref().unwrap_or(&relative);
+        // The logged acceleration is used where there is one, because the device uses it as well.
+        motion.acceleration.push(match &channels.acceleration {
+            Some(logged) => inner(logged),
+            None => apply(body, &filters.acceleration),
+        });
+        motion.force.push(joint_and_inertia(
+            axis,
+            channels,
+            body,
+            &filters.velocity,
+            half,
+        ));
+        motion.states.push(inner(&relative));
+        motion.states.push(velocity);
+    }
+    Ok(motion)
+}
+
+/// The applied force less what the known spring and damper to ground take of it.
+fn joint_and_inertia(
+    axis: &Axis,
+    channels: &Channels,
+    body: &[f64],
+    velocity: &[f64],
+    half: usize,
+) -> Vec<f64> {
+    let mut force = channels.force[half..channels.force.len() - half].to_vec();
+    if axis.ground_stiffness != 0.0 {
+        for (f, b) in force.iter_mut().zip(&body[half..]) {
+            *f -= axis.ground_stiffness * b;
+        }
+    }
+    if axis.ground_damping != 0.0 {
+        for (f, v) in force.iter_mut().zip(apply(body, velocity)) {
+            *f -= axis.ground_damping * v;
+        }
+    }
+    force
+}
+
+/// Low-passes a series with zero phase; `taps.len() − 1` rows are lost, half of them at each end.
+pub fn low_pass(series: &[f64], taps: &[f64]) -> Vec<f64> {
+    apply(series, taps)
 }

@@ -1,4 +1,19 @@
 //! A study: the rig and its records, as `study.toml` describes them, read into SI units.
+//!
+//! [`Study::read`] is the one way in. What a study may say, and every reason for which it is refused, stands in
+//! `docs/study.md`.
+
+mod check;
+mod csv;
+mod description;
+mod json;
+mod log;
+mod matlab;
+mod nearest;
+mod plan;
+mod read;
+pub mod time;
+mod units;
 
 use std::path::PathBuf;
 
@@ -76,7 +91,8 @@ pub struct Record {
     pub file: String,
     /// What it is used for.
     pub role: Role,
-    /// The row of the file (from 0, heading not counted) that became row 0 here.
+    /// The row of the file (from 0, heading not counted) that became row 0 here; where samples were dropped and
+    /// bridged, later rows here run ahead of the file's.
     pub first_row: usize,
     /// Rows.
     pub rows: usize,

@@ -1,0 +1,225 @@
+//! Which band a study's logs support: the common band of fits, and the wider band of the states.
+//!
+//! Both are read from spectra over all records. The noise floor of a displacement is its median between 0.40 and 0.48 of
+//! the sample rate, where encoder counts speak and joints do not; that of a restoring force is its median between 0.10
+//! and 0.36, because drives put single lines higher up, and the differentiators are shut there.
+//!
+//! - **State band**: where the displacement's density falls to twice its floor, signal and noise are equal; a velocity
+//!   cut there has the least mean square error. The most limited axis decides, and rounding of sharp contact corners
+//!   below that frequency would cost more than the noise, so it is not made narrower.
+//! - **Common band**: of the restoring force's power below the state band, taking only frequencies at which it stands ten
+//!   times above its floor, 99.9 % lies below it. What is above adds noise to every error figure and hardly any joint.
+//!   Three nines, because contact is in the tail: with two, the corners of a clearance are gone. Lines count wherever they
+//!   are, so a stepped sine keeps its harmonics.
+
+use super::design::NARROWEST_DERIVATIVE;
+use super::spectrum::{Accumulator, Spectrum};
+use crate::motion::Motion;
+use crate::study::{Channels, Role, Study};
+use nalgebra::{Matrix4, Vector4};
+
+/// Rows per window of the spectra; a record shorter than this sets the length.
+const SEGMENT: usize = 4096;
+/// Where a displacement's noise floor is read, as shares of the sample rate; an anti-aliasing filter takes down what is
+/// above.
+const DISPLACEMENT_FLOOR: [f64; 2] = [0.40, 0.48];
+/// Where a restoring force's noise floor is read.
+const FORCE_FLOOR: [f64; 2] = [0.10, WIDEST];
+/// Density over floor at which signal and noise are equal.
+const EQUAL: f64 = 2.0;
+/// Density over floor down to which a restoring force is compared with a model.
+const STANDS_OUT: f64 = 10.0;
+/// Share of the power that stands out of a restoring force's floor that the common band keeps.
+const KEPT: f64 = 0.999;
+/// Lines that are averaged before a density is compared with its floor, an odd number.
+const SMOOTHED: usize = 9;
+/// The states' band is at most this share of the sample rate: the differentiators need room to fall to zero.
+pub const WIDEST: f64 = 0.36;
+
+/// First minus second, or the first alone.
+pub(crate) fn relative_displacement(channels: &Channels) -> Vec<f64> {
+    match &channels.displacement_second {
+        None => channels.displacement_first.clone(),
+        Some(second) => channels
+            .displacement_first
+            .iter()
+            .zip(second)
+            .map(|(a, b)| a - b)
+            .collect(),
+    }
+}
+
+/// Pass band of the differentiators in Hz, before the common band asks for more: where the displacement of the most
+/// limited axis drowns in its noise, between 0.06 and 0.36 of the sample rate.
+pub fn state_band_hz(study: &Study) -> f64 {
+    let shortest = study.records.iter().map(|r| r.rows).min().unwrap_or(0);
+    let drowned = (0..study.axes.len())
+        .map(|axis| {
+            let mut sum = Accumulator::new(study.sample_rate_hz, SEGMENT.min(shortest));
+            for record in &study.records {
+                sum.add(&relative_displacement(&record.axes[axis]));
+            }
+            let spectrum = sum.finish();
+            drowning_edge(&spectrum, EQUAL * floor_of(&spectrum, DISPLACEMENT_FLOOR))
+        })
+        .fold(f64::INFINITY, f64::min);
+    let rate = study.sample_rate_hz;
+    drowned.clamp(NARROWEST_DERIVATIVE * rate, WIDEST * rate)
+}
+
+/// The common band in Hz: the widest that an axis's restoring force asks for, at most half of the widest state band (a study
+/// may state a wider one).
+///
+/// Where the inertia is not known yet, the one that explains the force best together with the states stands in for it.
+pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> f64 {
+    let shortest = motions.iter().map(Motion::rows).min().unwrap_or(0);
+    let rate = study.sample_rate_hz;
+    let edge = study
+        .axes
+        .iter()
+        .enumerate()
+        .map(|(index, axis)| {
+            let inertia = axis
+                .inertia
+                .unwrap_or_else(|| likely_inertia(study, motions, index));
+            let mut sum = Accumulator::new(rate, SEGMENT.min(shortest));
+            for motion in motions {
+                sum.add(&motion.restoring_force(index, inertia, axis.restoring_force));
+            }
+            let spectrum = sum.finish();
+            let level = STANDS_OUT * floor_of(&spectrum, FORCE_FLOOR);
+            power_edge(&spectrum, level, state_band_hz)
+        })
+        .fold(0.0, f64::max);
+    edge.clamp(1e-3 * rate, 0.5 * WIDEST * rate)
+}
+
+/// Least squares of the force over acceleration, velocity, displacement and a constant; good enough for a spectrum.
+fn likely_inertia(study: &Study, motions: &[Motion], axis: usize) -> f64 {
+    let mut square = Matrix4::zeros();
+    let mut right = Vector4::zeros();
+    for motion in motions
+        .iter()
+        .filter(|m| study.records[m.record].role == Role::Train)
+    {
+        for row in 0..motion.rows() {
+            let inputs = Vector4::new(
+                motion.acceleration[axis][row],
+                motion.states[2 * axis + 1][row],
+                motion.states[2 * axis][row],
+                1.0,
+            );
+            square += inputs * inputs.transpose();
+            right += inputs * motion.force[axis][row];
+        }
+    }
+    // Metres and metres per second² differ by powers of ten: scaled to a unit diagonal, the solve keeps its digits.
+    let scale = square
+        .diagonal()
+        .map(|d| if d > 0.0 { d.sqrt() } else { 1.0 });
+    let scaled = Matrix4::from_fn(|i, j| square[(i, j)] / (scale[i] * scale[j]));
+    scaled.cholesky().map_or(0.0, |c| {
+        (c.solve(&right.component_div(&scale))[0] / scale[0]).max(0.0)
+    })
+}
+
+/// Median density between two shares of the sample rate, where only noise is expected.
+fn floor_of(spectrum: &Spectrum, [from, to]: [f64; 2]) -> f64 {
+    let lines = 2.0 * spectrum.density.len().saturating_sub(1) as f64;
+    let range = (from * lines) as usize..(to * lines) as usize;
+    let mut densities = spectrum.density.get(range).unwrap_or_default().to_vec();
+    densities.sort_by(f64::total_cmp);
+    densities.get(densities.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The frequency below which [`KEPT`] of the power lies that stands above `level`, up to `limit_hz`; 0 when none does.
+fn power_edge(spectrum: &Spectrum, level: f64, limit_hz: f64) -> f64 {
+    let lines: Vec<f64> = smoothed(spectrum)
+        .zip(&spectrum.density)
+        .enumerate()
+        .take_while(|(i, _)| *i as f64 * spectrum.resolution_hz <= limit_hz)
+        .map(|(_, (mean, density))| if mean > level { *density } else { 0.0 })
+        .collect();
+    let total: f64 = lines.iter().sum();
+    let mut sum = 0.0;
+    for (i, density) in lines.iter().enumerate() {
+        sum += density;
+        if sum >= KEPT * total {
+            return i as f64 * spectrum.resolution_hz;
+        }
+    }
+    0.0
+}
+
+/// The first frequency past the strongest line at which the smoothed density has fallen to `level`.
+fn drowning_edge(spectrum: &Spectrum, level: f64) -> f64 {
+    let means: Vec<f64> = smoothed(spectrum).collect();
+    let strongest = (0..means.len())
+        .max_by(|a, b| means[*a].total_cmp(&means[*b]))
+        .unwrap_or(0);
+    let end = (strongest..means.len()).find(|i| means[*i] <= level);
+    end.unwrap_or(means.len()) as f64 * spectrum.resolution_hz
+}
+
+/// Each line's mean with its neighbours, [`SMOOTHED`] lines in all where there are so many.
+fn smoothed(spectrum: &Spectrum) -> impl Iterator<Item = f64> {
+    let lines = spectrum.density.len();
+    (0..lines).map(move |i| {
+        let near =
+            &spectrum.density[i.saturating_sub(SMOOTHED / 2)..(i + SMOOTHED / 2 + 1).min(lines)];
+        near.iter().sum::<f64>() / near.len() as f64
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A density that falls as 1/f⁴ from 10 Hz on, over a floor of 1.
+    fn falling(top: f64) -> Spectrum {
+        let density = (0..=2048)
+            .map(|i| 1.0 + top / (1.0 + (f64::from(i) * 0.5 / 10.0).powi(4)))
+            .collect();
+        Spectrum {
+            resolution_hz: 0.5,
+            density,
+        }
+    }
+
+    #[test]
+    fn displacement_drowns_where_signal_and_noise_are_equal() {
+        // 1e6/(1 + (f/10)⁴) = 1 at 316 Hz.
+        let edge = drowning_edge(&falling(1e6), EQUAL);
+        assert!((edge - 316.0).abs() < 5.0, "{edge}");
+    }
+
+    #[test]
+    fn the_common_band_does_not_depend_on_the_noise() {
+        // ∫ of 1/(1 + u⁴) from U to ∞ is 1/(3U³), a thousandth of π/(2√2) at U = 6.70.
+        for top in [1e5, 1e7] {
+            let edge = power_edge(&falling(top), STANDS_OUT, 1024.0);
+            assert!((edge - 67.0).abs() < 7.0, "{edge}");
+        }
+    }
+
+    #[test]
+    fn a_harmonic_beyond_a_silence_counts_and_one_beyond_the_limit_does_not() {
+        let mut spectrum = falling(0.0);
+        spectrum.density[100] = 1e4;
+        spectrum.density[300] = 1e3;
+        spectrum.density[900] = 1e5;
+        assert_eq!(power_edge(&spectrum, STANDS_OUT, 400.0), 150.0);
+    }
+
+    #[test]
+    fn a_spectrum_without_lines_has_no_edge() {
+        let empty = Spectrum {
+            resolution_hz: 1.0,
+            density: Vec::new(),
+        };
+        let floor = floor_of(&empty, FORCE_FLOOR);
+        assert_eq!(floor, 0.0);
+        assert_eq!(power_edge(&empty, floor, 100.0), 0.0);
+        assert_eq!(drowning_edge(&empty, floor), 0.0);
+    }
+}

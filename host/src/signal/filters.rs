@@ -1,0 +1,170 @@
+//! The three filters of a study: first derivative, second derivative and the low-pass of the common band.
+
+use super::band::{WIDEST, common_band_hz, state_band_hz};
+use super::design::{Ideal, design, taps_for, transition_for};
+use super::fir::{quantise, to_f64};
+use crate::error::{Error, Result};
+use crate::motion::motions;
+use crate::study::Study;
+use jointwatch_shared::rig::{MAX_TAPS, Taps};
+use serde::{Deserialize, Serialize};
+
+/// The states' band is at least this many times the common band, so that a force law sees the corners it makes.
+const STATES_OVER_COMMON: f64 = 2.0;
+/// A filter falls from its pass band to zero over this share of it, when the taps allow.
+const FALL: f64 = 0.75;
+
+/// The three filters of a study: what the host applies with zero phase and the device with a delay of half their length.
+///
+/// The taps are those that integers times a power of two can hold, so host and device filter with the same numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Filters {
+    /// Samples per second.
+    pub sample_rate_hz: f64,
+    /// Pass band of `band`, Hz: what is compared with a model is low-passed to this on both sides.
+    pub band_hz: f64,
+    /// Pass band of the differentiators, Hz.
+    pub state_band_hz: f64,
+    /// First derivative, 1/s; antisymmetric, as long as `acceleration`.
+    pub velocity: Vec<f64>,
+    /// Second derivative, 1/s²; symmetric, sum 0.
+    pub acceleration: Vec<f64>,
+    /// Low-pass; symmetric, sum 1.
+    pub band: Vec<f64>,
+    /// Why these bands, for the user to read; one sentence without a full stop.
+    pub reason: String,
+}
+
+impl Filters {
+    /// Chooses the bands (unless the study states `band_hz`) and designs the filters for the study's sample rate.
+    ///
+    /// Each filter falls to zero over three quarters of its pass band, or over what [`MAX_TAPS`] taps need where that is
+    /// more; for the common band the reason says so then. Accuracy: [`design`].
+    ///
+    /// # Errors
+    /// When the stated band does not fit below half the sample rate, or a record is shorter than the filters.
+    pub fn design(study: &Study) -> Result<Self> {
+        let rate = study.sample_rate_hz;
+        let most = WIDEST * rate;
+        if let Some(stated) = study.band_hz
+            && stated > most
+        {
+            return Err(Error::data(format!(
+                "{}: band_hz = {stated} is too wide for a sample rate of {rate} Hz, which allows {most:.0} Hz; try a lower \
+                 band_hz or leave it out",
+                study.path.display(),
+            )));
+        }
+        let drowned_hz = state_band_hz(study);
+        let mut filters = Self::differentiators(rate, drowned_hz)?;
+        let mut reason;
+        match study.band_hz {
+            Some(stated) => {
+                filters.band_hz = stated;
+                reason = format!("band {} Hz as study.toml states", short(stated));
+            }
+            None => {
+                filters.band_hz = common_band_hz(study, &motions(study, &filters)?, drowned_hz);
+                reason = format!(
+                    "band {} Hz, which holds 99.9 % of the restoring force's power that stands out of its noise",
+                    short(filters.band_hz)
+                );
+            }
+        }
+        let band_hz = filters.band_hz;
+        let common = Edges::new(band_hz, rate);
+        if common.widened {
+            reason += &format!(
+                " (falling to zero at {} Hz, as steeply as {MAX_TAPS} taps allow)",
+                short(common.stop_hz)
+            );
+        }
+        let wanted_hz = (STATES_OVER_COMMON * band_hz).min(most);
+        if wanted_hz > drowned_hz {
+            filters = Self::differentiators(rate, wanted_hz)?;
+            filters.band_hz = band_hz;
+            reason += &format!(
+                "; states to {} Hz for the sake of that band, though the displacement drowns in its noise at {} Hz",
+                short(wanted_hz),
+                short(drowned_hz)
+            );
+        } else {
+            reason += &format!(
+                "; states to {} Hz, where the displacement drowns in its noise or the sample rate sets the end",
+                short(drowned_hz)
+            );
+        }
+        filters.band = common.filter(Ideal::LowPass, rate)?;
+        filters.reason = reason;
+        Ok(filters)
+    }
+
+    /// Both differentiators, with a low-pass that changes nothing.
+    fn differentiators(rate: f64, pass_hz: f64) -> Result<Self> {
+        let edges = Edges::new(pass_hz, rate);
+        Ok(Self {
+            sample_rate_hz: rate,
+            band_hz: pass_hz,
+            state_band_hz: pass_hz,
+            velocity: edges.filter(Ideal::FirstDerivative, rate)?,
+            acceleration: edges.filter(Ideal::SecondDerivative, rate)?,
+            band: vec![1.0],
+            reason: String::new(),
+        })
+    }
+
+    /// Rows that a motion loses at each end of a record; also the device's delay in samples.
+    pub fn half_length(&self) -> usize {
+        self.velocity.len() / 2
+    }
+
+    /// Velocity, acceleration and band filter with integer taps, as the device's rig block holds them.
+    ///
+    /// # Errors
+    /// When the taps were changed to something the device cannot hold.
+    pub fn taps(&self) -> Result<[Taps; 3]> {
+        Ok([
+            quantise(&self.velocity)?,
+            quantise(&self.acceleration)?,
+            quantise(&self.band)?,
+        ])
+    }
+}
+
+/// Three digits are enough to judge a band by.
+fn short(hz: f64) -> String {
+    if hz >= 100.0 {
+        format!("{hz:.0}")
+    } else {
+        format!("{hz:.1}")
+    }
+}
+
+/// Edges and length of one filter.
+struct Edges {
+    pass_hz: f64,
+    stop_hz: f64,
+    taps: usize,
+    /// The fall is wider than wanted.
+    widened: bool,
+}
+
+impl Edges {
+    fn new(pass_hz: f64, rate: f64) -> Self {
+        let room = 0.5 * rate - pass_hz;
+        let wanted = (FALL * pass_hz).min(room);
+        let taps = taps_for(wanted, rate).min(MAX_TAPS);
+        let fall = transition_for(taps, rate).max(wanted).min(room);
+        Self {
+            pass_hz,
+            stop_hz: pass_hz + fall,
+            taps,
+            widened: fall > 1.01 * wanted,
+        }
+    }
+
+    fn filter(&self, ideal: Ideal, rate: f64) -> Result<Vec<f64>> {
+        let taps = design(ideal, rate, self.pass_hz, self.stop_hz, self.taps);
+        Ok(to_f64(&quantise(&taps)?))
+    }
+}

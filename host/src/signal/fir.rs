@@ -1,0 +1,175 @@
+//! Applying a linear-phase FIR filter with zero phase, and the integer taps that the device shares.
+
+use crate::error::{Error, Result};
+use jointwatch_shared::rig::{MAX_TAPS, Taps};
+
+/// Rows filtered at a time, so that they stay in the first-level cache while all taps pass over them.
+const BLOCK: usize = 1024;
+/// Bound on the sum of the integer taps' magnitudes: with 32-bit counts no sum then leaves 62 bits.
+const TAP_SUM: i64 = (1 << 31) - 1;
+
+/// Filters `series` with zero phase: `y[i] = Σ taps[half + m]·x[i + half − m]` over `m = −half … half`.
+///
+/// Only rows with full support are returned: `series.len() − taps.len() + 1` of them, none when the series is shorter
+/// than the filter; row 0 of the result belongs to row `taps.len() / 2` of the series. The taps must be an odd number
+/// and symmetric or antisymmetric, which halves the work and makes the derivative of a constant exactly zero.
+pub fn apply(series: &[f64], taps: &[f64]) -> Vec<f64> {
+    let half = taps.len() / 2;
+    if series.len() < taps.len() {
+        return Vec::new();
+    }
+    let antisymmetric = half > 0 && taps[half - 1] == -taps[half + 1] && taps[half] == 0.0;
+    let mut out = vec![0.0; series.len() - 2 * half];
+    for (block, rows) in out.chunks_mut(BLOCK).enumerate() {
+        let start = block * BLOCK;
+        let count = rows.len();
+        let shifted = |offset: usize| &series[start + offset..start + offset + count];
+        for (y, x) in rows.iter_mut().zip(shifted(half)) {
+            *y = taps[half] * x;
+        }
+        for m in 1..=half {
+            let tap = taps[half - m];
+            let pairs = shifted(half + m).iter().zip(shifted(half - m));
+            if antisymmetric {
+                for (y, (newer, older)) in rows.iter_mut().zip(pairs) {
+                    *y += tap * (newer - older);
+                }
+            } else {
+                for (y, (newer, older)) in rows.iter_mut().zip(pairs) {
+                    *y += tap * (newer + older);
+                }
+            }
+        }
+    }
+    out
+}
+
+/// Rounds `taps` to integers times a power of two, as the device holds them.
+///
+/// The exponent is the largest at which the magnitudes of the integer taps sum to less than 2³¹, so that a sum over
+/// 32-bit counts fits 64 bits whatever they are. Rounding errors are gathered in the centre tap of a symmetric filter, so that
+/// its gain at rest (1 of a low-pass, 0 of a second derivative) is exact. Taps that came from [`to_f64`] are returned
+/// with exactly the values they had.
+///
+/// # Errors
+/// When there are more than [`MAX_TAPS`] taps, or when they cannot be scaled (all zero, not finite, or an exponent
+/// beyond ±127).
+pub fn quantise(taps: &[f64]) -> Result<Taps> {
+    let magnitude: f64 = taps.iter().map(|t| t.abs()).sum();
+    if taps.len() > MAX_TAPS {
+        return Err(Error::failed(format!(
+            "a filter of {} taps does not fit the device, which holds {MAX_TAPS}; try a wider band_hz",
+            taps.len()
+        )));
+    }
+    if !(magnitude.is_finite() && magnitude > 0.0) {
+        return Err(Error::failed(
+            "a filter whose taps are all zero or not finite cannot be put on the device; try another band_hz",
+        ));
+    }
+    let mut shift = (TAP_SUM as f64 / magnitude).log2().floor() as i32 + 1;
+    let integers = loop {
+        let integers = round_to(taps, shift);
+        if integers.iter().map(|t| t.abs()).sum::<i64>() <= TAP_SUM {
+            break integers;
+        }
+        shift -= 1;
+    };
+    let shift = i8::try_from(shift).map_err(|_| {
+        Error::failed(format!(
+            "the filter's taps need an exponent of {shift}, beyond the device's ±127; check sample_rate_hz"
+        ))
+    })?;
+    Ok(Taps {
+        // Each is below the bound on their sum, which is the largest i32, and their number was checked above.
+        taps: integers.into_iter().map(|t| t as i32).collect(),
+        shift,
+    })
+}
+
+fn round_to(taps: &[f64], shift: i32) -> Vec<i64> {
+    let scale = 2.0_f64.powi(shift);
+    let mut integers: Vec<i64> = taps.iter().map(|t| (t * scale).round() as i64).collect();
+    let half = taps.len() / 2;
+    let symmetric = half == 0 || taps[half - 1] == taps[half + 1];
+    if symmetric {
+        let exact = (taps.iter().sum::<f64>() * scale).round() as i64;
+        let rest: i64 = integers.iter().sum();
+        integers[half] += exact - rest;
+    }
+    integers
+}
+
+/// The values that integer taps stand for, exactly; the host filters with these.
+pub fn to_f64(taps: &Taps) -> Vec<f64> {
+    let step = 2.0_f64.powi(-i32::from(taps.shift));
+    taps.taps.iter().map(|&t| f64::from(t) * step).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::design::{Ideal, design};
+
+    fn filters() -> [Vec<f64>; 3] {
+        [
+            Ideal::LowPass,
+            Ideal::FirstDerivative,
+            Ideal::SecondDerivative,
+        ]
+        .map(|ideal| design(ideal, 2000.0, 300.0, 420.0, 101))
+    }
+
+    #[test]
+    fn blocks_agree_with_the_plain_convolution() {
+        let series: Vec<f64> = (0..3000).map(|i| ((i * i) as f64 * 1e-3).sin()).collect();
+        for taps in filters() {
+            let fast = apply(&series, &taps);
+            assert_eq!(fast.len(), series.len() - taps.len() + 1);
+            let scale: f64 = taps.iter().map(|t| t.abs()).sum();
+            for (i, y) in fast.iter().enumerate() {
+                let newest = i + taps.len() - 1;
+                let plain: f64 = taps
+                    .iter()
+                    .enumerate()
+                    .map(|(k, t)| t * series[newest - k])
+                    .sum();
+                assert!(
+                    (y - plain).abs() < 1e-13 * scale,
+                    "row {i}: {y} and {plain}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_series_shorter_than_the_filter_has_no_row_left() {
+        assert!(apply(&[1.0; 100], &filters()[0]).is_empty());
+        assert_eq!(apply(&[1.0; 101], &filters()[0]).len(), 1);
+    }
+
+    #[test]
+    fn integer_taps_keep_the_gain_at_rest_and_survive_a_second_rounding() {
+        let sums = [1.0, 0.0, 0.0];
+        for (taps, sum) in filters().iter().zip(sums) {
+            let held = quantise(taps).unwrap();
+            let back = to_f64(&held);
+            let magnitude: i64 = held.taps.iter().map(|&t| i64::from(t).abs()).sum();
+            assert!(magnitude <= TAP_SUM && magnitude > TAP_SUM / 2 - 200);
+            assert_eq!(back.iter().sum::<f64>(), sum);
+            let largest = taps.iter().fold(0.0_f64, |a, t| a.max(t.abs()));
+            for (a, b) in taps.iter().zip(&back) {
+                assert!((a - b).abs() < 1e-7 * largest);
+            }
+            assert_eq!(to_f64(&quantise(&back).unwrap()), back);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_held_is_refused() {
+        assert!(quantise(&[0.1; 131]).is_err());
+        assert!(quantise(&[0.0; 3]).is_err());
+        assert!(quantise(&[f64::NAN, 1.0, 1.0]).is_err());
+        assert!(quantise(&[1e-60, 1e-60, 1e-60]).is_err());
+    }
+}

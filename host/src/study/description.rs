@@ -1,0 +1,204 @@
+//! `study.toml` word for word, before any log is opened: its keys, their types, and what a misspelt key probably meant.
+
+use super::nearest::suggestion;
+use super::{AxisKind, Convention, Role};
+use crate::error::{Error, Result};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, de};
+use std::fmt;
+use std::path::Path;
+use toml::Spanned;
+
+/// The whole file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Description {
+    pub(crate) name: Option<String>,
+    pub(crate) sample_rate_hz: Option<Spanned<f64>>,
+    pub(crate) time: Option<Spanned<Channel>>,
+    pub(crate) band_hz: Option<Spanned<f64>>,
+    #[serde(default)]
+    pub(crate) axis: Vec<AxisEntry>,
+    #[serde(default)]
+    pub(crate) record: Vec<RecordEntry>,
+    #[serde(default)]
+    pub(crate) base: Base,
+}
+
+/// One `[[axis]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AxisEntry {
+    pub(crate) name: Spanned<String>,
+    pub(crate) kind: AxisKind,
+    pub(crate) displacement: Spanned<Channels>,
+    pub(crate) velocity: Option<Spanned<Channels>>,
+    pub(crate) body_position: Option<Spanned<Channel>>,
+    pub(crate) acceleration: Option<Spanned<Channel>>,
+    pub(crate) force: Spanned<Channels>,
+    pub(crate) inertia: Option<Spanned<f64>>,
+    #[serde(default)]
+    pub(crate) restoring_force: Convention,
+    pub(crate) ground_stiffness: Option<Spanned<f64>>,
+    pub(crate) ground_damping: Option<Spanned<f64>>,
+    pub(crate) encoder_step: Option<Spanned<f64>>,
+}
+
+/// One `[[record]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RecordEntry {
+    pub(crate) file: Spanned<String>,
+    pub(crate) role: Role,
+    pub(crate) rows: Option<Spanned<[usize; 2]>>,
+    /// Names of the columns of a file that has no heading.
+    pub(crate) columns: Option<Vec<String>>,
+}
+
+/// `[base]`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Base {
+    #[serde(default)]
+    pub(crate) terms: Vec<Spanned<String>>,
+}
+
+/// One column and what its numbers mean: SI = (number · scale + offset) · unit.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ChannelTable {
+    pub(crate) column: String,
+    pub(crate) unit: Option<String>,
+    pub(crate) scale: Option<f64>,
+    pub(crate) offset: Option<f64>,
+    /// A column that a record may lack; it counts as 0 there.
+    #[serde(default)]
+    pub(crate) optional: bool,
+}
+
+/// A channel: a column's name or a table.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Channel(pub(crate) ChannelTable);
+
+/// One channel or a list of them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Channels(pub(crate) Vec<ChannelTable>);
+
+fn plain(column: &str) -> ChannelTable {
+    ChannelTable {
+        column: column.to_owned(),
+        unit: None,
+        scale: None,
+        offset: None,
+        optional: false,
+    }
+}
+
+struct OneChannel;
+
+impl<'de> Visitor<'de> for OneChannel {
+    type Value = Channel;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a column's name or { column = \"…\", unit = \"…\", scale = …, offset = … }")
+    }
+
+    fn visit_str<E: de::Error>(self, column: &str) -> std::result::Result<Channel, E> {
+        Ok(Channel(plain(column)))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Channel, A::Error> {
+        ChannelTable::deserialize(MapAccessDeserializer::new(map)).map(Channel)
+    }
+}
+
+impl<'de> Deserialize<'de> for Channel {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        deserializer.deserialize_any(OneChannel)
+    }
+}
+
+struct SomeChannels;
+
+impl<'de> Visitor<'de> for SomeChannels {
+    type Value = Channels;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a column's name, { column = \"…\", … }, or a list of these")
+    }
+
+    fn visit_str<E: de::Error>(self, column: &str) -> std::result::Result<Channels, E> {
+        Ok(Channels(vec![plain(column)]))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Channels, A::Error> {
+        OneChannel.visit_map(map).map(|c| Channels(vec![c.0]))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> std::result::Result<Channels, A::Error> {
+        let mut list = Vec::new();
+        while let Some(Channel(channel)) = seq.next_element()? {
+            list.push(channel);
+        }
+        Ok(Channels(list))
+    }
+}
+
+impl<'de> Deserialize<'de> for Channels {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        deserializer.deserialize_any(SomeChannels)
+    }
+}
+
+/// The text of `study.toml` and where it lies, to say in which line something stands.
+pub(crate) struct Source<'a> {
+    pub(crate) path: &'a Path,
+    pub(crate) text: &'a str,
+}
+
+impl Source<'_> {
+    /// The description, or one sentence on what is wrong in which line.
+    pub(crate) fn parse(&self) -> Result<Description> {
+        toml::from_str(self.text).map_err(|e| {
+            let place = match e.span() {
+                Some(span) => self.at(span.start),
+                None => self.path.display().to_string(),
+            };
+            Error::data(format!("{place}: {}", explained(e.message())))
+        })
+    }
+
+    /// “study.toml, line 7”.
+    pub(crate) fn at(&self, byte: usize) -> String {
+        let before = &self.text.as_bytes()[..byte.min(self.text.len())];
+        let line = 1 + before.iter().filter(|b| **b == b'\n').count();
+        format!("{}, line {line}", self.path.display())
+    }
+
+    /// An error about something that stands at `value`.
+    pub(crate) fn wrong<T>(&self, value: &Spanned<T>, what: impl fmt::Display) -> Error {
+        Error::data(format!("{}: {what}", self.at(value.span().start)))
+    }
+}
+
+/// Adds to the parser's message what to try.
+fn explained(message: &str) -> String {
+    let message = message.trim().replace('\n', ", ");
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let kind = if message.starts_with("unknown field") {
+        "key"
+    } else if message.starts_with("unknown variant") {
+        "value"
+    } else if message.starts_with("missing field") {
+        let key = quoted.next().unwrap_or_default();
+        return format!("the key {key:?} is missing here; add it, docs/study.md lists all keys");
+    } else if message.starts_with("invalid type") || message.starts_with("invalid value") {
+        return format!("{message}; docs/study.md shows how each key is written");
+    } else {
+        return format!("this is not TOML ({message}); compare with the example in docs/study.md");
+    };
+    let seen = quoted.next().unwrap_or_default();
+    let known: Vec<&str> = quoted.collect();
+    format!("unknown {kind} {seen:?}; {}", suggestion(seen, &known))
+}
