@@ -103,11 +103,7 @@ fn main() {
     });
     group.finish();
 
-    let simulation = simulate(&SimulationOptions {
-        duration_s: 5.0,
-        ..Default::default()
-    })
-    .expect("the default rig runs");
+    let simulation = simulate(&SimulationOptions::default()).expect("the default rig runs");
     let motions: Vec<Motion> = (0..3)
         .map(|i| simulation.truth[i].motion(i, simulation.study.sample_rate_hz))
         .collect();
