@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::fit::normal_equations;
 use crate::model::InputRange;
 use crate::motion::Motion;
-use crate::study::{Axis, Convention};
+use crate::study::Axis;
 use faer::Mat;
 
 /// An axis's inertia.
@@ -34,20 +34,6 @@ const CORNERS: [f64; 7] = [-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6];
 
 /// Rows that enter the regression; more are thinned out, neighbours being nearly equal.
 const MOST_ROWS: usize = 200_000;
-
-/// The restoring force of an axis, row by row: inertia·acceleration − force, or force − inertia·acceleration.
-pub fn restoring_force(
-    convention: Convention,
-    inertia: f64,
-    acceleration: &[f64],
-    force: &[f64],
-) -> Vec<f64> {
-    let rows = acceleration.iter().zip(force);
-    match convention {
-        Convention::InertiaMinusForce => rows.map(|(a, f)| inertia * a - f).collect(),
-        Convention::ForceMinusInertia => rows.map(|(a, f)| f - inertia * a).collect(),
-    }
-}
 
 /// Every `step`-th value of a series behind a symmetric filter, where the filter has its full support.
 fn low_passed(series: &[f64], low_pass: &[f64], step: usize) -> Vec<f64> {

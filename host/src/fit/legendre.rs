@@ -71,7 +71,7 @@ mod tests {
 
     /// Mean of u^n over [−1, 1].
     fn mean_power(n: u8) -> f64 {
-        if n % 2 == 0 {
+        if n.is_multiple_of(2) {
             1.0 / f64::from(n + 1)
         } else {
             0.0

@@ -6,13 +6,16 @@
 //! parts of the data add up to those of the whole.
 
 use crate::model::InputRange;
-use crate::model::powers::{POSITION, pair_products};
+use crate::model::powers::{CONSTANT, POSITION, SAMPLE, pair_products, pair_products_by_sample};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use std::ops::AddAssign;
 
-/// Rows taken together: their power pairs (200 kB) stay in the second-level cache.
+/// Rows taken together: their products (280 kB) stay in the second-level cache.
 const BLOCK: usize = 256;
+
+/// Numbers in a cache line.
+const LINE: usize = 8;
 
 /// Sums over rows of products of powers of the normalised inputs, with each other and with the outputs.
 #[derive(Clone, Debug)]
@@ -92,9 +95,10 @@ impl AddAssign<&Moments> for Moments {
 pub struct Summation {
     ranges: Vec<InputRange>,
     normalised: Vec<Vec<f64>>,
+    /// Per row the products of the first pair, then the first 16 of them times each output.
     first: Vec<f64>,
+    /// Per product of the second pair, its rows.
     second: Vec<f64>,
-    weighted: Vec<f64>,
 }
 
 impl Summation {
@@ -104,10 +108,9 @@ impl Summation {
         Self {
             ranges: ranges.to_vec(),
             normalised: vec![vec![0.0; BLOCK]; ranges.len()],
-            first: vec![0.0; BLOCK * 49],
+            first: vec![0.0; BLOCK * (SAMPLE + 16 * outputs) + LINE],
             // On one axis it stays the constant 1.
             second: vec![1.0; BLOCK * second],
-            weighted: vec![0.0; BLOCK * 16 * outputs],
         }
     }
 
@@ -135,49 +138,56 @@ impl Summation {
             }
         }
         let u = |input: usize| &self.normalised[input][..count];
-        let first = &mut self.first[..49 * count];
-        pair_products(u(0), u(1), first);
+        let stride = SAMPLE + 16 * outputs.len();
+        // From the first whole cache line on: vectors that straddle two lines cost twice.
+        let line = self.first.as_ptr().align_offset(8 * LINE).min(LINE);
+        let first = &mut self.first[line..line + stride * count];
         let pairs = moments.powers.ncols();
         let second = &mut self.second[..pairs * count];
+        let block: Vec<&[f64]> = outputs.iter().map(|y| &y[start..start + count]).collect();
+        pair_products_by_sample(u(0), u(1), &block, first);
         if pairs == 49 {
             pair_products(u(2), u(3), second);
         }
-        for (output, series) in outputs.iter().enumerate() {
-            let y = &series[start..start + count];
-            moments.squares[output] += y.iter().map(|y| y * y).sum::<f64>();
-            let weighted = &mut self.weighted[16 * output * count..16 * (output + 1) * count];
-            for (weighted, power) in weighted
-                .chunks_exact_mut(count)
-                .zip(first.chunks_exact(count))
-            {
-                for (weighted, (power, y)) in weighted.iter_mut().zip(power.iter().zip(y)) {
-                    *weighted = power * y;
-                }
-            }
+        for (square, y) in moments.squares.iter_mut().zip(&block) {
+            *square += y.iter().map(|y| y * y).sum::<f64>();
         }
-        let columns = |values, count_of| MatRef::from_column_major_slice(values, count, count_of);
-        let second = columns(&*second, pairs);
-        let low = moments.cross.ncols();
-        let products = 16 * outputs.len();
-        let weighted = columns(&self.weighted[..products * count], products);
-        let first = columns(&*first, 49);
+        let first = MatRef::from_column_major_slice(&*first, stride, count);
+        let series = &*second;
+        let second = MatRef::from_column_major_slice(series, count, pairs);
+        // 48 rows fill whole registers; the first product is the constant 1, whose sums are plain sums.
         matmul(
-            &mut moments.powers,
+            moments.powers.as_mut().subrows_mut(1, 48),
             Accum::Add,
-            first.transpose(),
+            first.subrows(CONSTANT + 1, 48),
             second,
             1.0,
             Par::Seq,
         );
+        for (pair, products) in series.chunks_exact(count).enumerate() {
+            moments.powers[(0, pair)] += sum(products);
+        }
         matmul(
             &mut moments.cross,
             Accum::Add,
-            weighted.transpose(),
-            second.subcols(0, low),
+            first.subrows(SAMPLE, stride - SAMPLE),
+            second.subcols(0, pairs.min(16)),
             1.0,
             Par::Seq,
         );
     }
+}
+
+/// The sum of a series in eight partial sums, which a processor adds side by side.
+fn sum(series: &[f64]) -> f64 {
+    let (eights, rest) = series.as_chunks::<8>();
+    let mut partial = [0.0; 8];
+    for eight in eights {
+        for (partial, value) in partial.iter_mut().zip(eight) {
+            *partial += value;
+        }
+    }
+    partial.iter().sum::<f64>() + rest.iter().sum::<f64>()
 }
 
 #[cfg(test)]
@@ -232,8 +242,8 @@ mod tests {
             let y = Mat::from_fn(700, axes, |row, output| outputs[output][row]);
             assert!(difference(&(design.transpose() * &design), &moments.gram(&terms)) < 1e-13);
             assert!(difference(&(design.transpose() * &y), &moments.cross(&terms)) < 1e-13);
-            for output in 0..axes {
-                let yy: f64 = outputs[output].iter().map(|y| y * y).sum();
+            for (output, y) in outputs.iter().enumerate() {
+                let yy: f64 = y.iter().map(|y| y * y).sum();
                 assert!((moments.square(output) / yy - 1.0).abs() < 1e-13);
             }
         }

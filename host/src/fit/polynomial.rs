@@ -2,7 +2,7 @@
 
 use super::coverage::training_warnings;
 use super::cross_validation::{FOLDS, FoldedMoments, squared_error};
-use super::inertia::{Inertia, inertias, restoring_force};
+use super::inertia::{Inertia, inertias};
 use super::{normal_equations, ridge, select};
 use crate::error::{Error, Result};
 use crate::model::{InputRange, Polynomial, exponents};
@@ -184,13 +184,7 @@ pub fn fit_polynomial(
             .zip(&inertia)
             .enumerate()
             .map(|(i, (axis, inertia))| {
-                let convention = axis.restoring_force;
-                restoring_force(
-                    convention,
-                    inertia.value,
-                    &motion.acceleration[i],
-                    &motion.force[i],
-                )
+                motion.restoring_force(i, inertia.value, axis.restoring_force)
             })
             .collect();
         let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();

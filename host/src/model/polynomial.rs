@@ -180,7 +180,7 @@ mod tests {
             let slices: Vec<&[f64]> = states.iter().map(Vec::as_slice).collect();
             let forces = polynomial.predict(&slices).unwrap();
             for row in 0..600 {
-                for axis in 0..axes {
+                for (axis, force) in forces.iter().enumerate() {
                     let mut expected = 0.0;
                     for (term, c) in terms.iter().zip(&polynomial.coefficients[axis]) {
                         let mut product = *c;
@@ -190,7 +190,7 @@ mod tests {
                         }
                         expected += product;
                     }
-                    assert!((forces[axis][row] - expected).abs() < 1e-12, "row {row}");
+                    assert!((force[row] - expected).abs() < 1e-12, "row {row}");
                 }
             }
         }

@@ -1,4 +1,9 @@
 //! Products of powers of two inputs, block by block: what polynomial fits and predictions are built from.
+//!
+//! The loops are plain Rust; `pulp` compiles them for the vector registers that the processor turns out to have. Each
+//! product is rounded the same way on all of them.
+
+use pulp::Arch;
 
 /// Exponents of the two inputs of each product, highest exponent 6. The sixteen with both exponents up to 3
 /// come first, the second exponent running fastest, so that they can be used alone.
@@ -42,22 +47,80 @@ const fn positions() -> [[usize; 7]; 7] {
 /// many products (16 or 49) as there is room for.
 pub(crate) fn pair_products(u: &[f64], v: &[f64], products: &mut [f64]) {
     let rows = u.len();
-    products[..rows].fill(1.0);
-    for i in 1..products.len() / rows {
-        let (a, b) = PAIRS[i];
-        // One multiplication from a product that stands further to the left: both halves of `PAIRS` rise
-        // in the first exponent, and in the second within it.
-        let (from, factor) = if b > 0 {
-            (POSITION[a][b - 1], v)
-        } else {
-            (POSITION[a - 1][b], u)
-        };
-        let (left, right) = products.split_at_mut(i * rows);
-        let source = &left[from * rows..][..rows];
-        for ((target, source), factor) in right[..rows].iter_mut().zip(source).zip(factor) {
-            *target = source * factor;
-        }
-    }
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            products[..rows].fill(1.0);
+            let count = products.len() / rows;
+            for (i, (a, b)) in PAIRS.into_iter().enumerate().take(count).skip(1) {
+                // One multiplication from a product that stands further to the left: both halves of
+                // `PAIRS` rise in the first exponent, and in the second within it.
+                let (from, factor) = if b > 0 {
+                    (POSITION[a][b - 1], v)
+                } else {
+                    (POSITION[a - 1][b], u)
+                };
+                let (left, right) = products.split_at_mut(i * rows);
+                let source = &left[from * rows..][..rows];
+                for ((target, source), factor) in right[..rows].iter_mut().zip(source).zip(factor) {
+                    *target = source * factor;
+                }
+            }
+        },
+    );
+}
+
+/// Values per sample in [`pair_products_by_sample`] before the weighted products: seven unused ones, so that the product
+/// after the constant begins a cache line, and the 49 products.
+pub(crate) const SAMPLE: usize = 56;
+
+/// Where in a sample's values the 49 products begin.
+pub(crate) const CONSTANT: usize = 7;
+
+/// The same products sample by sample, as the left side of a matrix product wants them: per sample [`SAMPLE`] values
+/// that end in the products in the order of [`PAIRS`], then for each output 16 values, the first
+/// 16 products times that output at that sample.
+pub(crate) fn pair_products_by_sample(
+    u: &[f64],
+    v: &[f64],
+    outputs: &[&[f64]],
+    products: &mut [f64],
+) {
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let samples = products.chunks_exact_mut(SAMPLE + 16 * outputs.len());
+            for (sample, (products, (u, v))) in samples.zip(u.iter().zip(v)).enumerate() {
+                let (powers, weighted) = products.split_at_mut(SAMPLE);
+                let (u, v) = (seven_powers(*u), seven_powers(*v));
+                let (low, high) = powers[CONSTANT..].split_at_mut(16);
+                for (row, u) in low.as_chunks_mut::<4>().0.iter_mut().zip(&u[..4]) {
+                    *row = [u * v[0], u * v[1], u * v[2], u * v[3]];
+                }
+                let (mixed, high) = high.split_at_mut(12);
+                for (row, u) in mixed.as_chunks_mut::<3>().0.iter_mut().zip(&u[..4]) {
+                    *row = [u * v[4], u * v[5], u * v[6]];
+                }
+                for (row, u) in high.as_chunks_mut::<7>().0.iter_mut().zip(&u[4..]) {
+                    for (product, v) in row.iter_mut().zip(&v) {
+                        *product = u * v;
+                    }
+                }
+                for (weighted, output) in weighted.as_chunks_mut::<16>().0.iter_mut().zip(outputs) {
+                    let y = output[sample];
+                    for (weighted, power) in weighted.iter_mut().zip(&*low) {
+                        *weighted = power * y;
+                    }
+                }
+            }
+        },
+    );
+}
+
+#[inline(always)]
+fn seven_powers(x: f64) -> [f64; 7] {
+    let (x2, x3) = (x * x, x * x * x);
+    [1.0, x, x2, x3, x2 * x2, x2 * x3, x3 * x3]
 }
 
 #[cfg(test)]
@@ -69,11 +132,19 @@ mod tests {
         let (u, v) = ([0.3, -1.0, 0.9], [-0.7, 0.5, 1.0]);
         let mut products = [0.0; 3 * 49];
         pair_products(&u, &v, &mut products);
+        let y = [2.0, -3.0, 0.5];
+        let mut by_sample = [0.0; 3 * 72];
+        pair_products_by_sample(&u, &v, &[&y], &mut by_sample);
         for (i, (a, b)) in PAIRS.iter().enumerate() {
             assert_eq!(POSITION[*a][*b], i);
             for row in 0..3 {
                 let expected = u[row].powi(*a as i32) * v[row].powi(*b as i32);
                 assert!((products[3 * i + row] - expected).abs() < 1e-15);
+                assert!((by_sample[72 * row + CONSTANT + i] - expected).abs() < 1e-15);
+                if i < 16 {
+                    let weighted = by_sample[72 * row + SAMPLE + i];
+                    assert!((weighted - y[row] * expected).abs() < 1e-15);
+                }
             }
         }
     }
