@@ -70,7 +70,7 @@ impl Taps {
     fn check(&self, shape: Shape, wrong: [&'static str; 2]) -> Result<(), Error> {
         let [wrong_length, wrong_shape] = wrong;
         let length = self.taps.len();
-        if length % 2 == 0 {
+        if length.is_multiple_of(2) {
             return Err(Error::OutOfRange {
                 quantity: wrong_length,
                 seen: length as f64,

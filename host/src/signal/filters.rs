@@ -153,7 +153,10 @@ impl Filters {
         ];
         for (name, taps) in all {
             let length = taps.len();
-            if length % 2 == 0 || length > MAX_TAPS || taps.iter().any(|tap| !tap.is_finite()) {
+            if length.is_multiple_of(2)
+                || length > MAX_TAPS
+                || taps.iter().any(|tap| !tap.is_finite())
+            {
                 return Err(format!(
                     "its {name} filter is not an odd number of up to {MAX_TAPS} finite taps"
                 ));
