@@ -3,3 +3,4 @@
 pub mod elf;
 pub mod log;
 pub mod program;
+pub mod story;

@@ -116,10 +116,13 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
         .iter()
         .filter(|r| r.role == crate::study::Role::Train);
     let rows: usize = trained.clone().map(|r| r.rows).sum();
+    let records = match trained.count() {
+        1 => "1 training record".to_string(),
+        count => format!("{count} training records"),
+    };
     console.say(format!(
-        "Study '{}': {} training records, {rows} rows at {} Hz.\n{}",
+        "Study '{}': {records}, {rows} rows at {} Hz.\n{}",
         study.name,
-        trained.count(),
         study.sample_rate_hz,
         sentence(&model.filters.reason)
     ))?;

@@ -1,0 +1,52 @@
+//! A study that the program simulated, learnt from and exported, for the tests that only want to look at one.
+
+use crate::program::succeed;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use tempfile::TempDir;
+
+/// A simulated study with its model and blob, made once by the program itself; nobody changes it.
+///
+/// # Panics
+/// When the program fails to make it.
+pub fn story() -> &'static Path {
+    static STORY: OnceLock<TempDir> = OnceLock::new();
+    let folder = STORY.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        succeed(
+            folder.path(),
+            &["simulate", "--out", "rig", "--seed", "3", "--duration", "6"],
+        );
+        succeed(
+            folder.path(),
+            &[
+                "identify",
+                "rig/study.toml",
+                "--model",
+                "polynomial",
+                "-o",
+                "model.json",
+            ],
+        );
+        succeed(folder.path(), &["export", "model.json", "-o", "model.bin"]);
+        folder
+    });
+    folder.path()
+}
+
+/// A copy of the simulated study that a test may spoil.
+///
+/// # Panics
+/// When the files cannot be copied.
+pub fn copy_of_rig(into: &Path) -> PathBuf {
+    let rig = into.join("rig");
+    fs::create_dir(&rig).unwrap();
+    for entry in fs::read_dir(story().join("rig")).unwrap() {
+        let entry = entry.unwrap();
+        if entry.file_type().unwrap().is_file() {
+            fs::copy(entry.path(), rig.join(entry.file_name())).unwrap();
+        }
+    }
+    rig
+}
