@@ -63,7 +63,7 @@ impl Moments {
         for (t, right) in terms.iter().enumerate() {
             for (s, left) in terms.iter().enumerate().skip(t) {
                 let sum: [usize; 4] = std::array::from_fn(|i| usize::from(left[i] + right[i]));
-                let value = self.powers[(POSITION[sum[0]][sum[1]], POSITION[sum[2]][sum[3]])];
+                let value = self.powers[(7 * sum[0] + sum[1], POSITION[sum[2]][sum[3]])];
                 gram[(s, t)] = value;
                 gram[(t, s)] = value;
             }
@@ -75,7 +75,8 @@ impl Moments {
     pub fn cross(&self, terms: &[[u8; 4]]) -> Mat<f64> {
         Mat::from_fn(terms.len(), self.squares.len(), |s, output| {
             let e = terms[s].map(usize::from);
-            self.cross[(16 * output + POSITION[e[0]][e[1]], POSITION[e[2]][e[3]])]
+            let row = 16 * output + 4 * e[0] + e[1];
+            self.cross[(row, POSITION[e[2]][e[3]])]
         })
     }
 }

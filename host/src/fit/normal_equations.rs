@@ -160,7 +160,7 @@ fn largest(matrix: &Mat<f64>) -> f64 {
     let mut next = vector.clone();
     normalise(&mut vector);
     let mut value = 0.0;
-    for _ in 0..10 {
+    for _ in 0..6 {
         matmul(&mut next, Accum::Replace, matrix, &vector, 1.0, Par::Seq);
         value = normalise(&mut next);
         std::mem::swap(&mut vector, &mut next);
@@ -172,7 +172,7 @@ fn largest_of_inverse(cholesky: &Cholesky, n: usize) -> f64 {
     let mut vector = start(n);
     normalise(&mut vector);
     let mut value = 0.0;
-    for _ in 0..6 {
+    for _ in 0..4 {
         cholesky.solve(vector.as_mut());
         value = normalise(&mut vector);
     }

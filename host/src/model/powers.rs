@@ -3,7 +3,7 @@
 //! The loops are plain Rust; `pulp` compiles them for the vector registers that the processor turns out to have. Each
 //! product is rounded the same way on all of them.
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Exponents of the two inputs of each product, highest exponent 6. The sixteen with both exponents up to 3
 /// come first, the second exponent running fastest, so that they can be used alone.
@@ -46,28 +46,40 @@ const fn positions() -> [[usize; 7]; 7] {
 /// Fills `products` with u^a·v^b in the order of [`PAIRS`]: one stretch of `u.len()` values per product, as
 /// many products (16 or 49) as there is room for.
 pub(crate) fn pair_products(u: &[f64], v: &[f64], products: &mut [f64]) {
-    let rows = u.len();
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            products[..rows].fill(1.0);
-            let count = products.len() / rows;
-            for (i, (a, b)) in PAIRS.into_iter().enumerate().take(count).skip(1) {
-                // One multiplication from a product that stands further to the left: both halves of
-                // `PAIRS` rise in the first exponent, and in the second within it.
-                let (from, factor) = if b > 0 {
-                    (POSITION[a][b - 1], v)
-                } else {
-                    (POSITION[a - 1][b], u)
-                };
-                let (left, right) = products.split_at_mut(i * rows);
-                let source = &left[from * rows..][..rows];
-                for ((target, source), factor) in right[..rows].iter_mut().zip(source).zip(factor) {
-                    *target = source * factor;
-                }
+    Arch::new().dispatch(ByProduct { u, v, products });
+}
+
+/// A loop as `pulp` takes it: what stands in `with_simd` is compiled once per kind of vector register.
+struct ByProduct<'a> {
+    u: &'a [f64],
+    v: &'a [f64],
+    products: &'a mut [f64],
+}
+
+impl WithSimd for ByProduct<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _registers: S) {
+        let Self { u, v, products } = self;
+        let rows = u.len();
+        products[..rows].fill(1.0);
+        let count = products.len() / rows;
+        for (i, (a, b)) in PAIRS.into_iter().enumerate().take(count).skip(1) {
+            // One multiplication from a product that stands further to the left: both halves of `PAIRS`
+            // rise in the first exponent, and in the second within it.
+            let (from, factor) = if b > 0 {
+                (POSITION[a][b - 1], v)
+            } else {
+                (POSITION[a - 1][b], u)
+            };
+            let (left, right) = products.split_at_mut(i * rows);
+            let source = &left[from * rows..][..rows];
+            for ((target, source), factor) in right[..rows].iter_mut().zip(source).zip(factor) {
+                *target = source * factor;
             }
-        },
-    );
+        }
+    }
 }
 
 /// Values per sample in [`pair_products_by_sample`] before the weighted products: seven unused ones, so that the product
@@ -77,48 +89,62 @@ pub(crate) const SAMPLE: usize = 56;
 /// Where in a sample's values the 49 products begin.
 pub(crate) const CONSTANT: usize = 7;
 
-/// The same products sample by sample, as the left side of a matrix product wants them: per sample [`SAMPLE`] values
-/// that end in the products in the order of [`PAIRS`], then for each output 16 values, the first
-/// 16 products times that output at that sample.
+/// The products u^a·v^b sample by sample, as the left side of a matrix product wants them: per sample [`SAMPLE`]
+/// values of which the product with exponents a and b stands at [`CONSTANT`] + 7a + b, then for each output 16
+/// values, the products with exponents up to 3 (at 4a + b) times that output at that sample.
 pub(crate) fn pair_products_by_sample(
     u: &[f64],
     v: &[f64],
     outputs: &[&[f64]],
     products: &mut [f64],
 ) {
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            let samples = products.chunks_exact_mut(SAMPLE + 16 * outputs.len());
-            for (sample, (products, (u, v))) in samples.zip(u.iter().zip(v)).enumerate() {
-                let (powers, weighted) = products.split_at_mut(SAMPLE);
-                let (u, v) = (seven_powers(*u), seven_powers(*v));
-                let (low, high) = powers[CONSTANT..].split_at_mut(16);
-                for (row, u) in low.as_chunks_mut::<4>().0.iter_mut().zip(&u[..4]) {
-                    *row = [u * v[0], u * v[1], u * v[2], u * v[3]];
-                }
-                let (mixed, high) = high.split_at_mut(12);
-                for (row, u) in mixed.as_chunks_mut::<3>().0.iter_mut().zip(&u[..4]) {
-                    *row = [u * v[4], u * v[5], u * v[6]];
-                }
-                for (row, u) in high.as_chunks_mut::<7>().0.iter_mut().zip(&u[4..]) {
-                    for (product, v) in row.iter_mut().zip(&v) {
-                        *product = u * v;
-                    }
-                }
-                for (weighted, output) in weighted.as_chunks_mut::<16>().0.iter_mut().zip(outputs) {
-                    let y = output[sample];
-                    for (weighted, power) in weighted.iter_mut().zip(&*low) {
-                        *weighted = power * y;
-                    }
-                }
-            }
-        },
-    );
+    Arch::new().dispatch(BySample {
+        u,
+        v,
+        outputs,
+        products,
+    });
 }
 
+struct BySample<'a> {
+    u: &'a [f64],
+    v: &'a [f64],
+    outputs: &'a [&'a [f64]],
+    products: &'a mut [f64],
+}
+
+impl WithSimd for BySample<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _registers: S) {
+        let Self {
+            u,
+            v,
+            outputs,
+            products,
+        } = self;
+        let samples = products.chunks_exact_mut(SAMPLE + 16 * outputs.len());
+        for (sample, (products, (u, v))) in samples.zip(u.iter().zip(v)).enumerate() {
+            let (u, v) = (powers(*u), powers(*v));
+            let (plain, weighted) = products.split_at_mut(SAMPLE);
+            for (row, u) in plain[CONSTANT..].as_chunks_mut::<7>().0.iter_mut().zip(u) {
+                *row = v.map(|v| u * v);
+            }
+            for (weighted, output) in weighted.as_chunks_mut::<16>().0.iter_mut().zip(outputs) {
+                let y = output[sample];
+                for (row, u) in weighted.as_chunks_mut::<4>().0.iter_mut().zip(u) {
+                    let weight = u * y;
+                    *row = [weight * v[0], weight * v[1], weight * v[2], weight * v[3]];
+                }
+            }
+        }
+    }
+}
+
+/// The powers 0 to 6.
 #[inline(always)]
-fn seven_powers(x: f64) -> [f64; 7] {
+fn powers(x: f64) -> [f64; 7] {
     let (x2, x3) = (x * x, x * x * x);
     [1.0, x, x2, x3, x2 * x2, x2 * x3, x3 * x3]
 }
@@ -140,7 +166,8 @@ mod tests {
             for row in 0..3 {
                 let expected = u[row].powi(*a as i32) * v[row].powi(*b as i32);
                 assert!((products[3 * i + row] - expected).abs() < 1e-15);
-                assert!((by_sample[72 * row + CONSTANT + i] - expected).abs() < 1e-15);
+                let at = 72 * row + CONSTANT + 7 * a + b;
+                assert!((by_sample[at] - expected).abs() < 1e-15);
                 if i < 16 {
                     let weighted = by_sample[72 * row + SAMPLE + i];
                     assert!((weighted - y[row] * expected).abs() < 1e-15);
