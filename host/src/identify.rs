@@ -2,6 +2,7 @@
 
 use crate::compare;
 use crate::error::{Error, Result};
+use crate::fit::coverage;
 use crate::fit::polynomial::{self, PolynomialFit, PolynomialOptions};
 use crate::model::{ModelAxis, Polynomial, exponents};
 use crate::model_file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile};
@@ -55,6 +56,17 @@ pub fn polynomial(
     }
     let fit = polynomial::fit_polynomial(&study.axes, &training, &filters.band, options, progress)?;
 
+    let validation: Vec<&Motion> = motions
+        .iter()
+        .filter(|m| study.records[m.record].role == Role::Validate)
+        .collect();
+    let mut warnings = fit.warnings.clone();
+    warnings.extend(coverage::validation_warnings(
+        &study.axes,
+        &training,
+        &validation,
+    ));
+
     let axes = study
         .axes
         .iter()
@@ -91,7 +103,7 @@ pub fn polynomial(
         base: Base::Polynomial(fit.polynomial.clone()),
         fit: options.method.name().into(),
         fits: fits.collect(),
-        warnings: fit.warnings.clone(),
+        warnings,
         verification: Vec::new(),
         validation: Vec::new(),
         history: Vec::new(),

@@ -9,6 +9,7 @@ use super::simulate::{Decibels, Simulate};
 use crate::device::{self, Board};
 use crate::error::{Error, Result};
 use crate::export;
+use crate::sim::SimulationOptions;
 use clap::Args;
 use jointwatch_shared::selftest;
 use std::path::{Path, PathBuf};
@@ -44,7 +45,7 @@ impl Demo {
             snr_db: Decibels(Some(60.0)),
             seed: self.seed,
             vary: None,
-            duration: 17.0,
+            duration: SimulationOptions::default().duration_s,
         };
         simulate.run(&step)?;
 

@@ -25,7 +25,7 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "N")]
     pub(super) vary: Option<u64>,
     /// Length of each record, s.
-    #[arg(long, value_name = "S", default_value_t = 17.0)]
+    #[arg(long, value_name = "S", default_value_t = SimulationOptions::default().duration_s)]
     pub(super) duration: f64,
 }
 
