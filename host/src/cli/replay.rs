@@ -51,6 +51,12 @@ impl Replay {
             output::write_whole(path, as_csv(only, &study, &model).as_bytes())?;
         }
         let summaries: Vec<RecordReplay> = replayed.into_iter().map(|r| r.summary).collect();
+        let logged = |r: &Record| r.axes.iter().any(|axis| axis.velocity.is_some());
+        if study.records.iter().any(logged) {
+            console.say(
+                "Note: the logs hold a velocity; the device has no such sensor and derives its own from the displacement.",
+            )?;
+        }
         console.say(in_words(&summaries, &study, set_up.delays_s(&study)))?;
         if let Some(path) = &self.output {
             console.say(format!("Outputs written to {}.", path.display()))?;
