@@ -70,7 +70,7 @@ struct Forces {
 
 /// Σ(r−r̂)², Σ(r−mean)² and Σr² of a series of errors and forces.
 #[derive(Clone, Copy, Default)]
-struct Sums {
+pub(crate) struct Sums {
     error: f64,
     about_mean: f64,
     force: f64,
@@ -78,8 +78,8 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(error: &[f64], force: &[f64]) -> Self {
-        let rows = force.len() as f64;
+    pub(crate) fn of(error: &[f64], force: &[f64]) -> Self {
+        let rows = force.len().max(1) as f64;
         let mean = force.iter().sum::<f64>() / rows;
         Self {
             error: error.iter().map(|e| e * e).sum(),
@@ -98,12 +98,20 @@ impl Sums {
         }
     }
 
-    fn nmse_percent(self) -> f64 {
+    pub(crate) fn nmse_percent(self) -> f64 {
         100.0 * ratio(self.error, self.about_mean)
     }
 
-    fn relative_error(self) -> f64 {
+    pub(crate) fn relative_error(self) -> f64 {
         ratio(self.error, self.force).sqrt()
+    }
+
+    pub(crate) fn rms_error(self) -> f64 {
+        (self.error / self.rows).sqrt()
+    }
+
+    pub(crate) fn rms_force(self) -> f64 {
+        (self.force / self.rows).sqrt()
     }
 }
 
@@ -166,17 +174,14 @@ pub fn compare_motions(study: &Study, model: &ModelFile, motions: &[Motion]) -> 
             .enumerate()
             .map(|(index, (axis, forces))| {
                 let band = Sums::of(&forces.error_band, &forces.force_band);
-                let rms_force = (band.force / band.rows).sqrt();
+                let rms_force = band.rms_force();
                 let figures = AxisFigures {
                     nmse_percent: band.nmse_percent(),
                     nmse_percent_wide_band: Sums::of(&forces.error, &forces.force).nmse_percent(),
                     relative_error: band.relative_error(),
-                    rms_error: (band.error / band.rows).sqrt(),
+                    rms_error: band.rms_error(),
                     rms_force,
-                    peak_error: forces
-                        .error_band
-                        .iter()
-                        .fold(0.0, |most, e| most.max(e.abs())),
+                    peak_error: peak(&forces.error_band),
                     outside_range: outside,
                     rests: rms_force < RESTS_BELOW * largest[index],
                 };
@@ -314,6 +319,11 @@ fn state_names(model: &ModelFile) -> Vec<StateName> {
             ]
         })
         .collect()
+}
+
+/// The largest magnitude in a series.
+pub(crate) fn peak(series: &[f64]) -> f64 {
+    series.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
 fn root_mean_square(series: &[f64]) -> f64 {

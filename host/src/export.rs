@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::model_file::{Base, ModelFile};
-use crate::study::{Convention, Study};
+use crate::study::Convention;
 use jointwatch_shared::blob::{self, BLOB_LEN};
 use jointwatch_shared::fixed::q31_to_f64;
 use jointwatch_shared::model::axis::{self, Axis, Name};
@@ -179,31 +179,4 @@ pub fn read_blob(path: &Path) -> Result<Model> {
         ))
     })?;
     blob::decode(&bytes).map_err(|e| Error::data(format!("{}: {e}", path.display())))
-}
-
-/// Refuses a study whose axes or sample rate are not the blob's.
-///
-/// # Errors
-/// [`crate::error::Kind::Data`], one sentence.
-pub fn check_fits(model: &Model, study: &Study) -> Result<()> {
-    let header = model.header();
-    let mine: Vec<&str> = header.axes.iter().map(|a| a.name.as_str()).collect();
-    let theirs: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
-    if mine != theirs {
-        return Err(Error::data(format!(
-            "{}: the study's axes are {} while the blob's are {}; use the study that the model was learnt from",
-            study.path.display(),
-            theirs.join(", "),
-            mine.join(", ")
-        )));
-    }
-    if (study.sample_rate_hz - header.sample_rate_hz).abs() > 1e-6 * header.sample_rate_hz {
-        return Err(Error::data(format!(
-            "{}: the records run at {} Hz while the blob is made for {} Hz; export a model learnt at this rate",
-            study.path.display(),
-            study.sample_rate_hz,
-            header.sample_rate_hz
-        )));
-    }
-    Ok(())
 }

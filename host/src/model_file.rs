@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::model::{ModelAxis, Polynomial};
 use crate::motion::Filters;
 use crate::output;
-use crate::study::{AxisKind, Study};
+use crate::study::Study;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -189,33 +189,11 @@ impl ModelFile {
     /// # Errors
     /// [`crate::error::Kind::Data`], one sentence.
     pub fn check_fits(&self, study: &Study) -> Result<()> {
-        let describe = |axes: &mut dyn Iterator<Item = (&str, AxisKind)>| {
-            let words: Vec<String> = axes
-                .map(|(name, kind)| format!("{name} ({})", kind.name()))
-                .collect();
-            words.join(", ")
-        };
-        let mine = describe(&mut self.axes.iter().map(|a| (a.name.as_str(), a.kind)));
-        let theirs = describe(&mut study.axes.iter().map(|a| (a.name.as_str(), a.kind)));
-        if mine != theirs {
-            return Err(Error::data(format!(
-                "{}: the study's axes are {theirs} while the model's are {mine}; use the study it was learnt from ('{}') \
-                 or learn a model from this one",
-                study.path.display(),
-                self.study
-            )));
-        }
-        if (study.sample_rate_hz - self.filters.sample_rate_hz).abs() > 1e-6 * study.sample_rate_hz
-        {
-            return Err(Error::data(format!(
-                "{}: the records run at {} Hz while the model's filters are made for {} Hz; resample the records or learn \
-                 a model from them",
-                study.path.display(),
-                study.sample_rate_hz,
-                self.filters.sample_rate_hz
-            )));
-        }
-        Ok(())
+        study.check_fits(
+            "the model",
+            self.axes.iter().map(|a| (a.name.as_str(), a.kind)),
+            self.filters.sample_rate_hz,
+        )
     }
 }
 

@@ -1,7 +1,7 @@
 //! The device's integer code run on a logged record: from raw counts to the residual, with the device's own bits.
 
+use crate::compare::{Sums, peak};
 use crate::error::{Error, Result};
-use crate::export;
 use crate::motion::{Filters, low_pass};
 use crate::signal;
 use crate::study::{Channels, Convention, Record, Study};
@@ -161,8 +161,12 @@ impl SetUp {
     /// [`crate::error::Kind::Data`] when the study's axes or sample rate are not the model's, or when a quantity
     /// cannot be held in the device's integers.
     pub fn new(study: &Study, model: &Model) -> Result<Self> {
-        export::check_fits(model, study)?;
         let header = model.header();
+        study.check_fits(
+            "the blob",
+            header.axes.iter().map(|a| (a.name.as_str(), a.kind.into())),
+            header.sample_rate_hz,
+        )?;
         let filters =
             Filters::for_bands(study.sample_rate_hz, header.band_hz, header.state_band_hz)?;
         let rig = rig(study, model, &filters)?;
@@ -251,28 +255,18 @@ fn figures(
         .filter_map(|o| o.residual_band)
         .map(|r| r[axis] as f64 * unit)
         .collect();
-    let inside: Vec<usize> = (0..measured.len().min(residual.len()))
-        .filter(|&at| outputs.get(at + half).is_some_and(|o| o.outside == 0))
-        .collect();
-    let count = inside.len().max(1) as f64;
-    let mean = inside.iter().map(|&at| measured[at]).sum::<f64>() / count;
-    let error: f64 = inside.iter().map(|&at| residual[at] * residual[at]).sum();
-    let about_mean: f64 = inside.iter().map(|&at| (measured[at] - mean).powi(2)).sum();
-    let force: f64 = inside.iter().map(|&at| measured[at] * measured[at]).sum();
-    let ratio = |part: f64, whole: f64| {
-        if part == 0.0 {
-            0.0
-        } else {
-            (part / whole).min(f64::MAX)
-        }
-    };
+    let inside = measured
+        .iter()
+        .zip(&residual)
+        .enumerate()
+        .filter(|(at, _)| outputs.get(at + half).is_some_and(|o| o.outside == 0));
+    let (force, error): (Vec<f64>, Vec<f64>) = inside.map(|(_, (r, e))| (*r, *e)).unzip();
+    let sums = Sums::of(&error, &force);
     AxisReplay {
-        nmse_percent: 100.0 * ratio(error, about_mean),
-        relative_error: ratio(error, force).sqrt(),
-        peak_error: inside
-            .iter()
-            .fold(0.0, |most: f64, &at| most.max(residual[at].abs())),
-        rms_force: (force / count).sqrt(),
+        nmse_percent: sums.nmse_percent(),
+        relative_error: sums.relative_error(),
+        peak_error: peak(&error),
+        rms_force: sums.rms_force(),
         saturated,
     }
 }

@@ -192,6 +192,12 @@ fn shift_to(quantity: &'static str, value: f64, wanted: f64) -> Result<(i8, f64)
     Ok((shift, scaled))
 }
 
+/// How far a derivative's sum is shifted down, and the signed gain it then has: 16 to 32 force units per count.
+fn derivative_gain(quantity: &'static str, unit: f64, sign: f64) -> Result<(i8, f64), Error> {
+    let (shift, scaled) = shift_to(quantity, DERIVATIVE_HEADROOM / unit, 1.0)?;
+    Ok((shift, sign * DERIVATIVE_HEADROOM / scaled))
+}
+
 /// `2^shift` as a real number.
 fn power_of_two(shift: i8) -> f64 {
     let step = if shift < 0 { 0.5 } else { 2.0 };
@@ -243,30 +249,24 @@ impl AxisChain {
                 gains[0] = -sign * axis.inertia * axis.acceleration_step / force_per_lsb
             }
             Acceleration::Derived => {
-                let unit =
-                    axis.inertia * body_step / power_of_two(rig.acceleration.shift) / force_per_lsb;
-                let (shift, scaled) = shift_to(
+                let unit = axis.inertia * body_step / power_of_two(rig.acceleration.shift);
+                (curvature_shift, gains[0]) = derivative_gain(
                     "inertia force per unit of curvature",
-                    DERIVATIVE_HEADROOM / unit,
-                    1.0,
+                    unit / force_per_lsb,
+                    -sign,
                 )?;
-                curvature_shift = shift;
-                gains[0] = -sign * DERIVATIVE_HEADROOM / scaled;
             }
         }
         gains[1] = sign * axis.force_step / force_per_lsb;
         gains[2] = -sign * axis.ground_stiffness * body_step / force_per_lsb;
         let mut body_velocity_shift = 1;
         if axis.ground_damping > 0.0 {
-            let unit =
-                axis.ground_damping * body_step / power_of_two(rig.velocity.shift) / force_per_lsb;
-            let (shift, scaled) = shift_to(
+            let unit = axis.ground_damping * body_step / power_of_two(rig.velocity.shift);
+            (body_velocity_shift, gains[3]) = derivative_gain(
                 "ground damping per unit of slope",
-                DERIVATIVE_HEADROOM / unit,
-                1.0,
+                unit / force_per_lsb,
+                -sign,
             )?;
-            body_velocity_shift = shift;
-            gains[3] = -sign * DERIVATIVE_HEADROOM / scaled;
         }
         let [inertia, force, stiffness, damping] = gains.map(Term::new);
         Ok(Self {

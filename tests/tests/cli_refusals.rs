@@ -92,3 +92,28 @@ fn wrong_use_ends_with_two() {
     }
     assert!(!story().join("x").exists());
 }
+
+#[test]
+fn a_study_of_another_joint_is_refused_for_models_and_blobs_alike() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = copy_of_rig(folder.path()).join("study.toml");
+    let good = fs::read_to_string(&study).unwrap();
+    let file = |name: &str| story().join(name).to_str().unwrap().to_owned();
+    let (model, blob) = (file("model.json"), file("model.bin"));
+    for (from, to, wanted) in [
+        (
+            "kind = \"rotation\"",
+            "kind = \"translation\"",
+            "phi (rotation)",
+        ),
+        ("name = \"phi\"", "name = \"theta\"", "theta (rotation)"),
+    ] {
+        // The base terms name the axis too; they are not what this test is about.
+        let (other, _) = good.split_once("[base]").unwrap();
+        fs::write(&study, other.replace(from, to)).unwrap();
+        for arguments in [["compare", "rig", &model], ["replay", &blob, "rig"]] {
+            let sentence = fail(folder.path(), &arguments, 3);
+            assert!(sentence.contains(wanted), "{sentence}");
+        }
+    }
+}

@@ -15,6 +15,7 @@ mod read;
 pub mod time;
 mod units;
 
+use crate::error::{Error, Result};
 use std::path::PathBuf;
 
 /// Translation (m, N, kg) or rotation (rad, N·m, kg·m²).
@@ -119,4 +120,42 @@ pub struct Study {
     pub base_terms: Vec<String>,
     /// What the reader wants the user to know: bridged gaps, columns left unused, …; one sentence each.
     pub notes: Vec<String>,
+}
+
+impl Study {
+    /// Refuses this study for something learnt from another joint: other axes, or records at another rate.
+    ///
+    /// `learnt` is what was learnt, as it stands in the sentence; `axes` are its axes and `sample_rate_hz` its rate.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`], one sentence.
+    pub fn check_fits<'a>(
+        &self,
+        learnt: &str,
+        axes: impl Iterator<Item = (&'a str, AxisKind)>,
+        sample_rate_hz: f64,
+    ) -> Result<()> {
+        let in_words = |(name, kind): (&str, AxisKind)| format!("{name} ({})", kind.name());
+        let wanted: Vec<String> = axes.map(in_words).collect();
+        let mine = self.axes.iter().map(|a| in_words((&a.name, a.kind)));
+        let mine: Vec<String> = mine.collect();
+        if mine != wanted {
+            return Err(Error::data(format!(
+                "{}: the study's axes are {} while those of {learnt} are {}; use the study it was learnt from, or learn \
+                 from this one",
+                self.path.display(),
+                mine.join(", "),
+                wanted.join(", ")
+            )));
+        }
+        if (self.sample_rate_hz - sample_rate_hz).abs() > 1e-6 * sample_rate_hz {
+            return Err(Error::data(format!(
+                "{}: the records run at {} Hz while {learnt} is made for {sample_rate_hz} Hz; resample the records or \
+                 learn from them",
+                self.path.display(),
+                self.sample_rate_hz
+            )));
+        }
+        Ok(())
+    }
 }

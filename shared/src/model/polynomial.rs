@@ -55,29 +55,6 @@ impl Block {
 }
 
 impl PolynomialModel {
-    /// A polynomial from its stored words, `blocks[axis][4·i + j].words[4·k + l]`.
-    ///
-    /// `orders` are the highest exponents of x, ẋ, φ, φ̇; of a one-axis polynomial the last two are 0 and its words
-    /// are `blocks[0][0].words[4·i + j]`.
-    ///
-    /// # Errors
-    /// As [`Self::check`].
-    pub fn from_words(
-        orders: [u8; 4],
-        axes: u8,
-        shifts: [u8; 2],
-        blocks: [Blocks; 2],
-    ) -> Result<Self, Error> {
-        let model = Self {
-            orders,
-            axes,
-            shifts,
-            blocks,
-        };
-        model.check()?;
-        Ok(model)
-    }
-
     /// Axes: 1 or 2.
     pub fn axes(&self) -> usize {
         usize::from(self.axes)

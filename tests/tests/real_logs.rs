@@ -4,33 +4,13 @@
 
 use jointwatch::motion::{Filters, low_pass, motions};
 use jointwatch::study::Study;
+use jointwatch_tests::program::measurements;
 use nalgebra::{DMatrix, DVector};
-use std::io::Write;
-use std::path::PathBuf;
 use std::time::Instant;
-
-/// `$JOINTWATCH_DATA/part`, or the reason why the test has nothing to do.
-fn data(part: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("JOINTWATCH_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared")),
-        PathBuf::from,
-    );
-    let path = folder.join(part);
-    if path.exists() {
-        return Some(path);
-    }
-    // Past the capture of the test harness: a skipped case must not read as a passed one.
-    let _ = writeln!(
-        std::io::stderr(),
-        "SKIPPED: {} is not there; set JOINTWATCH_DATA to the folder that holds rig_cases and data",
-        path.display()
-    );
-    None
-}
 
 #[test]
 fn six_rig_cases() {
-    let Some(folder) = data("rig_cases") else {
+    let Some(folder) = measurements("rig_cases") else {
         return;
     };
     for case in [
@@ -61,7 +41,7 @@ fn six_rig_cases() {
 /// Mass, viscous and dry friction and offset of the EMPS slide by least squares, against the published values.
 #[test]
 fn emps_gives_its_published_parameters() {
-    let Some(folder) = data("data/emps") else {
+    let Some(folder) = measurements("data/emps") else {
         return;
     };
     let temporary = tempfile::TempDir::new().unwrap();
