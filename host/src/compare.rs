@@ -285,11 +285,9 @@ fn evaluate(model: &ModelFile, motion: &Motion, band: &[f64]) -> Result<Vec<Forc
 }
 
 fn outside_range(model: &ModelFile, motion: &Motion) -> f64 {
-    let crate::model_file::Base::Polynomial(polynomial) = &model.base;
     let outside = |row: usize| {
-        polynomial
-            .inputs
-            .iter()
+        let inputs = model.base.inputs().iter();
+        inputs
             .zip(&motion.states)
             .any(|(range, state)| range.normalise(state[row]).abs() > 1.0 + 1e-9)
     };

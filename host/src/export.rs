@@ -51,7 +51,6 @@ pub struct Exported {
 /// # Errors
 /// [`crate::error::Kind::Data`] naming the coefficient when the model cannot be held within the budget.
 pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
-    let Base::Polynomial(polynomial) = &file.base;
     let refuse = |e: jointwatch_shared::error::Error| {
         Error::data(format!("this model cannot be exported: {e}"))
     };
@@ -59,7 +58,7 @@ pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
     for (index, (mine, ranges)) in file
         .axes
         .iter()
-        .zip(polynomial.inputs.chunks_exact(2))
+        .zip(file.base.inputs().chunks_exact(2))
         .enumerate()
     {
         let validation = file.validation.iter().find(|v| v.axis == mine.name);
@@ -92,14 +91,22 @@ pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
         state_band_hz: file.filters.state_band_hz,
         axes,
     };
-    let coefficients: Vec<&[f64]> = polynomial.coefficients.iter().map(Vec::as_slice).collect();
     let budgets: Vec<f64> = file
         .fits
         .iter()
         .map(|fit| budget * fit.training_force_rms)
         .collect();
-    let model = Model::from_polynomial(header, &polynomial.orders, &coefficients, &budgets)
-        .map_err(refuse)?;
+    let model = match &file.base {
+        Base::Polynomial(polynomial) => {
+            let coefficients: Vec<&[f64]> =
+                polynomial.coefficients.iter().map(Vec::as_slice).collect();
+            Model::from_polynomial(header, &polynomial.orders, &coefficients, &budgets)
+                .map_err(refuse)?
+        }
+        Base::Network(_) => {
+            return Err(Error::data("a network cannot be exported yet"));
+        }
+    };
 
     let largest = largest_errors(file, &model)?;
     let axes = file
@@ -124,7 +131,6 @@ pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
 
 /// Largest |device − f64| per axis over random, corner and centre points of the training range.
 fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
-    let Base::Polynomial(polynomial) = &file.base;
     let mut points = Points::new(SEED);
     let inputs = (0..CORNER_POINTS)
         .map(corner)
@@ -139,8 +145,9 @@ fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
             q31_to_f64(value)
         }
     };
-    let states: Vec<Vec<f64>> = polynomial
-        .inputs
+    let states: Vec<Vec<f64>> = file
+        .base
+        .inputs()
         .iter()
         .enumerate()
         .map(|(input, range)| {

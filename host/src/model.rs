@@ -1,10 +1,13 @@
 //! A learnt model as the host keeps it: `model.json`.
 
+mod network;
 mod polynomial;
 pub(crate) mod powers;
 
+pub use network::Network;
 pub use polynomial::exponents;
 
+use crate::error::{Error, Result};
 use crate::study::{AxisKind, Convention};
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +24,11 @@ impl InputRange {
     /// The normalised value, −1 to 1 inside the training range.
     pub fn normalise(&self, value: f64) -> f64 {
         (value - self.center) / self.half_range
+    }
+
+    /// Whether it is a range: finite, and of positive width.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.center.is_finite() && self.half_range.is_finite() && self.half_range > 0.0
     }
 }
 
@@ -48,4 +56,22 @@ pub struct ModelAxis {
     pub inertia_identified: bool,
     /// Which way round the equation of motion gives the restoring force.
     pub restoring_force: Convention,
+}
+
+/// The rows of a record's states, one series per input of a model.
+///
+/// # Errors
+/// One sentence when the number of inputs or the lengths of the series differ.
+fn check_states(states: &[&[f64]], inputs: usize) -> Result<usize> {
+    if states.len() != inputs {
+        return Err(Error::data(format!(
+            "the model has {inputs} inputs and the record {}: use a study with the same axes",
+            states.len()
+        )));
+    }
+    let rows = states.first().map_or(0, |series| series.len());
+    if states.iter().any(|series| series.len() != rows) {
+        return Err(Error::data("the states of a record differ in length"));
+    }
+    Ok(rows)
 }

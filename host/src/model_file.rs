@@ -1,7 +1,7 @@
 //! `model.json`: a learnt model with everything needed to evaluate it on another record and to export it.
 
 use crate::error::{Error, Result};
-use crate::model::{ModelAxis, Polynomial};
+use crate::model::{InputRange, ModelAxis, Network, Polynomial};
 use crate::motion::Filters;
 use crate::output;
 use crate::study::Study;
@@ -17,6 +17,8 @@ pub const FORMAT: &str = "jointwatch-model/1";
 pub enum Base {
     /// Powers and products of the states.
     Polynomial(Polynomial),
+    /// A network of tanh neurons.
+    Network(Network),
 }
 
 impl Base {
@@ -24,6 +26,31 @@ impl Base {
     pub fn name(&self) -> &'static str {
         match self {
             Base::Polynomial(_) => "polynomial",
+            Base::Network(_) => "network",
+        }
+    }
+
+    /// The training range of every state: displacement and velocity of each axis, SI.
+    pub fn inputs(&self) -> &[InputRange] {
+        match self {
+            Base::Polynomial(polynomial) => &polynomial.inputs,
+            Base::Network(network) => &network.inputs,
+        }
+    }
+
+    /// The axes whose force it gives.
+    fn outputs(&self) -> usize {
+        match self {
+            Base::Polynomial(polynomial) => polynomial.coefficients.len(),
+            Base::Network(network) => network.outputs.len(),
+        }
+    }
+
+    /// Whether its parts fit together and every number is finite.
+    fn check(&self) -> Result<()> {
+        match self {
+            Base::Polynomial(polynomial) => polynomial.check(),
+            Base::Network(network) => network.check(),
         }
     }
 
@@ -34,6 +61,7 @@ impl Base {
     pub fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
         match self {
             Base::Polynomial(polynomial) => polynomial.predict(states),
+            Base::Network(network) => network.predict(states),
         }
     }
 }
@@ -62,8 +90,8 @@ pub struct AxisFit {
     pub effective_parameters: f64,
     /// RMS of the restoring force over all training rows, N or N·m.
     pub training_force_rms: f64,
-    /// NMSE of the held-out blocks, percent, wide-band.
-    pub cross_validation_nmse_percent: f64,
+    /// NMSE of the held-out blocks, percent, wide-band; none when the fit did not cross-validate.
+    pub cross_validation_nmse_percent: Option<f64>,
 }
 
 /// One step in the model's life.
@@ -170,17 +198,13 @@ impl ModelFile {
                 self.fits.len()
             ));
         }
-        match &self.base {
-            Base::Polynomial(p) => {
-                if p.coefficients.len() != axes {
-                    return Err(format!(
-                        "it has {axes} axes but {} sets of coefficients",
-                        p.coefficients.len()
-                    ));
-                }
-                p.check().map_err(|e| e.sentence)?;
-            }
+        let outputs = self.base.outputs();
+        if outputs != axes {
+            return Err(format!(
+                "it has {axes} axes but gives the force of {outputs}"
+            ));
         }
+        self.base.check().map_err(|e| e.sentence)?;
         Ok(())
     }
 

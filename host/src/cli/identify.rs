@@ -158,7 +158,8 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
                 "none".into()
             },
             format!("{:.1}", fit.effective_parameters),
-            format!("{:.3} %", fit.cross_validation_nmse_percent),
+            fit.cross_validation_nmse_percent
+                .map_or("none".into(), |nmse| format!("{nmse:.3} %")),
         ]);
     }
     console.say(format!("\nPolynomial, {} fit:\n{table}", model.fit))?;

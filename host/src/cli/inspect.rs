@@ -40,13 +40,15 @@ impl Inspect {
 }
 
 fn model_in_words(model: &ModelFile) -> String {
-    let Base::Polynomial(polynomial) = &model.base;
+    let size = match &model.base {
+        Base::Polynomial(polynomial) => format!("orders {:?}", polynomial.orders),
+        Base::Network(network) => format!("{} neurons", network.neurons()),
+    };
     let mut text = format!(
-        "Model of study '{}': {}, {} fit, orders {:?}; records at {} Hz, compared up to {:.0} Hz.\n",
+        "Model of study '{}': {}, {} fit, {size}; records at {} Hz, compared up to {:.0} Hz.\n",
         model.study,
         model.base.name(),
         model.fit,
-        polynomial.orders,
         model.filters.sample_rate_hz,
         model.filters.band_hz
     );
@@ -60,7 +62,7 @@ fn model_in_words(model: &ModelFile) -> String {
     ]);
     for (index, (axis, fit)) in model.axes.iter().zip(&model.fits).enumerate() {
         let range = |input: usize, unit: &str| {
-            let range = &polynomial.inputs[input];
+            let range = &model.base.inputs()[input];
             format!("{:.3e} ± {:.3e} {unit}", range.center, range.half_range)
         };
         let validation = model.validation.iter().find(|v| v.axis == axis.name);

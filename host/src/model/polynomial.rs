@@ -59,11 +59,7 @@ impl Polynomial {
                 inputs / 2
             )));
         }
-        let ranges = self.inputs.iter();
-        if !ranges.clone().all(|range| range.center.is_finite())
-            || !ranges
-                .clone()
-                .all(|r| r.half_range.is_finite() && r.half_range > 0.0)
+        if !self.inputs.iter().all(|range| range.is_sound())
             || !self.coefficients.iter().flatten().all(|c| c.is_finite())
         {
             return Err(Error::data(
@@ -80,17 +76,7 @@ impl Polynomial {
     /// the lengths of the series differ.
     pub fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
         self.check()?;
-        if states.len() != self.inputs.len() {
-            return Err(Error::data(format!(
-                "the model has {} inputs and the record {}: use a study with the same axes",
-                self.inputs.len(),
-                states.len()
-            )));
-        }
-        let rows = states[0].len();
-        if states.iter().any(|series| series.len() != rows) {
-            return Err(Error::data("the states of a record differ in length"));
-        }
+        let rows = super::check_states(states, self.inputs.len())?;
         // Σ c·(u^i·v^j)·(w^k·z^l): one matrix product over the second pair, then a sum over the first.
         let axes = self.coefficients.len();
         let pairs_second = if axes == 2 { 16 } else { 1 };
