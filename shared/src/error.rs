@@ -65,6 +65,13 @@ pub enum Error {
         /// The exponents of x and ẋ of the block in which it happens (0, 0 for sums over all blocks).
         block: [u8; 2],
     },
+    /// An effect of a model cannot be what it is stated to be.
+    Effect {
+        /// The effect's number in blobs.
+        tag: u8,
+        /// What is wrong with it.
+        fault: &'static str,
+    },
     /// A blob has another length than [`BLOB_LEN`](crate::blob::BLOB_LEN).
     BlobLength {
         /// Bytes seen.
@@ -172,6 +179,7 @@ impl fmt::Display for Error {
                 f,
                 "the stored coefficients of axis {axis} can overflow the {sum} (block x^{i} x'^{j}): export the model again"
             ),
+            Self::Effect { tag, fault } => write!(f, "effect number {tag} {fault}"),
             Self::BlobLength { seen, wanted } => {
                 write!(
                     f,

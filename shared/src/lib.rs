@@ -5,13 +5,21 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+// Force laws in `f64` need the standard library's functions; the device has neither.
+#[cfg(feature = "fit")]
+extern crate std;
+
 pub mod blob;
+pub mod effect;
 pub mod error;
 pub mod filter;
 pub mod fixed;
 pub mod model;
 pub mod pipeline;
 pub mod rig;
+pub mod scalar;
 pub mod scale;
 pub mod selftest;
 pub mod selftest_chain;
+pub mod tanh;
+pub mod units;

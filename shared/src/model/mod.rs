@@ -6,6 +6,7 @@
 pub mod axis;
 pub mod polynomial;
 pub mod quantise;
+pub mod terms;
 
 use crate::error::Error;
 use axis::{Axis, MAGNITUDE};

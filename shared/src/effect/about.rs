@@ -1,0 +1,120 @@
+//! What an effect says of itself to people and to fits; of all this the device keeps the number of parameters.
+
+use crate::units::Dimension;
+
+/// An effect in words.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct About {
+    /// Its name on the command line and in files.
+    pub name: &'static str,
+    /// What it is, in a few words.
+    pub title: &'static str,
+    /// The force, in symbols that the parameters explain.
+    pub equation: &'static str,
+    /// Where the law comes from.
+    pub source: &'static str,
+    /// What a model that lacks it leaves in its residual.
+    pub absence: &'static str,
+    /// Which experiment tells it from the effects that look like it.
+    pub separated_by: &'static str,
+    /// Its parameters, in the order in which the law takes them.
+    pub parameters: &'static [Parameter],
+}
+
+/// One parameter of an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// Its name.
+    pub name: &'static str,
+    /// The symbol in the equation.
+    pub symbol: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// How it is found.
+    pub role: Role,
+}
+
+/// How a parameter enters its law, which decides how a fit finds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Role {
+    /// The force is proportional to it: found exactly by least squares.
+    Linear {
+        /// Whether only positive values are physical.
+        positive: bool,
+    },
+    /// It shapes the law: searched for, from several starts.
+    Shape(Shape),
+}
+
+/// The search for a parameter that shapes its law. Values are positive and relative to the reference of the
+/// parameter's dimension: half the training range of displacement or velocity, a second for time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shape {
+    /// Where the search starts, smallest first.
+    pub starts: &'static [f64],
+    /// The smallest value allowed.
+    pub least: f64,
+    /// The largest value allowed.
+    pub most: f64,
+    /// Whether the law takes 1/value, as it has no division.
+    pub reciprocal: bool,
+    /// The same quantity in another effect: when a model has both, they are one unknown.
+    pub tie: Option<Tie>,
+}
+
+/// A parameter that belongs to another effect as well.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tie {
+    /// The other effect's name.
+    pub effect: &'static str,
+    /// Its parameter's name.
+    pub parameter: &'static str,
+    /// Whether it is the effect on the other axis.
+    pub other_axis: bool,
+}
+
+impl Parameter {
+    /// A parameter that the force is proportional to.
+    pub const fn linear(
+        name: &'static str,
+        symbol: &'static str,
+        meaning: &'static str,
+        dimension: Dimension,
+        positive: bool,
+    ) -> Self {
+        Self {
+            name,
+            symbol,
+            meaning,
+            dimension,
+            role: Role::Linear { positive },
+        }
+    }
+
+    /// Whether the force is proportional to it.
+    pub fn is_linear(&self) -> bool {
+        matches!(self.role, Role::Linear { .. })
+    }
+
+    /// The value as its law takes it: itself, or one over it.
+    pub fn as_law_takes_it(&self, value: f64) -> f64 {
+        match self.role {
+            Role::Shape(Shape {
+                reciprocal: true, ..
+            }) => 1.0 / value,
+            _ => value,
+        }
+    }
+
+    /// The dimension of what the law takes.
+    pub fn dimension_in_law(&self) -> Dimension {
+        match self.role {
+            Role::Shape(Shape {
+                reciprocal: true, ..
+            }) => self.dimension.inverse(),
+            _ => self.dimension,
+        }
+    }
+}

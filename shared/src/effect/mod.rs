@@ -1,0 +1,167 @@
+//! Physical effects: force laws with named parameters, each in a file of its own, and the one table that lists them.
+//!
+//! A new effect is a new file here and one line in [`EFFECTS`]. Everything else (the command line, fits, diagnosis, the
+//! device, the docs and the tests) walks the table.
+
+pub mod about;
+mod clearance;
+mod clearance_coupling;
+mod coulomb;
+mod cubic_hardening;
+mod preload;
+mod stiffness;
+mod viscous;
+
+use crate::scalar::Scalar;
+use crate::scalar::q::Q;
+#[cfg(feature = "fit")]
+use crate::scalar::{dual::Dual, interval::Interval};
+use about::About;
+#[cfg(feature = "fit")]
+use about::Parameter;
+
+/// The most parameters that an effect may have.
+pub const MAX_PARAMETERS: usize = 6;
+/// The most internal states that an effect may have.
+pub const MAX_STATES: usize = 2;
+
+/// What an effect sees of the joint at one sample.
+///
+/// On the host everything is in SI; on the device each quantity is relative to its reference
+/// ([`crate::units::References`]), and time to the sample period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kinematics<S> {
+    /// Relative displacement of the axis that the effect is bound to.
+    pub displacement: S,
+    /// Relative velocity of that axis.
+    pub velocity: S,
+    /// What the displacement has changed by since the sample before; 0 at the first one.
+    pub step: S,
+    /// Relative displacement of the other axis; 0 where there is none.
+    pub other_displacement: S,
+    /// Relative velocity of the other axis; 0 where there is none.
+    pub other_velocity: S,
+    /// The sample period.
+    pub period: S,
+    /// Time since the record began; 0 on the device, where nothing that needs it is allowed.
+    pub time: S,
+}
+
+/// Which forces an effect contributes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acts {
+    /// That of the axis it is bound to: `coulomb@x`.
+    OwnAxis,
+    /// Those of both axes of the joint: `clearance_coupling`.
+    BothAxes,
+}
+
+/// Numbers of an effect's parameters, in the order in which it lists them; those it has not are 0.
+pub type Parameters<S> = [S; MAX_PARAMETERS];
+/// An effect's internal states; those it has not are 0.
+pub type States<S> = [S; MAX_STATES];
+/// A law for one kind of number: force on the own axis and on the other one.
+pub type Law<S> = fn(&Parameters<S>, &Kinematics<S>, &mut States<S>) -> [S; 2];
+
+/// A physical effect.
+pub trait Effect {
+    /// Its number in blobs: never changed, never used again.
+    const TAG: u8;
+    /// Which forces it contributes to.
+    const ACTS: Acts = Acts::OwnAxis;
+    /// Largest magnitude of each internal state, which has no unit; empty for a law without memory.
+    const STATE_BOUNDS: &'static [i32] = &[];
+    /// What it is called, what it means, what it needs.
+    const ABOUT: About;
+
+    /// The force at one sample, after the internal states have been brought to it.
+    ///
+    /// Linear in every parameter that is declared linear, so that setting one of them to 1 and the others to 0 gives
+    /// its share.
+    fn law<S: Scalar>(
+        parameters: &Parameters<S>,
+        at: &Kinematics<S>,
+        states: &mut States<S>,
+    ) -> [S; 2];
+}
+
+/// An effect as the table lists it.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// [`Effect::TAG`].
+    pub tag: u8,
+    /// [`Effect::ACTS`].
+    pub acts: Acts,
+    /// How many parameters it has.
+    pub parameter_count: u8,
+    /// [`Effect::STATE_BOUNDS`].
+    pub state_bounds: &'static [i32],
+    /// The law on the device.
+    pub device: Law<Q>,
+    /// The law that predicts.
+    #[cfg(feature = "fit")]
+    pub real: Law<f64>,
+    /// The law that differentiates.
+    #[cfg(feature = "fit")]
+    pub dual: Law<Dual>,
+    /// The law that bounds.
+    #[cfg(feature = "fit")]
+    pub interval: Law<Interval>,
+    /// [`Effect::ABOUT`].
+    #[cfg(feature = "fit")]
+    pub about: About,
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.tag == other.tag
+    }
+}
+
+impl Entry {
+    const fn of<E: Effect>() -> Self {
+        Self {
+            tag: E::TAG,
+            acts: E::ACTS,
+            parameter_count: E::ABOUT.parameters.len() as u8,
+            state_bounds: E::STATE_BOUNDS,
+            device: E::law::<Q>,
+            #[cfg(feature = "fit")]
+            real: E::law::<f64>,
+            #[cfg(feature = "fit")]
+            dual: E::law::<Dual>,
+            #[cfg(feature = "fit")]
+            interval: E::law::<Interval>,
+            #[cfg(feature = "fit")]
+            about: E::ABOUT,
+        }
+    }
+
+    /// The effect with this tag.
+    pub fn with_tag(tag: u8) -> Option<&'static Self> {
+        EFFECTS.iter().find(|entry| entry.tag == tag)
+    }
+
+    /// The effect of this name.
+    #[cfg(feature = "fit")]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        EFFECTS.iter().find(|entry| entry.about.name == name)
+    }
+
+    /// Its parameters.
+    #[cfg(feature = "fit")]
+    pub fn parameters(&self) -> &'static [Parameter] {
+        self.about.parameters
+    }
+}
+
+/// Every effect that Jointwatch knows.
+pub static EFFECTS: &[Entry] = &[
+    Entry::of::<stiffness::Stiffness>(),
+    Entry::of::<viscous::Viscous>(),
+    Entry::of::<clearance::Clearance>(),
+    Entry::of::<clearance_coupling::ClearanceCoupling>(),
+    Entry::of::<coulomb::Coulomb>(),
+    Entry::of::<cubic_hardening::CubicHardening>(),
+    Entry::of::<preload::Preload>(),
+];

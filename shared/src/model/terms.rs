@@ -1,0 +1,348 @@
+//! The physical effects of a model on the device: their parameters as machine numbers, and their sum along a motion.
+//!
+//! Quantities are relative to the training range: displacement and velocity to half its width, the force of an axis to
+//! the full scale of its output (2³¹ of its force unit), time to the sample period.
+
+use super::Header;
+#[cfg(feature = "fit")]
+use super::Output;
+#[cfg(feature = "fit")]
+use crate::effect::MAX_STATES;
+use crate::effect::{Acts, Entry, Kinematics, Parameters, States};
+use crate::error::Error;
+use crate::scalar::Scalar;
+use crate::scalar::q::Q;
+use heapless::Vec;
+
+/// The most effects that a model holds on the device.
+pub const MAX_TERMS: usize = 8;
+
+/// One effect with its parameters; what is calibrated, apart from what moves ([`Memory`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Term {
+    entry: &'static Entry,
+    axis: u8,
+    parameters: Parameters<Q>,
+}
+
+/// The effects of a model.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Terms {
+    list: Vec<Term, MAX_TERMS>,
+    /// Center of each input's range over half its width: what is added to a normalised input to make it relative.
+    origins: [Q; 4],
+}
+
+/// What moves: the internal states of every effect, and where each axis was at the sample before.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    states: [States<Q>; MAX_TERMS],
+    before: Option<[Q; 2]>,
+}
+
+impl Term {
+    /// Puts an effect together from its stored numbers, and checks that it belongs where it is.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for an axis that the model or the effect has not; [`Error::Effect`] for a tag that is not
+    /// known or a number where the effect has no parameter.
+    pub fn new(tag: u8, axis: u8, parameters: Parameters<Q>, axes: usize) -> Result<Self, Error> {
+        let entry = Entry::with_tag(tag).ok_or(Error::Effect {
+            tag,
+            fault: "is not known to this version",
+        })?;
+        let most = match entry.acts {
+            Acts::OwnAxis => axes.saturating_sub(1),
+            Acts::BothAxes => 0,
+        };
+        Error::unless_within("axis of an effect", f64::from(axis), 0.0, most as f64)?;
+        if entry.acts == Acts::BothAxes && axes != 2 {
+            return Err(Error::Effect {
+                tag,
+                fault: "acts on two axes while the model has one",
+            });
+        }
+        let unused = parameters.iter().skip(usize::from(entry.parameter_count));
+        if unused.into_iter().any(|value| *value != Q::default()) {
+            return Err(Error::Effect {
+                tag,
+                fault: "has a number where it has no parameter",
+            });
+        }
+        Ok(Self {
+            entry,
+            axis,
+            parameters,
+        })
+    }
+
+    /// The effect.
+    pub fn entry(&self) -> &'static Entry {
+        self.entry
+    }
+
+    /// The axis that it is bound to; the first for an effect on both.
+    pub fn axis(&self) -> usize {
+        usize::from(self.axis)
+    }
+
+    /// Its parameters as the law takes them.
+    pub fn parameters(&self) -> &Parameters<Q> {
+        &self.parameters
+    }
+}
+
+impl Terms {
+    /// The effects of a model with this header.
+    ///
+    /// # Errors
+    /// As [`Term::new`]; [`Error::OutOfRange`] when there are more than [`MAX_TERMS`].
+    pub fn new(
+        header: &Header,
+        terms: impl IntoIterator<Item = (u8, u8, Parameters<Q>)>,
+    ) -> Result<Self, Error> {
+        let mut list = Vec::new();
+        for (count, (tag, axis, parameters)) in terms.into_iter().enumerate() {
+            let term = Term::new(tag, axis, parameters, header.axes.len())?;
+            list.push(term)
+                .map_err(|_| too_many(count.saturating_add(1)))?;
+        }
+        let mut origins = [Q::default(); 4];
+        for (pair, axis) in origins.as_chunks_mut::<2>().0.iter_mut().zip(&header.axes) {
+            let relative =
+                |range: &super::axis::InputRange| Q::from_f64(range.center / range.half_range);
+            *pair = [relative(&axis.displacement), relative(&axis.velocity)];
+        }
+        Ok(Self { list, origins })
+    }
+
+    /// One entry per effect.
+    pub fn list(&self) -> &[Term] {
+        &self.list
+    }
+
+    /// The sum of all effects on each axis, relative to the full scale of its output, for the normalised inputs of one
+    /// sample in Q31; brings `memory` to that sample.
+    #[inline]
+    pub fn forces(&self, memory: &mut Memory, u: &[i32; 4]) -> [Q; 2] {
+        let mut forces = [Q::default(); 2];
+        if self.list.is_empty() {
+            return forces;
+        }
+        let [a, b, c, d] = self.origins;
+        let [x, v, phi, omega] = u.map(Q::from_q31);
+        let (x, v, phi, omega) = (x + a, v + b, phi + c, omega + d);
+        let [x_before, phi_before] = memory.before.unwrap_or([x, phi]);
+        memory.before = Some([x, phi]);
+        let from_first = Kinematics {
+            displacement: x,
+            velocity: v,
+            step: x - x_before,
+            other_displacement: phi,
+            other_velocity: omega,
+            period: Q::one(),
+            time: Q::zero(),
+        };
+        let from_second = Kinematics {
+            displacement: phi,
+            velocity: omega,
+            step: phi - phi_before,
+            other_displacement: x,
+            other_velocity: v,
+            ..from_first
+        };
+        for (term, states) in self.list.iter().zip(&mut memory.states) {
+            let [f, g] = forces;
+            forces = if term.axis == 0 {
+                let [own, other] = (term.entry.device)(&term.parameters, &from_first, states);
+                [f + own, g + other]
+            } else {
+                let [own, other] = (term.entry.device)(&term.parameters, &from_second, states);
+                [f + other, g + own]
+            };
+        }
+        forces
+    }
+}
+
+fn too_many(seen: usize) -> Error {
+    Error::OutOfRange {
+        quantity: "number of effects",
+        seen: seen as f64,
+        least: 0.0,
+        most: MAX_TERMS as f64,
+    }
+}
+
+/// Bringing effects from SI to machine numbers, which only the host does.
+#[cfg(feature = "fit")]
+mod quantise {
+    use super::*;
+    use crate::scalar::interval::Interval;
+    use crate::scalar::q::UNIT;
+    use crate::units::References;
+    use std::vec::Vec;
+
+    /// An effect as the host knows it.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct InSi {
+        /// The effect.
+        pub entry: &'static Entry,
+        /// The axis that it is bound to, from 0.
+        pub axis: u8,
+        /// Its parameters in SI, in the order in which the effect lists them.
+        pub values: Vec<f64>,
+    }
+
+    impl InSi {
+        /// The parameters relative to `references`, as the law takes them.
+        fn relative(&self, references: &References) -> Parameters<f64> {
+            let mut relative = Parameters::default();
+            let listed = self.entry.parameters().iter().zip(&self.values);
+            for (place, (parameter, value)) in relative.iter_mut().zip(listed) {
+                let scale = parameter.dimension_in_law().scale(references);
+                *place = parameter.as_law_takes_it(*value) / scale;
+            }
+            relative
+        }
+
+        /// Bounds of the forces on the own and the other axis over all motions inside the training range.
+        fn bounds(&self, header: &Header, references: &References) -> [Interval; 2] {
+            let input = |range: &crate::model::axis::InputRange, scale: f64| {
+                // A Q31 input is off by half a unit, at its upper edge by a whole one; the origin by half a Q unit.
+                let scale = range.half_range / scale;
+                Interval::range(
+                    scale * (range.center / range.half_range - 1.0),
+                    scale * (range.center / range.half_range + 1.0),
+                    scale * 3.0 * UNIT,
+                )
+            };
+            let zero = Interval::range(0.0, 0.0, 0.0);
+            let axis = |axis: usize, at: usize| {
+                header.axes.get(axis).map_or([zero; 2], |axis| {
+                    [
+                        input(&axis.displacement, references.displacement[at]),
+                        input(&axis.velocity, references.velocity[at]),
+                    ]
+                })
+            };
+            let own = usize::from(self.axis);
+            let [displacement, velocity] = axis(own, 0);
+            let [other_displacement, other_velocity] = axis(1 - own, 1);
+            let at = Kinematics {
+                displacement,
+                velocity,
+                step: displacement + (-displacement),
+                other_displacement,
+                other_velocity,
+                period: Interval::stored(1.0 / (header.sample_rate_hz * references.time)),
+                time: zero,
+            };
+            let parameters = self.relative(references).map(Interval::stored);
+            let mut states = [zero; MAX_STATES];
+            for (state, bound) in states.iter_mut().zip(self.entry.state_bounds) {
+                *state = Interval::range(-f64::from(*bound), f64::from(*bound), 0.0);
+            }
+            (self.entry.interval)(&parameters, &at, &mut states)
+        }
+    }
+
+    fn references(header: &Header, full_scale: [f64; 2], own: usize) -> References {
+        let of = |pick: fn(&crate::model::axis::Axis) -> f64| {
+            let mut both = [1.0; 2];
+            for (place, axis) in both.iter_mut().zip(&header.axes) {
+                *place = pick(axis);
+            }
+            both
+        };
+        let references = References {
+            force: full_scale,
+            displacement: of(|axis| axis.displacement.half_range),
+            velocity: of(|axis| axis.velocity.half_range),
+            time: 1.0 / header.sample_rate_hz,
+        };
+        if own == 0 {
+            references
+        } else {
+            references.swapped()
+        }
+    }
+
+    impl Terms {
+        /// The largest force of the effects on each axis over all motions inside the training range, N or N·m.
+        pub fn largest_forces(header: &Header, terms: &[InSi]) -> [f64; 2] {
+            let mut sums = [0.0; 2];
+            for term in terms {
+                let own = usize::from(term.axis);
+                let [mine, others] = term.bounds(header, &references(header, [1.0; 2], own));
+                sums[own] += mine.magnitude();
+                sums[1 - own] += others.magnitude();
+            }
+            sums
+        }
+
+        /// Brings effects to machine numbers; also gives the bound of |device − f64| per axis in N or N·m, for effects
+        /// with memory that of one sample's step.
+        ///
+        /// # Errors
+        /// As [`Terms::new`]; [`Error::Effect`] when a number on the way could leave the device's range.
+        pub fn quantise(
+            header: &Header,
+            force_per_lsb: [f64; 2],
+            terms: &[InSi],
+        ) -> Result<(Self, [f64; 2]), Error> {
+            let full_scale = force_per_lsb.map(|lsb| lsb * FULL_SCALE);
+            let mut errors = [0.0; 2];
+            let mut stored = Vec::new();
+            for term in terms {
+                let own = usize::from(term.axis);
+                let references = references(header, full_scale, own);
+                let forces = term.bounds(header, &references);
+                let largest = forces[0].largest.max(forces[1].largest);
+                if largest.is_nan() || largest >= LARGEST {
+                    return Err(Error::Effect {
+                        tag: term.entry.tag,
+                        fault: "has a parameter that is too large or too small for the device beside the training range",
+                    });
+                }
+                errors[own] += forces[0].error * full_scale[own];
+                errors[1 - own] += forces[1].error * full_scale[1 - own];
+                let parameters = term.relative(&references).map(Q::from_f64);
+                stored.push((term.entry.tag, term.axis, parameters));
+            }
+            // The sum is rounded to the force unit once.
+            let errors = [0, 1].map(|axis| errors[axis] + 0.5 * force_per_lsb[axis]);
+            Ok((Self::new(header, stored)?, errors))
+        }
+
+        /// The effects in SI, from what the device holds.
+        pub fn in_si(&self, header: &Header, outputs: &[Output]) -> Vec<InSi> {
+            let mut full_scale = [1.0; 2];
+            for (place, output) in full_scale.iter_mut().zip(outputs) {
+                *place = output.force_per_lsb * FULL_SCALE;
+            }
+            let terms = self.list.iter().map(|term| {
+                let references = references(header, full_scale, term.axis());
+                let listed = term.entry.parameters().iter().zip(&term.parameters);
+                let values = listed.map(|(parameter, value)| {
+                    let scale = parameter.dimension_in_law().scale(&references);
+                    parameter.as_law_takes_it(value.to_f64() * scale)
+                });
+                InSi {
+                    entry: term.entry,
+                    axis: term.axis,
+                    values: values.collect(),
+                }
+            });
+            terms.collect()
+        }
+    }
+
+    /// Force units in the full scale of an output.
+    pub(super) const FULL_SCALE: f64 = (1_u64 << 31) as f64;
+    /// The range of the device's numbers.
+    const LARGEST: f64 = (1_u64 << 31) as f64;
+}
+
+#[cfg(feature = "fit")]
+pub use quantise::InSi;

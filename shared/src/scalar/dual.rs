@@ -1,0 +1,100 @@
+//! A number that carries its derivative, so that a force law can be differentiated by a parameter without a second text.
+
+use super::Scalar;
+use core::ops::{Add, Mul, Neg, Sub};
+
+/// A value and its derivative by one chosen quantity.
+///
+/// ```
+/// use jointwatch_shared::scalar::dual::Dual;
+/// let x = Dual::variable(3.0);
+/// assert_eq!(x * x + x, Dual { value: 12.0, slope: 7.0 });
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual {
+    /// The value.
+    pub value: f64,
+    /// d value / d (the chosen quantity).
+    pub slope: f64,
+}
+
+impl Dual {
+    /// A number that does not depend on the chosen quantity.
+    pub const fn constant(value: f64) -> Self {
+        Self { value, slope: 0.0 }
+    }
+    /// The chosen quantity itself.
+    pub const fn variable(value: f64) -> Self {
+        Self { value, slope: 1.0 }
+    }
+}
+
+impl Add for Dual {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            slope: self.slope + other.slope,
+        }
+    }
+}
+
+impl Sub for Dual {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl Mul for Dual {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        Self {
+            value: self.value * other.value,
+            slope: self.slope * other.value + self.value * other.slope,
+        }
+    }
+}
+
+impl Neg for Dual {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self {
+            value: -self.value,
+            slope: -self.slope,
+        }
+    }
+}
+
+impl Scalar for Dual {
+    fn ratio(numerator: i32, denominator: i32) -> Self {
+        Self::constant(f64::ratio(numerator, denominator))
+    }
+    fn abs(self) -> Self {
+        if self.value < 0.0 { -self } else { self }
+    }
+    fn min(self, other: Self) -> Self {
+        if other.value < self.value {
+            other
+        } else {
+            self
+        }
+    }
+    fn max(self, other: Self) -> Self {
+        if other.value > self.value {
+            other
+        } else {
+            self
+        }
+    }
+    fn tanh(self) -> Self {
+        let value = self.value.tanh();
+        Self {
+            value,
+            slope: (1.0 - value * value) * self.slope,
+        }
+    }
+    fn reaches(self, threshold: Self) -> Self {
+        Self::constant(self.value.reaches(threshold.value))
+    }
+}

@@ -1,0 +1,79 @@
+//! The few operations a force law may use, so that one text of the law serves three kinds of number.
+//!
+//! A law is written once, generic over [`Scalar`]: `f64` predicts on the host, [`dual::Dual`] differentiates it by a
+//! parameter, [`q::Q`] runs on the device, and [`interval::Interval`] bounds what the device can make of it. There is
+//! no division and no comparison that returns a truth value: quotients and branches are where the kinds of number
+//! would part ways.
+//!
+//! | operation | means | derivative where it has a corner |
+//! |---|---|---|
+//! | `+ − ·`, negation | as always | |
+//! | [`Scalar::abs`] | \|a\| | that of the side on which the value is; at 0 the right one |
+//! | [`Scalar::min`], [`Scalar::max`] | the smaller, the larger | that of the one taken; the first on a tie |
+//! | [`Scalar::tanh`] | hyperbolic tangent | |
+//! | [`Scalar::reaches`] | 1 where a ≥ b, else 0 | 0 |
+
+#[cfg(feature = "fit")]
+pub mod dual;
+#[cfg(feature = "fit")]
+pub mod interval;
+pub mod q;
+
+use core::ops::{Add, Mul, Neg, Sub};
+
+/// A number that a force law can be evaluated with.
+pub trait Scalar:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+{
+    /// The number `numerator/denominator`, for the small exact ratios that a law contains; the denominator is not 0.
+    fn ratio(numerator: i32, denominator: i32) -> Self;
+    /// |a|.
+    fn abs(self) -> Self;
+    /// The smaller of two.
+    fn min(self, other: Self) -> Self;
+    /// The larger of two.
+    fn max(self, other: Self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// 1 where `self` ≥ `threshold`, 0 elsewhere.
+    fn reaches(self, threshold: Self) -> Self;
+
+    /// 0.
+    fn zero() -> Self {
+        Self::ratio(0, 1)
+    }
+    /// 1.
+    fn one() -> Self {
+        Self::ratio(1, 1)
+    }
+    /// The value held between −`limit` and `limit`; `limit` is not negative.
+    fn within(self, limit: Self) -> Self {
+        self.min(limit).max(-limit)
+    }
+    /// What the value exceeds ±`gap` by: 0 between −gap and gap, `self` ∓ gap outside.
+    fn beyond(self, gap: Self) -> Self {
+        (self - gap).max(Self::zero()) + (self + gap).min(Self::zero())
+    }
+}
+
+#[cfg(feature = "fit")]
+impl Scalar for f64 {
+    fn ratio(numerator: i32, denominator: i32) -> Self {
+        f64::from(numerator) / f64::from(denominator)
+    }
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    fn min(self, other: Self) -> Self {
+        if other < self { other } else { self }
+    }
+    fn max(self, other: Self) -> Self {
+        if other > self { other } else { self }
+    }
+    fn tanh(self) -> Self {
+        f64::tanh(self)
+    }
+    fn reaches(self, threshold: Self) -> Self {
+        f64::from(u8::from(self >= threshold))
+    }
+}

@@ -1,0 +1,190 @@
+//! The number that runs on the device: 64 bits, 32 of them behind the binary point, every operation saturating.
+//!
+//! Laws are evaluated on quantities relative to the training range (`units`), so numbers near 1 are the rule; the 31
+//! places before the point leave room for stiff contacts and steep transitions, the 32 behind it keep what one sample
+//! adds to an internal state. A Cortex-M4 multiplies two of them in about 20 instructions.
+
+use super::Scalar;
+use crate::fixed::round_to_i64;
+use crate::tanh::tanh;
+use core::ops::{Add, Mul, Neg, Sub};
+
+/// A signed fixed-point number: `raw`/2³², from −2³¹ to 2³¹ − 2⁻³².
+///
+/// | operation | rounding | at the rails |
+/// |---|---|---|
+/// | `+`, `−`, negation, [`Scalar::abs`] | exact | saturates |
+/// | `·` | to nearest, half up | saturates |
+/// | [`Scalar::tanh`] | that of [`mod@crate::tanh`] | cannot leave the range |
+/// | [`Q::from_f64`] | to nearest, half up | saturates; NaN becomes 0 |
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Q {
+    raw: i64,
+}
+
+/// Binary places behind the point.
+pub const PLACES: u32 = 32;
+/// The value of one unit: 2⁻³².
+pub const UNIT: f64 = 1.0 / (1_u64 << PLACES) as f64;
+
+impl Q {
+    /// The number whose bits are `raw`.
+    #[inline]
+    pub const fn from_raw(raw: i64) -> Self {
+        Self { raw }
+    }
+
+    /// The bits.
+    #[inline]
+    pub const fn raw(self) -> i64 {
+        self.raw
+    }
+
+    /// A Q31 number; exact.
+    #[inline]
+    pub const fn from_q31(value: i32) -> Self {
+        Self {
+            raw: (value as i64) << 1,
+        }
+    }
+
+    /// The nearest number, half up.
+    pub const fn from_f64(value: f64) -> Self {
+        Self {
+            raw: round_to_i64(value / UNIT),
+        }
+    }
+
+    /// The value, to the 53 bits of an `f64`.
+    pub const fn to_f64(self) -> f64 {
+        self.raw as f64 * UNIT
+    }
+}
+
+impl Add for Q {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self::from_raw(self.raw.saturating_add(other.raw))
+    }
+}
+
+impl Sub for Q {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        Self::from_raw(self.raw.saturating_sub(other.raw))
+    }
+}
+
+impl Neg for Q {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self::from_raw(0_i64.saturating_sub(self.raw))
+    }
+}
+
+impl Mul for Q {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        // Schoolbook on 32-bit halves: a 128-bit product would be a library call on the device.
+        let (a, b) = (self.raw >> PLACES, other.raw >> PLACES);
+        let (c, d) = (i64::from(self.raw as u32), i64::from(other.raw as u32));
+        // Each product of a high and a low half is under 2⁶³ in size; their halves are added apart from each other.
+        let (ad, cb) = (a * d, c * b);
+        let low = ((c as u64 * d as u64) >> 31).div_ceil(2);
+        let sum = low + u64::from(ad as u32) + u64::from(cb as u32);
+        let high = a * b + (ad >> PLACES) + (cb >> PLACES) + (sum >> PLACES) as i64;
+        let top = high as i32;
+        Self::from_raw(if i64::from(top) == high {
+            high << PLACES | (sum & 0xffff_ffff) as i64
+        } else {
+            i64::MAX ^ (high >> 63)
+        })
+    }
+}
+
+impl Scalar for Q {
+    #[inline]
+    fn ratio(numerator: i32, denominator: i32) -> Self {
+        // Twice the ratio, rounded down, is rounded half up; the arguments are constants of a law.
+        let twice = (i64::from(numerator) << (PLACES - 1)) * 4;
+        let floor = twice
+            .checked_div_euclid(i64::from(denominator))
+            .unwrap_or(0);
+        Self::from_raw((floor + 1) >> 1)
+    }
+    #[inline]
+    fn abs(self) -> Self {
+        Self::from_raw(self.raw.saturating_abs())
+    }
+    #[inline]
+    fn min(self, other: Self) -> Self {
+        Ord::min(self, other)
+    }
+    #[inline]
+    fn max(self, other: Self) -> Self {
+        Ord::max(self, other)
+    }
+    #[inline]
+    fn tanh(self) -> Self {
+        // The table's argument has 27 places and ends at ±16, where the tangent is 1 to its last bit.
+        const MOST: i64 = (1 << 36) - (1 << 5);
+        let argument = self.raw.clamp(-MOST, MOST);
+        Self::from_q31(tanh(((argument + (1 << 4)) >> 5) as i32))
+    }
+    #[inline]
+    fn reaches(self, threshold: Self) -> Self {
+        Self::from_raw(i64::from(self.raw >= threshold.raw) << PLACES)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn exact(product: i128) -> i64 {
+        let rounded = (product + (1 << 31)) >> 32;
+        rounded.clamp(i128::from(i64::MIN), i128::from(i64::MAX)) as i64
+    }
+
+    proptest! {
+        #[test]
+        fn a_product_is_the_128_bit_product_rounded_half_up_and_saturated(a: i64, b: i64, small in 0_u32..40) {
+            for (a, b) in [(a, b), (a >> small, b >> (40 - small)), (a >> 31, b >> 31), (i64::MIN, b), (a, i64::MIN)] {
+                let seen = (Q::from_raw(a) * Q::from_raw(b)).raw();
+                prop_assert_eq!(seen, exact(i128::from(a) * i128::from(b)), "{} times {}", a, b);
+            }
+        }
+
+        #[test]
+        fn a_ratio_is_the_nearest_number(numerator in -1000_i32..1000, denominator in 1_i32..1000) {
+            let wanted = f64::from(numerator) / f64::from(denominator);
+            prop_assert!((Q::ratio(numerator, denominator).to_f64() - wanted).abs() <= 0.500_001 * UNIT);
+        }
+
+        #[test]
+        fn corners_agree_with_plain_arithmetic(a in -1e6_f64..1e6, b in -1e6_f64..1e6) {
+            let (p, q) = (Q::from_f64(a), Q::from_f64(b));
+            let close = |seen: Q, wanted: f64| (seen.to_f64() - wanted).abs() < 2.0 * UNIT;
+            prop_assert!(close(p.abs(), a.abs()) && close(Scalar::min(p, q), a.min(b)) && close(Scalar::max(p, q), a.max(b)));
+            prop_assert_eq!(p.reaches(q).to_f64(), f64::from(u8::from(p >= q)));
+            prop_assert!(close(p + q, a + b) && close(p - q, a - b) && close(-p, -a));
+        }
+    }
+
+    #[test]
+    fn rails_hold() {
+        let (most, least) = (Q::from_raw(i64::MAX), Q::from_raw(i64::MIN));
+        assert_eq!(most + most, most);
+        assert_eq!(least - most, least);
+        assert_eq!(-least, most);
+        assert_eq!(least.abs(), most);
+        assert_eq!(least * least, most);
+        assert_eq!(least * most, least);
+        assert_eq!(most.tanh(), Q::from_f64(1e3).tanh());
+    }
+}
