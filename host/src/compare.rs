@@ -265,7 +265,7 @@ pub fn compare_motions(study: &Study, model: &ModelFile, motions: &[Motion]) -> 
 
 fn evaluate(model: &ModelFile, motion: &Motion, band: &[f64]) -> Result<Vec<Forces>> {
     let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
-    let predicted = model.base.predict(&states)?;
+    let predicted = model.predict(&states)?;
     let forces = model
         .axes
         .iter()

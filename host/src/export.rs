@@ -103,7 +103,7 @@ pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
             Model::from_polynomial(header, &polynomial.orders, &coefficients, &budgets)
                 .map_err(refuse)?
         }
-        Base::Network(_) => {
+        Base::Network(_) | Base::None(_) => {
             return Err(Error::data("a network cannot be exported yet"));
         }
     };
@@ -158,7 +158,7 @@ fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
         })
         .collect();
     let states: Vec<&[f64]> = states.iter().map(Vec::as_slice).collect();
-    let wanted = file.base.predict(&states)?;
+    let wanted = file.predict(&states)?;
     let mut largest = vec![0.0; file.axes.len()];
     for (at, u) in inputs.iter().enumerate() {
         for (axis, raw) in model

@@ -1,9 +1,11 @@
 //! A learnt model as the host keeps it: `model.json`.
 
+pub mod effects;
 mod network;
 mod polynomial;
 pub(crate) mod powers;
 
+pub use effects::{EffectTerm, ParameterValue};
 pub use network::Network;
 pub use polynomial::exponents;
 
@@ -62,7 +64,7 @@ pub struct ModelAxis {
 ///
 /// # Errors
 /// One sentence when the number of inputs or the lengths of the series differ.
-fn check_states(states: &[&[f64]], inputs: usize) -> Result<usize> {
+pub(crate) fn check_states(states: &[&[f64]], inputs: usize) -> Result<usize> {
     if states.len() != inputs {
         return Err(Error::data(format!(
             "the model has {inputs} inputs and the record {}: use a study with the same axes",

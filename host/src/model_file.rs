@@ -1,10 +1,13 @@
 //! `model.json`: a learnt model with everything needed to evaluate it on another record and to export it.
 
 use crate::error::{Error, Result};
-use crate::model::{InputRange, ModelAxis, Network, Polynomial};
+use crate::model::check_states;
+use crate::model::effects::add_forces;
+use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
 use crate::motion::Filters;
 use crate::output;
 use crate::study::Study;
+use jointwatch_shared::model::terms::InSi;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -19,6 +22,15 @@ pub enum Base {
     Polynomial(Polynomial),
     /// A network of tanh neurons.
     Network(Network),
+    /// Nothing: the force is that of the effects alone.
+    None(NoBase),
+}
+
+/// What is left of a base when there is none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NoBase {
+    /// The training range of every state: displacement and velocity of each axis, SI.
+    pub inputs: Vec<InputRange>,
 }
 
 impl Base {
@@ -27,6 +39,7 @@ impl Base {
         match self {
             Base::Polynomial(_) => "polynomial",
             Base::Network(_) => "network",
+            Base::None(_) => "physical",
         }
     }
 
@@ -35,6 +48,7 @@ impl Base {
         match self {
             Base::Polynomial(polynomial) => &polynomial.inputs,
             Base::Network(network) => &network.inputs,
+            Base::None(none) => &none.inputs,
         }
     }
 
@@ -43,6 +57,7 @@ impl Base {
         match self {
             Base::Polynomial(polynomial) => polynomial.coefficients.len(),
             Base::Network(network) => network.outputs.len(),
+            Base::None(none) => none.inputs.len() / 2,
         }
     }
 
@@ -51,6 +66,10 @@ impl Base {
         match self {
             Base::Polynomial(polynomial) => polynomial.check(),
             Base::Network(network) => network.check(),
+            Base::None(none) if none.inputs.iter().all(InputRange::is_sound) => Ok(()),
+            Base::None(_) => Err(Error::data(
+                "a training range is not finite or not positive",
+            )),
         }
     }
 
@@ -58,10 +77,14 @@ impl Base {
     ///
     /// # Errors
     /// [`crate::error::Kind::Data`] when the states are not those of the model's inputs.
-    pub fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
+    fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
         match self {
             Base::Polynomial(polynomial) => polynomial.predict(states),
             Base::Network(network) => network.predict(states),
+            Base::None(none) => {
+                let rows = check_states(states, none.inputs.len())?;
+                Ok(vec![vec![0.0; rows]; self.outputs()])
+            }
         }
     }
 }
@@ -114,7 +137,10 @@ pub struct ModelFile {
     pub axes: Vec<ModelAxis>,
     /// What the force is made of.
     pub base: Base,
-    /// How it was fitted: `ridge`, `least-squares` or `select`.
+    /// Physical effects, which add to it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<EffectTerm>,
+    /// How it was fitted: `ridge`, `least-squares` or `select` for a polynomial, else in words.
     pub fit: String,
     /// Per axis, how the coefficients came about.
     pub fits: Vec<AxisFit>,
@@ -205,7 +231,30 @@ impl ModelFile {
             ));
         }
         self.base.check().map_err(|e| e.sentence)?;
+        self.effects_in_si().map_err(|e| e.sentence)?;
         Ok(())
+    }
+
+    /// The effects in numbers.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`] naming the effect that this version does not know.
+    pub fn effects_in_si(&self) -> Result<Vec<InSi>> {
+        self.effects.iter().map(|e| e.in_si(&self.axes)).collect()
+    }
+
+    /// Restoring force per axis, in N or N·m, along a record with the states [x, ẋ] or [x, ẋ, φ, φ̇] in SI.
+    ///
+    /// Rows have to follow each other at the model's sample rate, because effects may have memory.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`] when the states are not those of the model's inputs.
+    pub fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
+        let mut forces = self.base.predict(states)?;
+        let effects = self.effects_in_si()?;
+        let period_s = 1.0 / self.filters.sample_rate_hz;
+        add_forces(&effects, states, period_s, &mut forces);
+        Ok(forces)
     }
 
     /// Refuses a study whose axes or sample rate are not the model's.

@@ -5,9 +5,12 @@ use crate::compare;
 use crate::error::{Error, Result};
 use crate::fit::polynomial::{Method, PolynomialOptions};
 use crate::identify::{self, Identified};
+use crate::model::effects;
+use crate::model_file::{Base, ModelFile};
 use crate::study::Study;
 use crate::table::Table;
 use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
 use std::path::PathBuf;
 
 /// Which kind of model.
@@ -15,6 +18,8 @@ use std::path::PathBuf;
 enum Kind {
     /// Powers and products of the states: 256 terms per axis for two axes, 16 for one.
     Polynomial,
+    /// A sum of physical effects, those of the study's [base] terms, with a value, unit and interval for every parameter.
+    Physical,
 }
 
 /// How the coefficients are found.
@@ -61,9 +66,23 @@ impl Identify {
     }
 
     pub(super) fn run(self, console: &Console) -> Result<()> {
-        let Kind::Polynomial = self.model;
         let working = console.working("reading the records");
         let study = Study::read(&self.study)?;
+        let identified = match self.model {
+            Kind::Polynomial => self.learn_polynomial(&study, &working)?,
+            Kind::Physical => {
+                working.set_message("fitting the effects");
+                identify::physical(&study)?
+            }
+        };
+        working.finish_and_clear();
+        identified.model.write(&self.output)?;
+        report(console, &study, &identified)?;
+        console.say(format!("\nModel written to {}.", self.output.display()))?;
+        console.json(&identified.model)
+    }
+
+    fn learn_polynomial(&self, study: &Study, working: &ProgressBar) -> Result<Identified> {
         if let Some(orders) = &self.order
             && orders.len() != 2 * study.axes.len()
         {
@@ -80,21 +99,13 @@ impl Identify {
             Fit::LeastSquares => Method::LeastSquares,
             Fit::Select => Method::Select,
         };
-        let identified = identify::polynomial(
-            &study,
-            &PolynomialOptions {
-                orders: self.order,
-                method,
-            },
-            &|done| {
-                working.set_message(format!("fitting the polynomial, {:.0} %", 100.0 * done));
-            },
-        )?;
-        working.finish_and_clear();
-        identified.model.write(&self.output)?;
-        report(console, &study, &identified)?;
-        console.say(format!("\nModel written to {}.", self.output.display()))?;
-        console.json(&identified.model)
+        let options = PolynomialOptions {
+            orders: self.order.clone(),
+            method,
+        };
+        identify::polynomial(study, &options, &|done| {
+            working.set_message(format!("fitting the polynomial, {:.0} %", 100.0 * done));
+        })
     }
 }
 
@@ -141,28 +152,15 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
             ))?;
         }
     }
-    let mut table = Table::new(&[
-        "axis",
-        "terms",
-        "ridge",
-        "effective parameters",
-        "cross-validation NMSE",
-    ]);
-    for fit in &model.fits {
-        table.row(vec![
-            fit.axis.clone(),
-            fit.terms.to_string(),
-            if fit.ridge > 0.0 {
-                format!("{:.1e}", fit.ridge)
-            } else {
-                "none".into()
-            },
-            format!("{:.1}", fit.effective_parameters),
-            fit.cross_validation_nmse_percent
-                .map_or("none".into(), |nmse| format!("{nmse:.3} %")),
-        ]);
+    if let Base::None(_) = model.base {
+        console.say(format!(
+            "\nPhysical model, a sum of {} effects:\n{}",
+            model.effects.len(),
+            effects::table(&model.effects)
+        ))?;
+    } else {
+        say_fits(console, model)?;
     }
-    console.say(format!("\nPolynomial, {} fit:\n{table}", model.fit))?;
     for equation in identified.equations() {
         console.say(equation)?;
     }
@@ -187,4 +185,30 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
         console.say(format!("Warning: {warning}."))?;
     }
     Ok(())
+}
+
+/// Prints how the coefficients of every axis came about.
+fn say_fits(console: &Console, model: &ModelFile) -> Result<()> {
+    let mut table = Table::new(&[
+        "axis",
+        "terms",
+        "ridge",
+        "effective parameters",
+        "cross-validation NMSE",
+    ]);
+    for fit in &model.fits {
+        table.row(vec![
+            fit.axis.clone(),
+            fit.terms.to_string(),
+            if fit.ridge > 0.0 {
+                format!("{:.1e}", fit.ridge)
+            } else {
+                "none".into()
+            },
+            format!("{:.1}", fit.effective_parameters),
+            fit.cross_validation_nmse_percent
+                .map_or("none".into(), |nmse| format!("{nmse:.3} %")),
+        ]);
+    }
+    console.say(format!("\nPolynomial, {} fit:\n{table}", model.fit))
 }

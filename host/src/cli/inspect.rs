@@ -3,6 +3,7 @@
 use super::Console;
 use crate::error::{Error, Result};
 use crate::export;
+use crate::model::effects;
 use crate::model_file::{Base, ModelFile};
 use crate::study::AxisKind;
 use crate::table::Table;
@@ -43,6 +44,7 @@ fn model_in_words(model: &ModelFile) -> String {
     let size = match &model.base {
         Base::Polynomial(polynomial) => format!("orders {:?}", polynomial.orders),
         Base::Network(network) => format!("{} neurons", network.neurons()),
+        Base::None(_) => format!("{} effects", model.effects.len()),
     };
     let mut text = format!(
         "Model of study '{}': {}, {} fit, {size}; records at {} Hz, compared up to {:.0} Hz.\n",
@@ -76,6 +78,9 @@ fn model_in_words(model: &ModelFile) -> String {
         ]);
     }
     text.push_str(&table.to_string());
+    if !model.effects.is_empty() {
+        text.push_str(&format!("\n{}", effects::table(&model.effects)));
+    }
     for entry in &model.history {
         let errors: Vec<String> = entry
             .validation

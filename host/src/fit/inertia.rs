@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::fit::normal_equations;
 use crate::model::InputRange;
 use crate::motion::Motion;
+use crate::signal::fir::apply_every;
 use crate::study::Axis;
 use faer::Mat;
 
@@ -34,15 +35,6 @@ const CORNERS: [f64; 7] = [-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6];
 
 /// Rows that enter the regression; more are thinned out, neighbours being nearly equal.
 const MOST_ROWS: usize = 200_000;
-
-/// Every `step`-th value of a series behind a symmetric filter, where the filter has its full support.
-fn low_passed(series: &[f64], low_pass: &[f64], step: usize) -> Vec<f64> {
-    series
-        .windows(low_pass.len())
-        .step_by(step)
-        .map(|window| window.iter().zip(low_pass).map(|(s, h)| s * h).sum())
-        .collect()
-}
 
 /// The columns that stand for the restoring force, each a series over the record's rows.
 fn features<'a>(
@@ -86,14 +78,14 @@ impl Stretches {
         let mut grams: Vec<Mat<f64>> = Vec::new();
         for motion in motions {
             let series: Vec<Vec<f64>> = features(motion, ranges)
-                .map(|feature| low_passed(&feature, low_pass, step))
+                .map(|feature| apply_every(&feature, low_pass, step))
                 .chain(
                     motion
                         .acceleration
                         .iter()
-                        .map(|a| low_passed(a, low_pass, step)),
+                        .map(|a| apply_every(a, low_pass, step)),
                 )
-                .chain(motion.force.iter().map(|f| low_passed(f, low_pass, step)))
+                .chain(motion.force.iter().map(|f| apply_every(f, low_pass, step)))
                 .collect();
             let rows = series[0].len();
             for stretch in 0..STRETCHES {

@@ -2,6 +2,7 @@
 
 pub mod coverage;
 pub mod cross_validation;
+pub mod effects;
 pub mod inertia;
 mod legendre;
 pub mod moments;

@@ -26,13 +26,13 @@ pub struct Solution {
 }
 
 /// The Cholesky factor L of a symmetric matrix, in one thread.
-pub(super) struct Cholesky {
+pub(crate) struct Cholesky {
     factor: Mat<f64>,
 }
 
 impl Cholesky {
     /// `None` when the matrix is not positive definite to working precision.
-    pub(super) fn new(mut matrix: Mat<f64>) -> Option<Self> {
+    pub(crate) fn new(mut matrix: Mat<f64>) -> Option<Self> {
         let n = matrix.nrows();
         let params = Default::default();
         let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(n, Par::Seq, params));
@@ -49,7 +49,7 @@ impl Cholesky {
     }
 
     /// Overwrites right sides by solutions.
-    pub(super) fn solve(&self, right: MatMut<'_, f64>) {
+    pub(crate) fn solve(&self, right: MatMut<'_, f64>) {
         let mut memory = MemBuffer::new(Default::default());
         solve_in_place(
             self.factor.as_ref(),

@@ -1,14 +1,16 @@
 //! From a study to a model: derivatives, restoring force, fit, and the errors on every record.
 
+mod physical;
 mod polynomial;
 
+pub use physical::physical;
 pub use polynomial::polynomial;
 
 use crate::compare;
 use crate::error::{Error, Result};
 use crate::fit::coverage;
 use crate::fit::inertia::Inertia;
-use crate::model::ModelAxis;
+use crate::model::{EffectTerm, ModelAxis};
 use crate::model_file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile};
 use crate::motion::{self, Filters, Motion};
 use crate::study::{Role, Study};
@@ -41,6 +43,8 @@ pub struct Prepared {
 pub struct Learnt {
     /// What the force is made of.
     pub base: Base,
+    /// Physical effects that add to it.
+    pub effects: Vec<EffectTerm>,
     /// Per axis, stated or identified.
     pub inertia: Vec<Inertia>,
     /// How it was fitted, in a word.
@@ -116,6 +120,7 @@ impl Prepared {
             study: study.name.clone(),
             axes: axes.collect(),
             base: learnt.base,
+            effects: learnt.effects,
             fit: learnt.fit,
             fits: learnt.fits,
             warnings,

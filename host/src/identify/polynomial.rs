@@ -37,6 +37,7 @@ pub fn polynomial(
     let learnt = Learnt {
         fits: fits.collect(),
         base: Base::Polynomial(fit.polynomial),
+        effects: Vec::new(),
         inertia: fit.inertia,
         fit: options.method.name().into(),
         warnings: fit.warnings,

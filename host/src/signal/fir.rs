@@ -44,6 +44,28 @@ pub fn apply(series: &[f64], taps: &[f64]) -> Vec<f64> {
     out
 }
 
+/// Every `step`-th row of what [`apply`] gives, beginning with the first.
+pub fn apply_every(series: &[f64], taps: &[f64], step: usize) -> Vec<f64> {
+    series
+        .windows(taps.len())
+        .step_by(step)
+        .map(|window| window.iter().zip(taps).map(|(s, h)| s * h).sum())
+        .collect()
+}
+
+/// The frequency in Hz from which a symmetric low-pass lets through less than a thousandth, up to half the sample rate.
+pub fn shut_from_hz(taps: &[f64], sample_rate_hz: f64) -> f64 {
+    const STEPS: usize = 512;
+    let half = taps.len() / 2;
+    let gain = |step: usize| {
+        let phase = std::f64::consts::PI * step as f64 / STEPS as f64;
+        let sides = (1..=half).map(|m| 2.0 * taps[half + m] * (phase * m as f64).cos());
+        (taps[half] + sides.sum::<f64>()).abs()
+    };
+    let open = (0..=STEPS).rev().find(|&step| gain(step) > 1e-3);
+    0.5 * sample_rate_hz * (open.map_or(0, |step| step + 1)).min(STEPS) as f64 / STEPS as f64
+}
+
 /// Rounds `taps` to integers times a power of two, as the device holds them.
 ///
 /// The exponent is the largest at which the magnitudes of the integer taps sum to less than 2³¹, so that a sum over

@@ -1,0 +1,198 @@
+//! What a force law contributes to every measured force, as columns of a least-squares problem.
+//!
+//! Laws are evaluated on the wide-band states and low-passed afterwards, with the filter that the measured force goes through:
+//! a law has corners, and filtering the states first would round them. Behind the low-pass neighbours say nearly the
+//! same, so the rows are thinned out to what the filter's stop band allows.
+
+use crate::model::effects::{Bound, along, law_parameters};
+use crate::motion::Motion;
+use crate::signal::fir::{apply_every, shut_from_hz};
+use crate::study::Axis;
+use jointwatch_shared::effect::about::Role;
+use jointwatch_shared::effect::{Acts, MAX_PARAMETERS, Parameters};
+use jointwatch_shared::scalar::dual::Dual;
+use jointwatch_shared::units::References;
+use rayon::prelude::*;
+
+/// The training records, ready to hold force laws against.
+pub(crate) struct Records<'a> {
+    motions: &'a [&'a Motion],
+    axes: usize,
+    taps: &'a [f64],
+    every: usize,
+    period_s: f64,
+    /// Thinned rows of each record.
+    pub(crate) rows: Vec<usize>,
+    /// The largest displacement and velocity of each axis, and the RMS of its force: what parameters are relative to.
+    pub(crate) references: References,
+    /// The measured force of each axis, record after record, the first axis's before the second's.
+    pub(crate) measured: Vec<f64>,
+    /// One column per axis whose inertia is not stated: the acceleration, with the sign it has in the force.
+    pub(crate) accelerations: Vec<Option<Vec<f64>>>,
+}
+
+impl<'a> Records<'a> {
+    /// Low-passes and thins out the measured side. With an inertia that is not stated the applied force takes the place
+    /// of the restoring force, and the acceleration becomes a column.
+    pub(crate) fn new(axes: &[Axis], motions: &'a [&'a Motion], low_pass: &'a [f64]) -> Self {
+        let rate = motions.first().map_or(1.0, |m| m.sample_rate_hz);
+        let every = (0.5 * rate / shut_from_hz(low_pass, rate)).floor().max(1.0) as usize;
+        let largest = |input: usize| {
+            let series = motions.iter().filter_map(|m| m.states.get(input)).flatten();
+            let most = series.fold(0.0, |most: f64, v| most.max(v.abs()));
+            if most > 0.0 { most } else { 1.0 }
+        };
+        let mut records = Self {
+            motions,
+            axes: axes.len(),
+            taps: low_pass,
+            every,
+            period_s: 1.0 / rate,
+            rows: Vec::new(),
+            references: References {
+                force: [1.0; 2],
+                displacement: [largest(0), largest(2)],
+                velocity: [largest(1), largest(3)],
+                time: 1.0,
+            },
+            measured: Vec::new(),
+            accelerations: Vec::new(),
+        };
+        let thin = |series: &[f64]| apply_every(series, low_pass, every);
+        records.rows = motions
+            .iter()
+            .map(|m| (m.rows().saturating_sub(low_pass.len() - 1)).div_ceil(every))
+            .collect();
+        for (index, axis) in axes.iter().enumerate() {
+            let force = |m: &&Motion| {
+                thin(&m.restoring_force(index, axis.inertia.unwrap_or(0.0), axis.restoring_force))
+            };
+            let force: Vec<f64> = motions.iter().flat_map(force).collect();
+            let square: f64 = force.iter().map(|f| f * f).sum();
+            let rms = (square / force.len().max(1) as f64).sqrt();
+            records.references.force[index] = if rms > 0.0 { rms } else { 1.0 };
+            records.measured.extend(force);
+        }
+        for (index, axis) in axes.iter().enumerate() {
+            // With r = s·(F − m·a), the force s·F is r + m·(s·a).
+            let inertial = |m: &&Motion| {
+                let without = m.restoring_force(index, 0.0, axis.restoring_force);
+                let with = m.restoring_force(index, 1.0, axis.restoring_force);
+                let column: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a - b).collect();
+                thin(&column)
+            };
+            records.accelerations.push(axis.inertia.is_none().then(|| {
+                let column = motions.iter().flat_map(inertial).collect();
+                records.on_axis(index, column)
+            }));
+        }
+        records
+    }
+
+    /// Rows of one axis.
+    pub(crate) fn rows_per_axis(&self) -> usize {
+        self.rows.iter().sum()
+    }
+
+    /// A column that is 0 on every axis but one.
+    fn on_axis(&self, axis: usize, column: Vec<f64>) -> Vec<f64> {
+        let mut whole = vec![0.0; self.axes * self.rows_per_axis()];
+        let start = axis * self.rows_per_axis();
+        whole[start..start + column.len()].copy_from_slice(&column);
+        whole
+    }
+
+    /// One column per linear parameter of a term: its share of the force when it is 1 and the other linear ones are 0.
+    ///
+    /// `values` are the term's parameters in SI, of which only those that shape the law are read.
+    pub(crate) fn columns(&self, bound: &Bound, values: &[f64]) -> Vec<Vec<f64>> {
+        let linear = bound.entry.parameters().iter().enumerate();
+        let linear: Vec<usize> = linear
+            .filter_map(|(index, p)| p.is_linear().then_some(index))
+            .collect();
+        linear
+            .par_iter()
+            .map(|&unit| {
+                let mut parameters = law_parameters(bound.entry, values);
+                for &index in &linear {
+                    parameters[index] = f64::from(u8::from(index == unit));
+                }
+                let law = bound.entry.real;
+                self.column(bound, |states, own, other| {
+                    along(
+                        law,
+                        &parameters,
+                        bound.axis,
+                        states,
+                        self.period_s,
+                        |v| v,
+                        |_, [f, g]| {
+                            own.push(f);
+                            other.push(g);
+                        },
+                    );
+                })
+            })
+            .collect()
+    }
+
+    /// How the force of a term changes with the logarithm of one of its shape parameters.
+    pub(crate) fn slope(&self, bound: &Bound, values: &[f64], parameter: usize) -> Vec<f64> {
+        let taken = law_parameters(bound.entry, values);
+        let mut parameters: Parameters<Dual> = [Dual::constant(0.0); MAX_PARAMETERS];
+        for (place, value) in parameters.iter_mut().zip(taken) {
+            *place = Dual::constant(value);
+        }
+        let reciprocal = matches!(
+            bound.entry.parameters()[parameter].role,
+            Role::Shape(shape) if shape.reciprocal
+        );
+        // d v/d ln v = v, and d (1/v)/d ln v = −1/v.
+        let value = taken[parameter];
+        parameters[parameter] = Dual {
+            value,
+            slope: if reciprocal { -value } else { value },
+        };
+        let law = bound.entry.dual;
+        self.column(bound, |states, own, other| {
+            along(
+                law,
+                &parameters,
+                bound.axis,
+                states,
+                self.period_s,
+                Dual::constant,
+                |_, [f, g]| {
+                    own.push(f.slope);
+                    other.push(g.slope);
+                },
+            );
+        })
+    }
+
+    /// Evaluates a law on every record, then low-passes and thins out.
+    fn column(
+        &self,
+        bound: &Bound,
+        evaluate: impl Fn(&[&[f64]], &mut Vec<f64>, &mut Vec<f64>) + Sync,
+    ) -> Vec<f64> {
+        let mut whole = vec![0.0; self.axes * self.rows_per_axis()];
+        let mut start = 0;
+        for (motion, &rows) in self.motions.iter().zip(&self.rows) {
+            let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
+            let (mut own, mut other) = (Vec::new(), Vec::new());
+            evaluate(&states, &mut own, &mut other);
+            let mut put = |axis: usize, series: &[f64]| {
+                let at = axis * self.rows_per_axis() + start;
+                let thinned = apply_every(series, self.taps, self.every);
+                whole[at..at + rows].copy_from_slice(&thinned);
+            };
+            put(bound.axis, &own);
+            if bound.entry.acts == Acts::BothAxes && self.axes == 2 {
+                put(1 - bound.axis, &other);
+            }
+            start += rows;
+        }
+        whole
+    }
+}

@@ -1,0 +1,253 @@
+//! Fitting a sum of physical effects: values, units and intervals for every parameter.
+
+pub(crate) mod columns;
+pub(crate) mod intervals;
+pub(crate) mod projection;
+pub(crate) mod starts;
+pub(crate) mod unknowns;
+
+pub use projection::Stopped;
+
+use super::inertia::Inertia;
+use super::polynomial::check_records;
+use crate::error::{Error, Result};
+use crate::model::effects::Bound;
+use crate::motion::Motion;
+use crate::study::Axis;
+use columns::Records;
+use intervals::QUANTILE;
+use jointwatch_shared::effect::about::Role;
+use projection::{Problem, Solved};
+use unknowns::ShapeUnknown;
+
+/// Thinned rows that are wanted for each parameter.
+const ROWS_PER_PARAMETER: usize = 10;
+/// How often the axes are weighed against each other anew.
+const WEIGHINGS: usize = 2;
+
+/// One effect as found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundTerm {
+    /// The effect and its axis.
+    pub bound: Bound,
+    /// Its parameters, SI.
+    pub values: Vec<f64>,
+    /// Per parameter the interval that covers the true value in 95 of 100 experiments.
+    pub intervals: Vec<Option<[f64; 2]>>,
+}
+
+/// A sum of effects as found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EffectsFit {
+    /// In the order in which they were asked for.
+    pub terms: Vec<FoundTerm>,
+    /// Per axis, stated or identified.
+    pub inertia: Vec<Inertia>,
+    /// Why the search for shapes stopped.
+    pub stopped: Stopped,
+    /// Why the model may not hold, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Fits a sum of effects to the training records `motions`; inertias that the axes do not state are found as well.
+///
+/// `low_pass` are the taps of the study's symmetric low-pass: laws are evaluated on the wide-band states, then both sides
+/// go through it alike.
+///
+/// # Errors
+/// One sentence: no term, no record, too few rows for the parameters, a force that never changes, an inertia that is not positive.
+pub fn fit_effects(
+    axes: &[Axis],
+    motions: &[&Motion],
+    low_pass: &[f64],
+    terms: &[Bound],
+) -> Result<EffectsFit> {
+    check_records(axes, motions)?;
+    if terms.is_empty() {
+        return Err(Error::data(
+            "a physical model needs at least one effect: give [base] terms in study.toml, e.g. terms = [\"stiffness@x\", \"viscous@x\"]",
+        ));
+    }
+    let records = Records::new(axes, motions, low_pass);
+    let shapes = unknowns::shapes(terms, &records.references);
+    check_rows(&records, terms, &shapes)?;
+    check_forces(&records, axes)?;
+
+    let mut weights: Vec<f64> = (0..axes.len())
+        .map(|axis| 1.0 / records.references.force[axis])
+        .collect();
+    let mut from = starts::starts(&records, terms, &shapes, axes.len());
+    let mut best: Option<(Solved, Stopped)> = None;
+    for _ in 0..WEIGHINGS {
+        let problem = Problem {
+            records: &records,
+            terms,
+            shapes: &shapes,
+            weights: weights.clone(),
+        };
+        best = None;
+        for start in &from {
+            let found = problem.search(start)?;
+            if best
+                .as_ref()
+                .is_none_or(|(best, _)| found.0.cost < best.cost)
+            {
+                best = Some(found);
+            }
+        }
+        if let Some((solved, _)) = &best {
+            from = vec![problem.shapes_of(solved)];
+            weights = residual_weights(&records, &solved.residual);
+        }
+    }
+    let Some((solved, stopped)) = best else {
+        return Err(Error::failed("the search for the effects found no start"));
+    };
+    let problem = Problem {
+        records: &records,
+        terms,
+        shapes: &shapes,
+        weights,
+    };
+    assemble(axes, &problem, solved, stopped)
+}
+
+/// One over the standard deviation of each axis's residual.
+pub(crate) fn residual_weights(records: &Records<'_>, residual: &[f64]) -> Vec<f64> {
+    let rows = records.rows_per_axis().max(1);
+    residual
+        .chunks_exact(rows)
+        .enumerate()
+        .map(|(axis, part)| {
+            let rms = (part.iter().map(|r| r * r).sum::<f64>() / rows as f64).sqrt();
+            // An axis that is explained to the last digit must not drown the other one.
+            1.0 / rms.max(1e-9 * records.references.force[axis])
+        })
+        .collect()
+}
+
+fn check_rows(records: &Records<'_>, terms: &[Bound], shapes: &[ShapeUnknown]) -> Result<()> {
+    let parameters: usize = terms.iter().map(|t| t.entry.parameters().len()).sum();
+    let tied: usize = shapes.iter().map(|s| s.places.len() - 1).sum();
+    let unknown = parameters - tied + records.accelerations.iter().flatten().count();
+    let rows = records.rows_per_axis();
+    if rows < ROWS_PER_PARAMETER * unknown {
+        return Err(Error::data(format!(
+            "{rows} independent rows (what is left behind the low-pass) are too few for {unknown} parameters: record longer, or \
+             name fewer effects in [base] terms"
+        )));
+    }
+    Ok(())
+}
+
+fn check_forces(records: &Records<'_>, axes: &[Axis]) -> Result<()> {
+    let rows = records.rows_per_axis();
+    for (axis, force) in axes.iter().zip(records.measured.chunks_exact(rows)) {
+        let mean = force.iter().sum::<f64>() / rows as f64;
+        let largest = force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+        if force.iter().all(|f| (f - mean).abs() <= 1e-12 * largest) {
+            return Err(Error::data(format!(
+                "the force of axis {} never changes: check its column in study.toml",
+                axis.name
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Values with their intervals, and what to be wary of.
+fn assemble(
+    axes: &[Axis],
+    problem: &Problem<'_>,
+    solved: Solved,
+    stopped: Stopped,
+) -> Result<EffectsFit> {
+    let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
+    let mut warnings = Vec::new();
+    let errors = intervals::errors(problem, &solved);
+    if solved.rank < solved.columns.len() || errors.is_none() {
+        warnings.push(format!(
+            "the training records determine only {} of {} parameters that the force is proportional to: shake every axis, alone \
+             and together, or name fewer effects",
+            solved.rank,
+            solved.columns.len()
+        ));
+    }
+    if stopped == Stopped::GaveUp {
+        warnings.push(
+            "the search for the shapes of the effects gave up before it settled: their values are the best so far".into(),
+        );
+    }
+    let mut linear = errors.iter().flat_map(|e| e.linear.iter().copied());
+    let mut found = Vec::new();
+    for (term, (bound, values)) in problem.terms.iter().zip(&solved.values).enumerate() {
+        let mut intervals = Vec::new();
+        for (index, (parameter, &value)) in bound.entry.parameters().iter().zip(values).enumerate()
+        {
+            let name = format!("{} of {}", parameter.name, bound.name(&names));
+            match parameter.role {
+                Role::Linear { positive } => {
+                    let error = linear.next();
+                    intervals.push(error.map(|e| [value - QUANTILE * e, value + QUANTILE * e]));
+                    if positive && value < 0.0 {
+                        warnings.push(format!(
+                            "{name} came out as {value:.3e}, which is not physical: another effect is missing or takes its place"
+                        ));
+                    }
+                }
+                Role::Shape(shape) => {
+                    let place = (term, index);
+                    let unknown = problem
+                        .shapes
+                        .iter()
+                        .position(|u| u.places.contains(&place));
+                    let error = errors.as_ref().zip(unknown).map(|(e, u)| e.shapes[u]);
+                    intervals.push(error.map(|e| {
+                        let factor = (QUANTILE * e).min(700.0).exp();
+                        [value / factor, value * factor]
+                    }));
+                    let reference = unknown.map_or(1.0, |u| problem.shapes[u].reference);
+                    let relative = value / reference;
+                    if relative <= shape.least * 1.001 || relative >= shape.most * 0.999 {
+                        warnings.push(format!(
+                            "{name} stands at the edge of what was searched, {value:.3e}: these records do not determine it"
+                        ));
+                    }
+                }
+            }
+        }
+        found.push(FoundTerm {
+            bound: *bound,
+            values: values.clone(),
+            intervals,
+        });
+    }
+    let mut inertia = Vec::new();
+    for (axis, identified) in axes.iter().zip(&solved.inertia) {
+        inertia.push(match *identified {
+            None => Inertia {
+                value: axis.inertia.unwrap_or(0.0),
+                identified: false,
+                standard_error: None,
+            },
+            Some(value) if value > 0.0 => Inertia {
+                value,
+                identified: true,
+                standard_error: linear.next(),
+            },
+            Some(value) => {
+                return Err(Error::data(format!(
+                    "the inertia of axis {} came out as {value:.3e}, which cannot be: check the sign of its force and \
+                     restoring_force in study.toml, or state the inertia",
+                    axis.name
+                )));
+            }
+        });
+    }
+    Ok(EffectsFit {
+        terms: found,
+        inertia,
+        stopped,
+        warnings,
+    })
+}

@@ -1,0 +1,270 @@
+//! Least squares for what the force is proportional to, given the shapes of the laws; and the search for the shapes.
+//!
+//! Variable projection: for any values of the shapes the linear parameters follow exactly from the normal equations, so
+//! only the shapes are searched for, by Levenberg–Marquardt on their logarithms. The derivative of the remaining
+//! residual is that of the force at fixed linear parameters, projected off the columns (Kaufman, BIT 15 (1975) 49–57).
+
+use super::columns::Records;
+use super::unknowns::ShapeUnknown;
+use crate::error::Result;
+use crate::fit::normal_equations;
+use crate::model::effects::Bound;
+use faer::{Mat, Par};
+
+/// The terms at one choice of shapes, with the linear parameters that fit best.
+#[derive(Clone)]
+pub(crate) struct Solved {
+    /// Every term's parameters, SI.
+    pub(crate) values: Vec<Vec<f64>>,
+    /// Inertia per axis, where it is not stated.
+    pub(crate) inertia: Vec<Option<f64>>,
+    /// The columns of every linear unknown, terms first, then inertias; not weighted.
+    pub(crate) columns: Vec<Vec<f64>>,
+    /// Measured minus fitted, not weighted.
+    pub(crate) residual: Vec<f64>,
+    /// Σ (residual·weight)².
+    pub(crate) cost: f64,
+    /// Linear unknowns that the records determine.
+    pub(crate) rank: usize,
+}
+
+/// Why a search for shapes stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stopped {
+    /// No shape had to be searched for.
+    Direct,
+    /// The shapes no longer changed.
+    Converged,
+    /// The allowed number of steps was used up.
+    GaveUp,
+}
+
+/// Steps after which a search gives up.
+const MOST_STEPS: usize = 40;
+/// A step of the logarithms below this is no change.
+const SMALL_STEP: f64 = 1e-7;
+
+/// A sum of terms to be fitted to records.
+pub(crate) struct Problem<'a> {
+    pub(crate) records: &'a Records<'a>,
+    pub(crate) terms: &'a [Bound],
+    pub(crate) shapes: &'a [ShapeUnknown],
+    /// One over the standard deviation of each axis's residual: what makes newtons and newton-metres comparable.
+    pub(crate) weights: Vec<f64>,
+}
+
+impl Problem<'_> {
+    /// Every term's parameters with the shapes put in and the linear ones 0.
+    fn values(&self, shapes: &[f64]) -> Vec<Vec<f64>> {
+        let mut values: Vec<Vec<f64>> = self
+            .terms
+            .iter()
+            .map(|t| vec![0.0; t.entry.parameters().len()])
+            .collect();
+        for (unknown, &shape) in self.shapes.iter().zip(shapes) {
+            for &(term, index) in &unknown.places {
+                values[term][index] = shape;
+            }
+        }
+        values
+    }
+
+    /// A matrix of weighted columns.
+    pub(crate) fn weighted(&self, columns: &[&[f64]]) -> Mat<f64> {
+        let rows = self.records.rows_per_axis();
+        let mut matrix = Mat::zeros(self.weights.len() * rows, columns.len());
+        for (c, column) in columns.iter().enumerate() {
+            for (axis, weight) in self.weights.iter().enumerate() {
+                let part = axis * rows..(axis + 1) * rows;
+                let target = matrix.col_mut(c).subrows_mut(axis * rows, rows);
+                for (place, value) in target.iter_mut().zip(&column[part]) {
+                    *place = weight * value;
+                }
+            }
+        }
+        matrix
+    }
+
+    /// The best linear parameters for these shapes. Columns of terms whose shapes are those of `before` are taken from it.
+    pub(crate) fn solve(&self, shapes: &[f64], before: Option<&Solved>) -> Result<Solved> {
+        let mut values = self.values(shapes);
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        for (term, bound) in self.terms.iter().enumerate() {
+            let linear = bound.entry.parameters().iter().filter(|p| p.is_linear());
+            let count = linear.count();
+            let kept = before.filter(|before| {
+                let parameters = bound.entry.parameters().iter();
+                let mut pairs = parameters.zip(values[term].iter().zip(&before.values[term]));
+                pairs.all(|(p, (new, old))| p.is_linear() || new == old)
+            });
+            match kept {
+                Some(before) => {
+                    let start = columns.len();
+                    columns.extend_from_slice(&before.columns[start..start + count]);
+                }
+                None => columns.extend(self.records.columns(bound, &values[term])),
+            }
+        }
+        columns.extend(self.records.accelerations.iter().flatten().cloned());
+
+        let all: Vec<&[f64]> = columns
+            .iter()
+            .chain([&self.records.measured])
+            .map(Vec::as_slice)
+            .collect();
+        let design = self.weighted(&all);
+        let products = product(&design, &design);
+        let unknowns = columns.len();
+        let gram = products.submatrix(0, 0, unknowns, unknowns).to_owned();
+        let cross = products.submatrix(0, unknowns, unknowns, 1).to_owned();
+        let solution = normal_equations::solve(&gram, &cross)?;
+
+        let mut residual = self.records.measured.clone();
+        for (c, column) in columns.iter().enumerate() {
+            let factor = solution.coefficients[(c, 0)];
+            for (r, value) in residual.iter_mut().zip(column) {
+                *r -= factor * value;
+            }
+        }
+        let mut found = (0..unknowns).map(|c| solution.coefficients[(c, 0)]);
+        for (bound, values) in self.terms.iter().zip(&mut values) {
+            for (parameter, value) in bound.entry.parameters().iter().zip(values) {
+                if parameter.is_linear() {
+                    *value = found.next().unwrap_or(0.0);
+                }
+            }
+        }
+        let inertia = self.records.accelerations.iter();
+        let inertia = inertia
+            .map(|column| column.as_ref().and_then(|_| found.next()))
+            .collect();
+        Ok(Solved {
+            cost: self.cost(&residual),
+            values,
+            inertia,
+            columns,
+            residual,
+            rank: solution.rank,
+        })
+    }
+
+    fn cost(&self, residual: &[f64]) -> f64 {
+        let axes = residual.chunks_exact(self.records.rows_per_axis().max(1));
+        axes.zip(&self.weights)
+            .map(|(part, weight)| weight * weight * part.iter().map(|r| r * r).sum::<f64>())
+            .sum()
+    }
+
+    /// How the fitted force changes with the logarithm of each shape, at fixed linear parameters.
+    pub(crate) fn slopes(&self, solved: &Solved) -> Vec<Vec<f64>> {
+        let slope = |unknown: &ShapeUnknown| {
+            let mut sum = vec![0.0; self.records.measured.len()];
+            for &(term, index) in &unknown.places {
+                let part = self
+                    .records
+                    .slope(&self.terms[term], &solved.values[term], index);
+                for (s, p) in sum.iter_mut().zip(part) {
+                    *s += p;
+                }
+            }
+            sum
+        };
+        self.shapes.iter().map(slope).collect()
+    }
+
+    /// The current value of every shape.
+    pub(crate) fn shapes_of(&self, solved: &Solved) -> Vec<f64> {
+        let owners = self.shapes.iter().map(|unknown| unknown.places[0]);
+        owners
+            .map(|(term, index)| solved.values[term][index])
+            .collect()
+    }
+
+    /// Levenberg–Marquardt from the given shapes.
+    pub(crate) fn search(&self, start: &[f64]) -> Result<(Solved, Stopped)> {
+        let mut best = self.solve(start, None)?;
+        if self.shapes.is_empty() {
+            return Ok((best, Stopped::Direct));
+        }
+        let mut damping = 1e-3;
+        for _ in 0..MOST_STEPS {
+            let slopes = self.slopes(&best);
+            let all: Vec<&[f64]> = best
+                .columns
+                .iter()
+                .chain(&slopes)
+                .chain([&best.residual])
+                .map(Vec::as_slice)
+                .collect();
+            let design = self.weighted(&all);
+            let products = product(&design, &design);
+            let (linear, shapes) = (best.columns.len(), slopes.len());
+            let block = |r: usize, c: usize, rows: usize, cols: usize| {
+                products.submatrix(r, c, rows, cols).to_owned()
+            };
+            // JᵀJ and Jᵀe of the slopes with the columns projected out, from products that are there.
+            let between = block(0, linear, linear, shapes + 1);
+            let weights = normal_equations::solve(&block(0, 0, linear, linear), &between)?;
+            let reduced = block(linear, linear, shapes, shapes + 1)
+                - between.subcols(0, shapes).transpose() * &weights.coefficients;
+            let mut improved = false;
+            while damping < 1e10 {
+                let mut matrix = reduced.subcols(0, shapes).to_owned();
+                for i in 0..shapes {
+                    let curvature = reduced[(i, i)].max(0.0);
+                    matrix[(i, i)] += damping * curvature + f64::MIN_POSITIVE;
+                }
+                let right = reduced.subcols(shapes, 1).to_owned();
+                let step = normal_equations::solve(&matrix, &right)?.coefficients;
+                let before = self.shapes_of(&best);
+                let tried: Vec<f64> = self
+                    .shapes
+                    .iter()
+                    .zip(&before)
+                    .enumerate()
+                    .map(|(i, (unknown, value))| {
+                        unknown.clamp(value * step[(i, 0)].clamp(-1.0, 1.0).exp())
+                    })
+                    .collect();
+                let moved = tried
+                    .iter()
+                    .zip(&before)
+                    .map(|(new, old)| (new / old).ln().abs())
+                    .fold(0.0, f64::max);
+                if moved < SMALL_STEP {
+                    return Ok((best, Stopped::Converged));
+                }
+                let candidate = self.solve(&tried, Some(&best))?;
+                if candidate.cost < best.cost {
+                    let gain = (best.cost - candidate.cost) / best.cost.max(f64::MIN_POSITIVE);
+                    best = candidate;
+                    damping = (damping / 10.0).max(1e-12);
+                    improved = true;
+                    if gain < 1e-12 {
+                        return Ok((best, Stopped::Converged));
+                    }
+                    break;
+                }
+                damping *= 10.0;
+            }
+            if !improved {
+                return Ok((best, Stopped::Converged));
+            }
+        }
+        Ok((best, Stopped::GaveUp))
+    }
+}
+
+/// AᵀB.
+pub(crate) fn product(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
+    let mut out = Mat::zeros(a.ncols(), b.ncols());
+    faer::linalg::matmul::matmul(
+        out.as_mut(),
+        faer::Accum::Replace,
+        a.transpose(),
+        b.as_ref(),
+        1.0,
+        Par::rayon(0),
+    );
+    out
+}

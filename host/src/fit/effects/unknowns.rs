@@ -1,0 +1,88 @@
+//! The unknowns of a sum of effects: what is proportional to the force, and what shapes a law.
+
+use crate::model::effects::Bound;
+use jointwatch_shared::effect::about::{Parameter, Role, Shape};
+use jointwatch_shared::units::References;
+
+/// A parameter that shapes one or several laws: one number to search for.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ShapeUnknown {
+    /// The law's parameter: how to search for it.
+    pub(crate) shape: Shape,
+    /// What `shape` is relative to, SI.
+    pub(crate) reference: f64,
+    /// Every (term, parameter) that it stands for; the first owns it.
+    pub(crate) places: Vec<(usize, usize)>,
+}
+
+impl ShapeUnknown {
+    /// The value held within what the effect allows, SI.
+    pub(crate) fn clamp(&self, value: f64) -> f64 {
+        value.clamp(
+            self.shape.least * self.reference,
+            self.shape.most * self.reference,
+        )
+    }
+}
+
+/// The shape unknowns of a list of terms; parameters that are tied to one another are one unknown.
+pub(crate) fn shapes(terms: &[Bound], references: &References) -> Vec<ShapeUnknown> {
+    let mut unknowns: Vec<ShapeUnknown> = Vec::new();
+    // Owners first, so that a tie always finds what it is tied to.
+    for tied in [false, true] {
+        for (term, bound) in terms.iter().enumerate() {
+            for (index, parameter) in bound.entry.parameters().iter().enumerate() {
+                let Role::Shape(shape) = parameter.role else {
+                    continue;
+                };
+                let owner = shape.tie.and_then(|tie| owner(terms, bound, tie));
+                if owner.is_some() != tied {
+                    continue;
+                }
+                let known = owner.and_then(|place| {
+                    unknowns
+                        .iter_mut()
+                        .find(|unknown| unknown.places.contains(&place))
+                });
+                match known {
+                    Some(unknown) => unknown.places.push((term, index)),
+                    None => unknowns.push(ShapeUnknown {
+                        shape,
+                        reference: reference(bound, parameter, references),
+                        places: vec![(term, index)],
+                    }),
+                }
+            }
+        }
+    }
+    unknowns
+}
+
+/// The (term, parameter) that a tie points at, when the model has it.
+fn owner(
+    terms: &[Bound],
+    bound: &Bound,
+    tie: jointwatch_shared::effect::about::Tie,
+) -> Option<(usize, usize)> {
+    let axis = if tie.other_axis {
+        1 - bound.axis
+    } else {
+        bound.axis
+    };
+    let term = terms
+        .iter()
+        .position(|t| t.entry.about.name == tie.effect && t.axis == axis)?;
+    let parameters = terms[term].entry.parameters();
+    let index = parameters.iter().position(|p| p.name == tie.parameter)?;
+    Some((term, index))
+}
+
+/// The size of a parameter's unit beside the motion that was measured, SI.
+fn reference(bound: &Bound, parameter: &Parameter, references: &References) -> f64 {
+    let seen = if bound.axis == 0 {
+        *references
+    } else {
+        references.swapped()
+    };
+    parameter.dimension.scale(&seen)
+}

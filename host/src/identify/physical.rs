@@ -1,0 +1,117 @@
+//! Learning a sum of named physical effects from a study.
+
+use super::{Identified, Learnt, Prepared};
+use crate::error::{Error, Result};
+use crate::fit::effects::{EffectsFit, FoundTerm, fit_effects};
+use crate::fit::polynomial::input_ranges;
+use crate::model::effects::Bound;
+use crate::model::{EffectTerm, ParameterValue};
+use crate::model_file::{AxisFit, Base, NoBase};
+use crate::study::{Axis, Study};
+use jointwatch_shared::effect::Acts;
+
+/// What is believed of an axis when the study says nothing.
+const DEFAULT_TERMS: [&str; 3] = ["stiffness", "viscous", "preload"];
+
+/// Learns the values of the study's `[base] terms`, or of a spring, a damper and a constant force where it names none.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] when a term is not known, stands twice or names an axis that is not there, when the study
+/// has no training record or its records cannot be fitted.
+pub fn physical(study: &Study) -> Result<Identified> {
+    let (terms, proposed) = base_terms(study)?;
+    let prepared = Prepared::new(study)?;
+    let training = prepared.training(study);
+    let mut fit = fit_effects(&study.axes, &training, &prepared.filters.band, &terms)?;
+    if let Some(proposed) = proposed {
+        fit.warnings.insert(0, proposed);
+    }
+    let fits = study.axes.iter().enumerate();
+    let fits = fits.map(|(index, axis)| {
+        let parameters = parameters_on(&fit, index);
+        AxisFit {
+            axis: axis.name.clone(),
+            terms: parameters,
+            ridge: 0.0,
+            effective_parameters: parameters as f64,
+            training_force_rms: prepared.training_force_rms(study, index, fit.inertia[index].value),
+            cross_validation_nmse_percent: None,
+        }
+    });
+    let learnt = Learnt {
+        fits: fits.collect(),
+        base: Base::None(NoBase {
+            inputs: input_ranges(&training),
+        }),
+        effects: effect_terms(&study.axes, &fit.terms),
+        inertia: fit.inertia,
+        fit: "variable projection".into(),
+        warnings: fit.warnings,
+    };
+    prepared.finish(study, learnt)
+}
+
+/// The study's terms; or proposed ones, and the sentence that says so.
+fn base_terms(study: &Study) -> Result<(Vec<Bound>, Option<String>)> {
+    let axes: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    let mut terms = study.base_terms.clone();
+    let mut proposed = None;
+    if terms.is_empty() {
+        for axis in &axes {
+            terms.extend(DEFAULT_TERMS.map(|effect| format!("{effect}@{axis}")));
+        }
+        let quoted: Vec<String> = terms.iter().map(|t| format!("\"{t}\"")).collect();
+        proposed = Some(format!(
+            "study.toml names no physical effects, so these were taken: write them there, or better ones, as [base] terms = [{}]",
+            quoted.join(", ")
+        ));
+    }
+    let bound = Bound::parse_all(&terms, &axes).map_err(|e| Error {
+        sentence: format!("{}, [base] terms: {e}", study.path.display()),
+        ..e
+    })?;
+    Ok((bound, proposed))
+}
+
+/// Parameters of the effects that act on an axis.
+fn parameters_on(fit: &EffectsFit, axis: usize) -> usize {
+    let acting = fit
+        .terms
+        .iter()
+        .filter(|t| t.bound.axis == axis || t.bound.entry.acts == Acts::BothAxes);
+    acting.map(|t| t.values.len()).sum()
+}
+
+/// Found terms as the model file keeps them.
+pub(crate) fn effect_terms(axes: &[Axis], terms: &[FoundTerm]) -> Vec<EffectTerm> {
+    let kind = |index: usize| {
+        axes.get(index)
+            .map_or(jointwatch_shared::model::axis::AxisKind::Translation, |a| {
+                a.kind.into()
+            })
+    };
+    terms
+        .iter()
+        .map(|term| {
+            let Bound { entry, axis } = term.bound;
+            let listed = entry.parameters().iter();
+            let found = term.values.iter().zip(&term.intervals);
+            EffectTerm {
+                effect: entry.about.name.into(),
+                axis: (entry.acts == Acts::OwnAxis).then(|| axes[axis].name.clone()),
+                parameters: listed
+                    .zip(found)
+                    .map(|(parameter, (&value, &interval))| ParameterValue {
+                        name: parameter.name.into(),
+                        value,
+                        unit: parameter
+                            .dimension
+                            .unit(kind(axis), kind(1 - axis))
+                            .to_string(),
+                        interval,
+                    })
+                    .collect(),
+            }
+        })
+        .collect()
+}

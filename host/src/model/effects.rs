@@ -1,0 +1,257 @@
+//! The physical effects of a model on the host: how they stand in `model.json`, and the force they give along a record.
+
+use super::ModelAxis;
+use crate::error::{Error, Result};
+use crate::study::nearest::suggestion;
+use crate::table::Table;
+use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Kinematics, Law, Parameters, States};
+use jointwatch_shared::model::terms::InSi;
+use jointwatch_shared::scalar::Scalar;
+use serde::{Deserialize, Serialize};
+
+/// One effect of a model, with the values that were found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EffectTerm {
+    /// The effect's name.
+    pub effect: String,
+    /// The axis that it is bound to; none for an effect on both.
+    pub axis: Option<String>,
+    /// Its parameters, in the order in which the effect lists them.
+    pub parameters: Vec<ParameterValue>,
+}
+
+/// One parameter of an effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterValue {
+    /// Its name.
+    pub name: String,
+    /// Its value, in `unit`.
+    pub value: f64,
+    /// The SI unit; – for a number without one.
+    pub unit: String,
+    /// The interval that covers the true value in 95 of 100 such experiments; none when the records do not say.
+    pub interval: Option<[f64; 2]>,
+}
+
+impl EffectTerm {
+    /// `effect@axis`, or the effect's name alone when it acts on both axes.
+    pub fn name(&self) -> String {
+        match &self.axis {
+            Some(axis) => format!("{}@{axis}", self.effect),
+            None => self.effect.clone(),
+        }
+    }
+
+    /// The effect in numbers.
+    ///
+    /// # Errors
+    /// One sentence when the effect, its axis or its parameters are not known.
+    pub fn in_si(&self, axes: &[ModelAxis]) -> Result<InSi> {
+        let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
+        let bound = Bound::parse(&self.name(), &names)?;
+        let listed = bound.entry.parameters();
+        let fits = listed.len() == self.parameters.len()
+            && listed
+                .iter()
+                .zip(&self.parameters)
+                .all(|(known, mine)| known.name == mine.name && mine.value.is_finite());
+        if !fits {
+            let wanted: Vec<&str> = listed.iter().map(|p| p.name).collect();
+            return Err(Error::data(format!(
+                "the effect {} has not the finite parameters {}: identify it anew",
+                self.name(),
+                wanted.join(", ")
+            )));
+        }
+        Ok(InSi {
+            entry: bound.entry,
+            axis: bound.axis as u8,
+            values: self.parameters.iter().map(|p| p.value).collect(),
+        })
+    }
+}
+
+/// Every parameter of a model's effects, in a table.
+pub fn table(effects: &[EffectTerm]) -> Table {
+    let mut table = Table::new(&["effect", "parameter", "value", "95 % interval", "unit"]);
+    for effect in effects {
+        for (index, parameter) in effect.parameters.iter().enumerate() {
+            let name = if index == 0 {
+                effect.name()
+            } else {
+                String::new()
+            };
+            let interval = parameter.interval.map_or("unknown".into(), |[low, high]| {
+                format!("{low:.4e} to {high:.4e}")
+            });
+            table.row(vec![
+                name,
+                parameter.name.clone(),
+                format!("{:.5e}", parameter.value),
+                interval,
+                parameter.unit.clone(),
+            ]);
+        }
+    }
+    table
+}
+
+/// An effect bound to an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bound {
+    /// The effect.
+    pub entry: &'static Entry,
+    /// The axis, from 0; 0 for an effect on both.
+    pub axis: usize,
+}
+
+impl Bound {
+    /// Reads `effect@axis`, or `effect` for one that acts on both axes.
+    ///
+    /// # Errors
+    /// One sentence: an effect that is not known (with the nearest that is), an axis that does not exist, is missing, or is too
+    /// much, an effect on two axes where there is one.
+    pub fn parse(text: &str, axes: &[&str]) -> Result<Self> {
+        let (name, axis) = match text.split_once('@') {
+            Some((name, axis)) => (name.trim(), Some(axis.trim())),
+            None => (text.trim(), None),
+        };
+        let known: Vec<&str> = EFFECTS.iter().map(|e| e.about.name).collect();
+        let Some(entry) = Entry::named(name) else {
+            return Err(Error::data(format!(
+                "there is no effect {name:?} ({text:?}): {}",
+                suggestion(name, &known)
+            )));
+        };
+        let axis = match (entry.acts, axis) {
+            (Acts::BothAxes, _) if axes.len() < 2 => {
+                return Err(Error::data(format!(
+                    "{name} acts on two axes, and this study has one: leave it out"
+                )));
+            }
+            (Acts::BothAxes, Some(axis)) => {
+                return Err(Error::data(format!(
+                    "{name} acts on both axes and takes no @{axis}: write {name:?}"
+                )));
+            }
+            (Acts::BothAxes, None) => 0,
+            (Acts::OwnAxis, None) => {
+                return Err(Error::data(format!(
+                    "{name} needs the axis it acts on: write \"{name}@{}\"",
+                    axes.first().unwrap_or(&"x")
+                )));
+            }
+            (Acts::OwnAxis, Some(axis)) => axes
+                .iter()
+                .position(|known| *known == axis)
+                .ok_or_else(|| {
+                    Error::data(format!(
+                        "{text:?} names an axis that the study has not: {}",
+                        suggestion(axis, axes)
+                    ))
+                })?,
+        };
+        Ok(Self { entry, axis })
+    }
+
+    /// Reads a list of terms, each of which may stand only once.
+    ///
+    /// # Errors
+    /// As [`Bound::parse`]; one sentence for a term that is there twice.
+    pub fn parse_all(terms: &[String], axes: &[&str]) -> Result<Vec<Self>> {
+        let mut all: Vec<Self> = Vec::new();
+        for text in terms {
+            let bound = Self::parse(text, axes)?;
+            if all.contains(&bound) {
+                return Err(Error::data(format!(
+                    "{} stands twice: the two could not be told apart, keep one",
+                    bound.name(axes)
+                )));
+            }
+            all.push(bound);
+        }
+        Ok(all)
+    }
+
+    /// `effect@axis`, or the effect's name alone when it acts on both axes.
+    pub fn name(&self, axes: &[&str]) -> String {
+        match self.entry.acts {
+            Acts::BothAxes => self.entry.about.name.into(),
+            Acts::OwnAxis => format!("{}@{}", self.entry.about.name, axes[self.axis]),
+        }
+    }
+}
+
+/// Evaluates a law along a record, in the record's order, from internal states of 0.
+///
+/// `states` are displacement and velocity of each axis in SI, `period_s` is the time between rows; `each` is given the
+/// row and the force on the own and the other axis.
+pub fn along<S: Scalar>(
+    law: Law<S>,
+    parameters: &Parameters<S>,
+    axis: usize,
+    states: &[&[f64]],
+    period_s: f64,
+    lift: impl Fn(f64) -> S,
+    mut each: impl FnMut(usize, [S; 2]),
+) {
+    let rows = states.first().map_or(0, |series| series.len());
+    let (own, other) = (2 * axis, 2 * (1 - axis));
+    let both = states.len() > 2;
+    let value = |series: usize, row: usize| lift(states[series][row]);
+    let mut memory: States<S> = [S::zero(); _];
+    let mut before = None;
+    for row in 0..rows {
+        let displacement = value(own, row);
+        let at = Kinematics {
+            displacement,
+            velocity: value(own + 1, row),
+            step: displacement - before.unwrap_or(displacement),
+            other_displacement: if both { value(other, row) } else { S::zero() },
+            other_velocity: if both {
+                value(other + 1, row)
+            } else {
+                S::zero()
+            },
+            period: lift(period_s),
+            time: lift(row as f64 * period_s),
+        };
+        before = Some(displacement);
+        each(row, law(parameters, &at, &mut memory));
+    }
+}
+
+/// A law's parameters in SI, as the law takes them.
+pub fn law_parameters(entry: &Entry, values: &[f64]) -> Parameters<f64> {
+    let mut parameters = Parameters::default();
+    let listed = entry.parameters().iter().zip(values);
+    for (place, (parameter, value)) in parameters.iter_mut().zip(listed) {
+        *place = parameter.as_law_takes_it(*value);
+    }
+    parameters
+}
+
+/// Adds the forces of effects to those of every axis, N or N·m, row by row along a record.
+///
+/// `states` and `period_s` as for [`along`]; `forces` has one series per axis, as long as the states.
+pub fn add_forces(terms: &[InSi], states: &[&[f64]], period_s: f64, forces: &mut [Vec<f64>]) {
+    for term in terms {
+        let parameters = law_parameters(term.entry, &term.values);
+        let axis = usize::from(term.axis);
+        let law = term.entry.real;
+        along(
+            law,
+            &parameters,
+            axis,
+            states,
+            period_s,
+            |v| v,
+            |row, [own, other]| {
+                forces[axis][row] += own;
+                if let Some(force) = forces.get_mut(1 - axis) {
+                    force[row] += other;
+                }
+            },
+        );
+    }
+}
