@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// Error figures of one axis on one record; the `--json` of `compare` in full.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisFigures {
-    /// 100·Σ(r−r̂)²/(N·var r) with force and prediction low-passed alike, percent.
+    /// 100·Σ(r−r̂)²/(N·var r) with force and prediction low-passed alike, percent; r is [`Motion::measured_force`].
     pub nmse_percent: f64,
     /// The same without the low-pass.
     pub nmse_percent_wide_band: f64,
@@ -60,7 +60,7 @@ pub struct Comparison {
 /// An axis rests in a record when its force there is under this part of its largest RMS over all records.
 pub const RESTS_BELOW: f64 = 0.03;
 
-/// Measured and predicted restoring force of one record and axis.
+/// Errors of one record and axis, and the measured force that they are held against.
 struct Forces {
     error: Vec<f64>,
     error_band: Vec<f64>,
@@ -272,8 +272,18 @@ fn evaluate(model: &ModelFile, motion: &Motion, band: &[f64]) -> Result<Vec<Forc
         .zip(predicted)
         .enumerate()
         .map(|(index, (axis, predicted))| {
-            let force = motion.restoring_force(index, axis.inertia, axis.restoring_force);
-            let error: Vec<f64> = force.iter().zip(&predicted).map(|(r, p)| r - p).collect();
+            let restoring = motion.restoring_force(index, axis.inertia, axis.restoring_force);
+            let error: Vec<f64> = restoring
+                .iter()
+                .zip(&predicted)
+                .map(|(r, p)| r - p)
+                .collect();
+            let force = motion.measured_force(
+                index,
+                axis.inertia,
+                axis.inertia_identified,
+                axis.restoring_force,
+            );
             Forces {
                 error_band: low_pass(&error, band),
                 force_band: low_pass(&force, band),

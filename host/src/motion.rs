@@ -43,6 +43,18 @@ impl Motion {
         self.force[0].len()
     }
 
+    /// The measured force that errors of an axis are held against, in N or N·m, wide-band: the restoring force; where the
+    /// inertia was identified, so that the restoring force is not measured by itself, the applied force with its sign.
+    pub fn measured_force(
+        &self,
+        axis: usize,
+        inertia: f64,
+        identified: bool,
+        convention: Convention,
+    ) -> Vec<f64> {
+        self.restoring_force(axis, if identified { 0.0 } else { inertia }, convention)
+    }
+
     /// Restoring force of one axis in N or N·m, wide-band: `F − m·a` or `m·a − F`, as the convention says.
     ///
     /// `inertia` in kg or kg·m²; with 0 the force channel (or its negative) already is the restoring force.
@@ -72,7 +84,11 @@ pub fn motions(study: &Study, filters: &Filters) -> Result<Vec<Motion>> {
         .collect()
 }
 
-fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -> Result<Motion> {
+/// Turns one record of the study, the one at `index`, into a motion.
+///
+/// # Errors
+/// A record with no row left between the ends that the filters cost.
+pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -> Result<Motion> {
     let half = filters.half_length();
     let least = filters.velocity.len() + filters.band.len() - 1;
     if record.rows < least {

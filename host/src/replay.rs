@@ -2,7 +2,7 @@
 
 use crate::compare::{Sums, peak};
 use crate::error::{Error, Result};
-use crate::motion::{Filters, low_pass};
+use crate::motion::{self, Filters, Motion, low_pass};
 use crate::signal;
 use crate::study::{Channels, Convention, Record, Study};
 use jointwatch_shared::model::Model;
@@ -85,7 +85,7 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
         axes.push(rig_axis)
             .map_err(|_| Error::data("a study has at most two axes".to_string()))?;
     }
-    let [velocity, acceleration, band] = filters.taps()?;
+    let (velocity, acceleration, band) = filters.taps()?;
     Ok(Rig {
         sample_rate_hz: study.sample_rate_hz,
         axes,
@@ -152,6 +152,7 @@ pub struct SetUp {
     pub rig: Rig,
     /// The integers that follow from it.
     pub chain: Chain,
+    filters: Filters,
 }
 
 impl SetUp {
@@ -176,7 +177,11 @@ impl SetUp {
                 study.path.display()
             ))
         })?;
-        Ok(Self { rig, chain })
+        Ok(Self {
+            rig,
+            chain,
+            filters,
+        })
     }
 
     /// Seconds by which an output, and its residual in the band, lag behind the sensors.
@@ -186,19 +191,24 @@ impl SetUp {
     }
 
     /// Runs the chain over one record.
-    pub fn replay(&self, study: &Study, record: &Record, model: &Model) -> Replayed {
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`] when the record is shorter than the filters.
+    pub fn replay(&self, study: &Study, record: &Record, model: &Model) -> Result<Replayed> {
         let (rig, chain) = (&self.rig, &self.chain);
+        let motion = motion::motion(study, 0, record, &self.filters)?;
         let mut state = ChainState::default();
         let outputs: Vec<Output> = raw_counts(record, rig)
             .iter()
             .filter_map(|raw| chain.step(&mut state, model, raw))
             .collect();
-        summarise(study, record, model, chain, outputs)
+        Ok(summarise(study, &motion, record, model, chain, outputs))
     }
 }
 
 fn summarise(
     study: &Study,
+    motion: &Motion,
     record: &Record,
     model: &Model,
     chain: &Chain,
@@ -218,7 +228,16 @@ fn summarise(
             .count();
         (
             axis.name.clone(),
-            figures(&outputs, index, unit, chain, saturated),
+            figures(&outputs, index, unit, chain, saturated, {
+                // The outputs begin where the motion does: both lose half the derivatives' length.
+                let inertia = axis.inertia;
+                &motion.measured_force(
+                    index,
+                    inertia.unwrap_or(0.0),
+                    inertia.is_none(),
+                    axis.restoring_force,
+                )
+            }),
         )
     });
     Replayed {
@@ -241,14 +260,11 @@ fn figures(
     unit: f64,
     chain: &Chain,
     saturated: usize,
+    measured: &[f64],
 ) -> AxisReplay {
     let half = chain.band_delay() - chain.delay();
     let band = signal::fir::to_f64(chain.band());
-    let measured: Vec<f64> = outputs
-        .iter()
-        .map(|o| o.measured[axis] as f64 * unit)
-        .collect();
-    let measured = low_pass(&measured, &band);
+    let measured = low_pass(measured, &band);
     // Both series now begin `half` outputs in: the low-passed residual of output n belongs to output n − half.
     let residual: Vec<f64> = outputs
         .iter()

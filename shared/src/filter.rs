@@ -6,50 +6,52 @@
 use crate::fixed::{round_shift, saturate};
 use crate::rig::{MAX_TAPS, Taps};
 
-/// The last [`MAX_TAPS`] values of one channel, readable as one contiguous window.
+/// The last `LENGTH` values of one channel, readable as one contiguous window.
 ///
-/// Every value is written twice, [`MAX_TAPS`] places apart, so that a window never has to be put together from two
+/// Every value is written twice, `LENGTH` places apart, so that a window never has to be put together from two
 /// pieces: a filter is then one loop over two slices.
 #[derive(Clone, Debug)]
-pub struct History {
-    values: [i32; 2 * MAX_TAPS],
+pub struct History<const LENGTH: usize = MAX_TAPS> {
+    values: [[i32; LENGTH]; 2],
     next: usize,
 }
 
-impl Default for History {
+impl<const LENGTH: usize> Default for History<LENGTH> {
     fn default() -> Self {
         Self {
-            values: [0; 2 * MAX_TAPS],
+            values: [[0; LENGTH]; 2],
             next: 0,
         }
     }
 }
 
-impl History {
+impl<const LENGTH: usize> History<LENGTH> {
     /// Adds the newest value; the oldest is forgotten.
     pub fn push(&mut self, value: i32) {
-        for place in [self.next, self.next + MAX_TAPS] {
-            if let Some(slot) = self.values.get_mut(place) {
+        for copy in &mut self.values {
+            if let Some(slot) = copy.get_mut(self.next) {
                 *slot = value;
             }
         }
-        self.next = if self.next + 1 < MAX_TAPS {
+        self.next = if self.next + 1 < LENGTH {
             self.next + 1
         } else {
             0
         };
     }
 
-    /// The newest `length` values, oldest first; empty when `length` is more than [`MAX_TAPS`].
+    /// The newest `length` values, oldest first; empty when `length` is more than `LENGTH`.
     pub fn window(&self, length: usize) -> &[i32] {
-        let end = self.next + MAX_TAPS;
+        let end = self.next + LENGTH;
         match end.checked_sub(length) {
-            Some(start) if length <= MAX_TAPS => self.values.get(start..end).unwrap_or(&[]),
+            Some(start) if length <= LENGTH => {
+                self.values.as_flattened().get(start..end).unwrap_or(&[])
+            }
             _ => &[],
         }
     }
 
-    /// The value that came `age` pushes before the newest; 0 when `age` is [`MAX_TAPS`] or more.
+    /// The value that came `age` pushes before the newest; 0 when `age` is `LENGTH` or more.
     pub fn delayed(&self, age: usize) -> i32 {
         self.window(age + 1).first().copied().unwrap_or(0)
     }
@@ -136,7 +138,7 @@ pub fn curvature(taps: &Taps, history: &History) -> i64 {
 }
 
 /// `Σ tap·x` with symmetric taps, rounded to nearest and saturated: the window's low-passed middle.
-pub fn low_pass(taps: &Taps, history: &History) -> i32 {
+pub fn low_pass<const MOST: usize>(taps: &Taps<MOST>, history: &History<MOST>) -> i32 {
     let window = history.window(taps.taps.len());
     let sum: i64 = taps
         .taps

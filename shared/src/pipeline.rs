@@ -18,7 +18,7 @@ use crate::filter::{Delay, History, curvature, low_pass, shift_round, slope};
 use crate::fixed::round_shift;
 use crate::model::Model;
 use crate::model::axis::Axis;
-use crate::rig::{Rig, RigAxis, Taps};
+use crate::rig::{MAX_BAND_TAPS, Rig, RigAxis, Taps};
 use crate::scale::{Scale, factor};
 
 /// What the sensors of one axis gave at one instant.
@@ -139,7 +139,7 @@ pub struct Chain {
     axes: heapless::Vec<AxisChain, 2>,
     velocity: Taps,
     acceleration: Taps,
-    band: Taps,
+    band: Taps<MAX_BAND_TAPS>,
 }
 
 /// What moves: the last samples of every channel.
@@ -155,7 +155,7 @@ struct AxisState {
     body: History,
     acceleration: Delay,
     force: Delay,
-    residual: History,
+    residual: History<MAX_BAND_TAPS>,
 }
 
 /// Bits by which an intermediate derivative is coarser than the force unit; gives it a range of 2³⁵ force units.
@@ -362,7 +362,7 @@ impl Chain {
     }
 
     /// The taps of the low-pass over the residual.
-    pub fn band(&self) -> &Taps {
+    pub fn band(&self) -> &Taps<MAX_BAND_TAPS> {
         &self.band
     }
 

@@ -4,17 +4,19 @@ use crate::error::Error;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// The most taps any of the three filters may have; odd, so that the delay is a whole number of samples.
+/// The most taps a derivative may have; odd, so that the delay is a whole number of samples.
 pub const MAX_TAPS: usize = 129;
+/// The most taps of the low-pass over the residual: a band that is narrow beside the sample rate needs a long filter.
+pub const MAX_BAND_TAPS: usize = 401;
 
 /// A linear-phase FIR filter with integer taps: `y = Σ taps[i]·x[n−i] · 2^−shift`.
 ///
 /// The number of taps is odd and the same for the velocity and the acceleration filter of one rig, so that both lag
 /// by `(taps − 1) / 2` samples. Taps are symmetric (low-pass, second derivative) or antisymmetric (first derivative).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Taps {
+pub struct Taps<const MOST: usize = MAX_TAPS> {
     /// The taps, scaled by `2^shift`.
-    pub taps: Vec<i32, MAX_TAPS>,
+    pub taps: Vec<i32, MOST>,
     /// The binary exponent that turns the integer taps into 1/s (first derivative), 1/s² (second) or 1 (low-pass).
     pub shift: i8,
 }
@@ -55,7 +57,7 @@ pub struct Rig {
     /// Second derivative, of the same length.
     pub acceleration: Taps,
     /// The low-pass through which a residual goes before it is judged.
-    pub band: Taps,
+    pub band: Taps<MAX_BAND_TAPS>,
 }
 
 /// How a filter's taps lie about its middle.
@@ -66,7 +68,7 @@ enum Shape {
     SymmetricSumZero,
 }
 
-impl Taps {
+impl<const MOST: usize> Taps<MOST> {
     fn check(&self, shape: Shape, wrong: [&'static str; 2]) -> Result<(), Error> {
         let [wrong_length, wrong_shape] = wrong;
         let length = self.taps.len();
@@ -75,7 +77,7 @@ impl Taps {
                 quantity: wrong_length,
                 seen: length as f64,
                 least: 1.0,
-                most: MAX_TAPS as f64,
+                most: MOST as f64,
             });
         }
         let sign = if shape == Shape::Antisymmetric { -1 } else { 1 };

@@ -33,15 +33,19 @@ const BAND: [i32; 9] = {
     ]
 };
 
+/// At most 129 or 401 of them, as many as the filter in question holds.
+fn taps<const MOST: usize>(taps: &[i32], shift: i8) -> Taps<MOST> {
+    Taps {
+        taps: Vec::from_slice(taps).unwrap_or_default(),
+        shift,
+    }
+}
+
 /// A rig with every path of the chain in use: x with an accelerometer, phi with a derived acceleration, both held to ground.
 ///
 /// # Errors
 /// None; the type is that of the calls it makes.
 fn reference_rig() -> Result<Rig, Error> {
-    let taps = |taps: &[i32], shift| Taps {
-        taps: Vec::from_slice(taps).unwrap_or_default(),
-        shift,
-    };
     let axis = RigAxis {
         displacement_step: 1.0 / 3200.0,
         displacement_difference: true,

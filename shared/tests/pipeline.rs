@@ -11,7 +11,7 @@ const RATE: f64 = 2000.0;
 const SEED: u64 = 20_071;
 
 /// Antisymmetric or symmetric taps from their first half and middle, scaled to whole numbers.
-fn taps(half: &[f64], middle: f64, mirrored: f64, shift: i8) -> Taps {
+fn taps<const MOST: usize>(half: &[f64], middle: f64, mirrored: f64, shift: i8) -> Taps<MOST> {
     let scale = 2_f64.powi(shift.into());
     let first: Vec<i32> = half.iter().map(|t| (t * scale).round() as i32).collect();
     let last = first.iter().rev().map(|t| (*t as f64 * mirrored) as i32);

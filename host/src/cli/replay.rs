@@ -36,10 +36,10 @@ impl Replay {
         let study = Study::read(&self.study)?;
         let records = self.chosen(&study)?;
         let set_up = replay::SetUp::new(&study, &model)?;
-        let replayed: Vec<Replayed> = records
+        let replayed = records
             .iter()
-            .map(|record| set_up.replay(&study, record, &model))
-            .collect();
+            .map(|record| set_up.replay(&study, record, &model));
+        let replayed: Vec<Replayed> = replayed.collect::<Result<_>>()?;
         working.finish_and_clear();
         if let Some(path) = &self.output {
             let [only] = replayed.as_slice() else {

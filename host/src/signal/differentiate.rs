@@ -11,7 +11,7 @@ const TAPS: usize = 129;
 /// The filter as the device holds it.
 fn held(ideal: Ideal) -> Vec<f64> {
     let taps = design(ideal, RATE, PASS, PASS + transition_for(TAPS, RATE), TAPS);
-    to_f64(&quantise(&taps).unwrap())
+    to_f64(&quantise::<TAPS>(&taps).unwrap())
 }
 
 fn largest_error(found: &[f64], wanted: impl Fn(f64) -> f64) -> f64 {

@@ -6,13 +6,15 @@ use super::fir::{quantise, to_f64};
 use crate::error::{Error, Result};
 use crate::motion::motions;
 use crate::study::Study;
-use jointwatch_shared::rig::{MAX_TAPS, Taps};
+use jointwatch_shared::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
 use serde::{Deserialize, Serialize};
 
 /// The states' band is at least this many times the common band, so that a force law sees the corners it makes.
 const STATES_OVER_COMMON: f64 = 2.0;
 /// A filter falls from its pass band to zero over this share of it, when the taps allow.
 const FALL: f64 = 0.75;
+/// The common band's low-pass is made longer where it would fall to zero over more than this share of the band.
+const WIDEST_FALL: f64 = 1.25;
 
 /// The three filters of a study: what the host applies with zero phase and the device with a delay of half their length.
 ///
@@ -39,7 +41,8 @@ impl Filters {
     /// Chooses the bands (unless the study states `band_hz`) and designs the filters for the study's sample rate.
     ///
     /// Each filter falls to zero over three quarters of its pass band, or over what [`MAX_TAPS`] taps need where that is
-    /// more; for the common band the reason says so then. Accuracy: [`design`].
+    /// more; for the common band the reason says so then. The common band takes up to [`MAX_BAND_TAPS`] where with
+    /// [`MAX_TAPS`] the fall would be wider than one and a quarter bands. Accuracy: [`design`].
     ///
     /// # Errors
     /// When the stated band does not fit below half the sample rate, or a record is shorter than the filters.
@@ -72,11 +75,12 @@ impl Filters {
             }
         }
         let band_hz = filters.band_hz;
-        let common = Edges::new(band_hz, rate);
+        let common = Edges::of_band(band_hz, rate);
         if common.widened {
             reason += &format!(
-                " (falling to zero at {} Hz, as steeply as {MAX_TAPS} taps allow)",
-                short(common.stop_hz)
+                " (falling to zero at {} Hz, as steeply as {} taps allow)",
+                short(common.stop_hz),
+                common.taps
             );
         }
         let wanted_hz = (STATES_OVER_COMMON * band_hz).min(most);
@@ -121,7 +125,7 @@ impl Filters {
         let mut filters = Self::differentiators(sample_rate_hz, state_band_hz)?;
         filters.band_hz = band_hz;
         filters.band =
-            Edges::new(band_hz, sample_rate_hz).filter(Ideal::LowPass, sample_rate_hz)?;
+            Edges::of_band(band_hz, sample_rate_hz).filter(Ideal::LowPass, sample_rate_hz)?;
         Ok(filters)
     }
 
@@ -147,18 +151,16 @@ impl Filters {
             }
         }
         let all = [
-            ("velocity", &self.velocity),
-            ("acceleration", &self.acceleration),
-            ("band", &self.band),
+            ("velocity", &self.velocity, MAX_TAPS),
+            ("acceleration", &self.acceleration, MAX_TAPS),
+            ("band", &self.band, MAX_BAND_TAPS),
         ];
-        for (name, taps) in all {
+        for (name, taps, most) in all {
             let length = taps.len();
-            if length.is_multiple_of(2)
-                || length > MAX_TAPS
-                || taps.iter().any(|tap| !tap.is_finite())
+            if length.is_multiple_of(2) || length > most || taps.iter().any(|tap| !tap.is_finite())
             {
                 return Err(format!(
-                    "its {name} filter is not an odd number of up to {MAX_TAPS} finite taps"
+                    "its {name} filter is not an odd number of up to {most} finite taps"
                 ));
             }
         }
@@ -177,12 +179,12 @@ impl Filters {
     ///
     /// # Errors
     /// When the taps were changed to something the device cannot hold.
-    pub fn taps(&self) -> Result<[Taps; 3]> {
-        Ok([
+    pub fn taps(&self) -> Result<(Taps, Taps, Taps<MAX_BAND_TAPS>)> {
+        Ok((
             quantise(&self.velocity)?,
             quantise(&self.acceleration)?,
             quantise(&self.band)?,
-        ])
+        ))
     }
 }
 
@@ -206,9 +208,23 @@ struct Edges {
 
 impl Edges {
     fn new(pass_hz: f64, rate: f64) -> Self {
+        Self::with_taps(pass_hz, rate, MAX_TAPS)
+    }
+
+    /// The low-pass of the common band.
+    fn of_band(pass_hz: f64, rate: f64) -> Self {
+        let short = Self::new(pass_hz, rate);
+        if short.stop_hz > (1.0 + WIDEST_FALL) * pass_hz {
+            Self::with_taps(pass_hz, rate, MAX_BAND_TAPS)
+        } else {
+            short
+        }
+    }
+
+    fn with_taps(pass_hz: f64, rate: f64, most: usize) -> Self {
         let room = 0.5 * rate - pass_hz;
         let wanted = (FALL * pass_hz).min(room);
-        let taps = taps_for(wanted, rate).min(MAX_TAPS);
+        let taps = taps_for(wanted, rate).min(most);
         let fall = transition_for(taps, rate).max(wanted).min(room);
         Self {
             pass_hz,
@@ -220,6 +236,6 @@ impl Edges {
 
     fn filter(&self, ideal: Ideal, rate: f64) -> Result<Vec<f64>> {
         let taps = design(ideal, rate, self.pass_hz, self.stop_hz, self.taps);
-        Ok(to_f64(&quantise(&taps)?))
+        Ok(to_f64(&quantise::<MAX_BAND_TAPS>(&taps)?))
     }
 }

@@ -1,7 +1,7 @@
 //! Applying a linear-phase FIR filter with zero phase, and the integer taps that the device shares.
 
 use crate::error::{Error, Result};
-use jointwatch_shared::rig::{MAX_TAPS, Taps};
+use jointwatch_shared::rig::Taps;
 
 /// Rows filtered at a time, so that they stay in the first-level cache while all taps pass over them.
 const BLOCK: usize = 1024;
@@ -74,13 +74,13 @@ pub fn shut_from_hz(taps: &[f64], sample_rate_hz: f64) -> f64 {
 /// with exactly the values they had.
 ///
 /// # Errors
-/// When there are more than [`MAX_TAPS`] taps, or when they cannot be scaled (all zero, not finite, or an exponent
+/// When there are more than `MOST` taps, or when they cannot be scaled (all zero, not finite, or an exponent
 /// beyond ±127).
-pub fn quantise(taps: &[f64]) -> Result<Taps> {
+pub fn quantise<const MOST: usize>(taps: &[f64]) -> Result<Taps<MOST>> {
     let magnitude: f64 = taps.iter().map(|t| t.abs()).sum();
-    if taps.len() > MAX_TAPS {
+    if taps.len() > MOST {
         return Err(Error::failed(format!(
-            "a filter of {} taps does not fit the device, which holds {MAX_TAPS}; try a wider band_hz",
+            "a filter of {} taps does not fit the device, which holds {MOST}; try a wider band_hz",
             taps.len()
         )));
     }
@@ -123,7 +123,7 @@ fn round_to(taps: &[f64], shift: i32) -> Vec<i64> {
 }
 
 /// The values that integer taps stand for, exactly; the host filters with these.
-pub fn to_f64(taps: &Taps) -> Vec<f64> {
+pub fn to_f64<const MOST: usize>(taps: &Taps<MOST>) -> Vec<f64> {
     let step = 2.0_f64.powi(-i32::from(taps.shift));
     taps.taps.iter().map(|&t| f64::from(t) * step).collect()
 }
@@ -174,7 +174,7 @@ mod tests {
     fn integer_taps_keep_the_gain_at_rest_and_survive_a_second_rounding() {
         let sums = [1.0, 0.0, 0.0];
         for (taps, sum) in filters().iter().zip(sums) {
-            let held = quantise(taps).unwrap();
+            let held = quantise::<129>(taps).unwrap();
             let back = to_f64(&held);
             let magnitude: i64 = held.taps.iter().map(|&t| i64::from(t).abs()).sum();
             assert!(magnitude <= TAP_SUM && magnitude > TAP_SUM / 2 - 200);
@@ -183,15 +183,15 @@ mod tests {
             for (a, b) in taps.iter().zip(&back) {
                 assert!((a - b).abs() < 1e-7 * largest);
             }
-            assert_eq!(to_f64(&quantise(&back).unwrap()), back);
+            assert_eq!(to_f64(&quantise::<129>(&back).unwrap()), back);
         }
     }
 
     #[test]
     fn what_cannot_be_held_is_refused() {
-        assert!(quantise(&[0.1; 131]).is_err());
-        assert!(quantise(&[0.0; 3]).is_err());
-        assert!(quantise(&[f64::NAN, 1.0, 1.0]).is_err());
-        assert!(quantise(&[1e-60, 1e-60, 1e-60]).is_err());
+        assert!(quantise::<129>(&[0.1; 131]).is_err());
+        assert!(quantise::<129>(&[0.0; 3]).is_err());
+        assert!(quantise::<129>(&[f64::NAN, 1.0, 1.0]).is_err());
+        assert!(quantise::<129>(&[1e-60, 1e-60, 1e-60]).is_err());
     }
 }
