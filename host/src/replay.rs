@@ -226,18 +226,16 @@ fn summarise(
             .iter()
             .filter(|o| o.saturated & (1 << index) != 0)
             .count();
+        // The outputs begin where the motion does: both lose half the derivatives' length.
+        let measured = motion.measured_force(
+            index,
+            axis.inertia.unwrap_or(0.0),
+            axis.inertia.is_none(),
+            axis.restoring_force,
+        );
         (
             axis.name.clone(),
-            figures(&outputs, index, unit, chain, saturated, {
-                // The outputs begin where the motion does: both lose half the derivatives' length.
-                let inertia = axis.inertia;
-                &motion.measured_force(
-                    index,
-                    inertia.unwrap_or(0.0),
-                    inertia.is_none(),
-                    axis.restoring_force,
-                )
-            }),
+            figures(&outputs, index, unit, chain, saturated, &measured),
         )
     });
     Replayed {
