@@ -136,7 +136,7 @@ fn the_low_pass_leaves_what_lies_in_the_band_and_stays_aligned() {
 fn host_and_device_hold_the_same_filters() {
     let filters = Filters::design(&study(Convention::default(), true)).unwrap();
     assert_eq!(filters.velocity.len(), filters.acceleration.len());
-    let [velocity, acceleration, band] = filters.taps().unwrap();
+    let (velocity, acceleration, band) = filters.taps().unwrap();
     assert_eq!(to_f64(&velocity), filters.velocity);
     assert_eq!(to_f64(&acceleration), filters.acceleration);
     assert_eq!(to_f64(&band), filters.band);
