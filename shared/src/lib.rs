@@ -15,3 +15,5 @@ pub mod rig;
 pub mod scale;
 pub mod selftest;
 pub mod selftest_chain;
+pub mod selftest_network;
+pub mod tanh;
