@@ -85,6 +85,8 @@ pub fn phrase(why: &Error) -> &'static str {
         Error::Name { fault, .. } => fault,
         Error::OutOfRange { quantity, .. } => quantity,
         Error::Overflow { .. } => "its coefficients could overflow a sum",
+        Error::WeightOverflow { .. } => "its weights could overflow a sum",
+        Error::Weight { .. } => "a weight stands where it has no axis",
         Error::Coefficient { .. } => "a coefficient stands where its orders have none",
         _ => "it is not a model that this program can use",
     }

@@ -11,6 +11,7 @@ use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::selftest::{CORNER_POINTS, Points, corner, digest, reference_model};
 use jointwatch_shared::selftest_chain::chain_digest;
+use jointwatch_shared::selftest_network::reference_network;
 
 /// Reads a counter that, under QEMU's `-icount shift=0`, has counted every executed instruction.
 pub type Counter = fn() -> u32;
@@ -22,7 +23,9 @@ pub const SEED: u64 = 20_070_099;
 ///
 /// It lets a device fail the test with nobody there to compare; a test on the host pins it.
 pub const KNOWN_DIGEST: u64 = 0xe526_1779_e239_9e0c;
-/// The number of random points of [`KNOWN_DIGEST`].
+/// The same of the reference network.
+pub const KNOWN_NETWORK_DIGEST: u64 = 0x3f62_4476_d960_8c9e;
+/// The number of random points of [`KNOWN_DIGEST`] and [`KNOWN_NETWORK_DIGEST`].
 pub const KNOWN_POINTS: u32 = 1000;
 
 /// A sample of the chain costs as much as so many evaluations where 64-bit products are slow.
@@ -92,15 +95,20 @@ pub fn run(board: &Board, command_line: &str, text: &mut impl Write) -> Result<b
     };
 
     let mut errors = 0;
-    let known = digest(reference_model(), SEED, KNOWN_POINTS);
-    if known != KNOWN_DIGEST {
-        errors += 1;
-        writeln!(
-            text,
-            "error the reference model gives {known:#018x}, not {KNOWN_DIGEST:#018x}"
-        )?;
+    for (name, reference, known) in [
+        ("reference", reference_model(), KNOWN_DIGEST),
+        ("network", reference_network(), KNOWN_NETWORK_DIGEST),
+    ] {
+        let seen = digest(reference, SEED, KNOWN_POINTS);
+        if seen != known {
+            errors += 1;
+            writeln!(
+                text,
+                "error the model {name} gives {seen:#018x}, not {known:#018x}"
+            )?;
+        }
+        errors += model(name, reference, board, arguments, text)?;
     }
-    errors += model("reference", reference_model(), board, arguments, text)?;
     chain(arguments, text)?;
     if !board.slots.is_empty() {
         errors += decoder(text)?;
@@ -124,12 +132,15 @@ fn finish(errors: u32, text: &mut impl Write) -> Result<bool, fmt::Error> {
 /// Not inlined: its buffers would stand in the caller's stack frame even on a chip that never gets here.
 #[inline(never)]
 fn decoder(text: &mut impl Write) -> Result<u32, fmt::Error> {
-    let mut bytes = blob::encode(reference_model());
     let mut errors = 0;
-    if blob::decode(&bytes).as_ref() != Ok(reference_model()) {
-        errors += 1;
-        writeln!(text, "error a good blob did not come back as its model")?;
+    for model in [reference_network(), reference_model()] {
+        let bytes = blob::encode(model);
+        if blob::decode(&bytes).as_ref() != Ok(model) {
+            errors += 1;
+            writeln!(text, "error a good blob did not come back as its model")?;
+        }
     }
+    let mut bytes = blob::encode(reference_model());
     // One bit in every 64 bytes; the host goes through all of them.
     let mut damaged = 0;
     for place in (0..blob::BLOB_LEN).step_by(64) {
@@ -142,7 +153,7 @@ fn decoder(text: &mut impl Write) -> Result<u32, fmt::Error> {
         bytes[place] ^= bit;
         damaged += 1;
     }
-    writeln!(text, "decoder taken 1 refused {damaged} errors {errors}")?;
+    writeln!(text, "decoder taken 2 refused {damaged} errors {errors}")?;
     Ok(errors)
 }
 
@@ -282,11 +293,16 @@ mod tests {
     const ERASED: [u8; blob::BLOB_LEN] = [0xFF; blob::BLOB_LEN];
 
     #[test]
-    fn known_digest_is_the_reference_models() {
+    fn known_digests_are_the_reference_models() {
         let value = digest(reference_model(), SEED, KNOWN_POINTS);
         assert_eq!(
             value, KNOWN_DIGEST,
             "the reference model, the points or the kernel changed; the digest now is {value:#018x}"
+        );
+        let value = digest(reference_network(), SEED, KNOWN_POINTS);
+        assert_eq!(
+            value, KNOWN_NETWORK_DIGEST,
+            "the reference network, the points or the kernel changed; the digest now is {value:#018x}"
         );
     }
 
@@ -312,10 +328,10 @@ mod tests {
             "selftest count=100",
         );
         assert!(passed, "{text}");
-        assert!(
-            text.contains("instructions reference inputs 100 min 0 max 0\n"),
-            "{text}"
-        );
+        for name in ["reference", "network"] {
+            let what = std::format!("instructions {name} inputs 100 min 0 max 0\n");
+            assert!(text.contains(&what), "{text}");
+        }
     }
 
     #[test]
@@ -325,7 +341,11 @@ mod tests {
             "selftest count=9",
         );
         assert!(!passed, "{text}");
-        assert!(text.ends_with("errors 1\nresult failed\n"), "{text}");
+        for name in ["reference", "network"] {
+            let what = std::format!("error the instructions of {name} depend on its input\n");
+            assert!(text.contains(&what), "{text}");
+        }
+        assert!(text.ends_with("errors 2\nresult failed\n"), "{text}");
     }
 
     #[test]

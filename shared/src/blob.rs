@@ -4,10 +4,12 @@
 //! zeros follow, and a CRC-32 over all of it ends it. `docs/blob.md` lists every byte. Decoding refuses
 //! whatever it cannot prove: a decoded [`Model`] evaluates without overflow for every input.
 
+mod base;
+
 use crate::error::Error;
 use crate::model::axis::{Axis, AxisKind, Convention, InputRange, NAME_LEN, Name, Validation};
-use crate::model::polynomial::{BLOCKS, Block, PolynomialModel};
-use crate::model::{Base, Header, Model, Output};
+use crate::model::{Header, Model, Output};
+use base::BaseHeader;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -18,7 +20,7 @@ pub const BLOB_LEN: usize = 4096;
 pub const BLOB_VERSION: u16 = 1;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
-/// Bytes of the message; what follows up to the checksum is zero and has room for eight effects.
+/// Bytes of header and base; what follows up to the checksum is zero and has room for eight effects.
 pub const MESSAGE_LEN: usize = 2392;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
@@ -29,21 +31,7 @@ const AXES_OFFSET: usize = 40;
 /// CRC-32 as in Ethernet and zip; the table takes 1 KiB of flash and makes a 4 KiB blob cheap enough for a boot.
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-/// The tag of a polynomial base. Tags are never reused.
-const POLYNOMIAL: u8 = 1;
-
-/// A stored integer: four bytes, little-endian, instead of postcard's variable length.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-struct Word(#[serde(with = "postcard::fixint::le")] i32);
-
-/// The words of one block, and its gain.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-struct BlockMessage {
-    words: [Word; 16],
-    gain: Word,
-}
-
-/// What the bytes say, before any of it is believed.
+/// What the bytes before the base say, before any of it is believed.
 #[derive(Serialize, Deserialize)]
 struct Message {
     magic: [u8; 4],
@@ -59,7 +47,6 @@ struct Message {
     effects: u8,
     reserved: u8,
     axis: [AxisMessage; 2],
-    blocks: [[BlockMessage; BLOCKS]; 2],
 }
 
 /// One axis, as the bytes say; all zero for the second of a one-axis model.
@@ -84,9 +71,10 @@ struct AxisMessage {
 /// The blob of a model.
 pub fn encode(model: &Model) -> [u8; BLOB_LEN] {
     let mut blob = [0; BLOB_LEN];
-    let message = Message::of(model);
-    // The message has a fixed length that is shorter than the blob, which a test pins.
-    let _ = postcard::to_slice(&message, &mut blob);
+    let (header, rest) = blob.split_at_mut(base::OFFSET);
+    // The message has a fixed length, that of the header, which a test pins.
+    let _ = postcard::to_slice(&Message::of(model), header);
+    base::write(&model.base, rest);
     let checksum = CRC.checksum(blob.get(..CHECKSUM_OFFSET).unwrap_or_default());
     if let Some(place) = blob.last_chunk_mut() {
         *place = checksum.to_le_bytes();
@@ -123,10 +111,11 @@ pub fn decode(blob: &[u8]) -> Result<Model, Error> {
         return Err(Error::BlobChecksum { seen, wanted });
     }
     // Every field has a fixed width and takes any bytes, so this cannot fail on a blob of the right length.
-    let (message, padding): (Message, _) =
+    let (message, rest): (Message, _) =
         postcard::take_from_bytes(content).map_err(|_| wrong_length)?;
+    let (base, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
     unless_zero(MESSAGE_LEN, padding)?;
-    message.model()
+    message.model(base)
 }
 
 /// Refuses the first byte that is not zero; `offset` is where `bytes` begin.
@@ -147,37 +136,32 @@ impl Message {
         for (place, (header, output)) in axis.iter_mut().zip(known) {
             *place = AxisMessage::of(header, output);
         }
-        let Base::Polynomial(polynomial) = &model.base;
+        let base = base::header(&model.base);
         Self {
             magic: BLOB_MAGIC,
             version: BLOB_VERSION,
-            base: POLYNOMIAL,
-            axes: model.header.axes.len() as u8,
+            base: base.tag,
+            axes: base.axes,
             sample_rate_hz: model.header.sample_rate_hz,
             band_hz: model.header.band_hz,
             state_band_hz: model.header.state_band_hz,
-            orders: polynomial.orders,
-            shifts: polynomial.shifts,
+            orders: base.orders,
+            shifts: base.shifts,
             effects: 0,
             reserved: 0,
             axis,
-            blocks: polynomial.blocks.map(|blocks| {
-                blocks.map(|block| BlockMessage {
-                    words: block.words.map(Word),
-                    gain: Word(block.gain),
-                })
-            }),
         }
     }
 
-    fn model(&self) -> Result<Model, Error> {
+    fn model(&self, base: &[u8; base::LEN]) -> Result<Model, Error> {
         unless_zero(AXES_OFFSET - 2, &[self.effects, self.reserved])?;
-        if self.base != POLYNOMIAL {
-            return Err(Error::BlobField {
-                field: "kind of base",
-                seen: self.base,
-            });
-        }
+        let of_base = BaseHeader {
+            tag: self.base,
+            axes: self.axes,
+            orders: self.orders,
+            shifts: self.shifts,
+        };
+        let base = base::read(of_base, base)?;
         let mut axes = Vec::new();
         let mut outputs = Vec::new();
         for (number, axis) in (0..self.axes).zip(&self.axis) {
@@ -196,18 +180,7 @@ impl Message {
             state_band_hz: self.state_band_hz,
             axes,
         };
-        let polynomial = PolynomialModel {
-            orders: self.orders,
-            axes: self.axes,
-            shifts: self.shifts,
-            blocks: self.blocks.map(|blocks| {
-                blocks.map(|block| Block {
-                    words: block.words.map(|word| word.0),
-                    gain: block.gain.0,
-                })
-            }),
-        };
-        Model::new(header, outputs, Base::Polynomial(polynomial))
+        Model::new(header, outputs, base)
     }
 }
 

@@ -72,6 +72,48 @@ pub enum Error {
         /// What is wrong with it.
         fault: &'static str,
     },
+    /// A network has another number of weights than its neurons and axes ask for.
+    WeightCount {
+        /// Which weights, in words.
+        place: &'static str,
+        /// How many there are.
+        seen: usize,
+        /// How many are wanted.
+        wanted: usize,
+    },
+    /// A number of a network cannot be held: not a number, too large, or, in a blob, of an axis that is not there.
+    Weight {
+        /// Which number of the neuron, in words.
+        place: &'static str,
+        /// The neuron, from 0.
+        neuron: u8,
+        /// The value seen: without unit, or in N or N·m for an output weight (in a blob: the stored integer).
+        seen: f64,
+    },
+    /// The fixed-point network would be further from its `f64` original than the caller allows.
+    NetworkBudget {
+        /// The axis, from 0.
+        axis: u8,
+        /// The bound of the error, in N or N·m.
+        bound: f64,
+        /// The bound that was allowed.
+        budget: f64,
+        /// The neuron that contributes most to the bound, from 0.
+        neuron: u8,
+        /// What it contributes, in N or N·m.
+        share: f64,
+        /// The largest size that its argument can have.
+        reach: f64,
+        /// Its output weight, in N or N·m.
+        weight: f64,
+    },
+    /// The stored weights could drive a sum of the evaluation beyond its integer.
+    WeightOverflow {
+        /// Which sum, in words.
+        sum: &'static str,
+        /// The neuron or the axis, from 0.
+        number: u8,
+    },
     /// A blob has another length than [`BLOB_LEN`](crate::blob::BLOB_LEN).
     BlobLength {
         /// Bytes seen.
@@ -180,6 +222,40 @@ impl fmt::Display for Error {
                 "the stored coefficients of axis {axis} can overflow the {sum} (block x^{i} x'^{j}): export the model again"
             ),
             Self::Effect { tag, fault } => write!(f, "effect number {tag} {fault}"),
+            Self::WeightCount {
+                place,
+                seen,
+                wanted,
+            } => write!(
+                f,
+                "the network has {seen} {place}, but its neurons and axes ask for {wanted}"
+            ),
+            Self::Weight {
+                place,
+                neuron,
+                seen,
+            } => write!(
+                f,
+                "the {place} of neuron {neuron} is {seen}, which the model cannot hold"
+            ),
+            Self::NetworkBudget {
+                axis,
+                bound,
+                budget,
+                neuron,
+                share,
+                reach,
+                weight,
+            } => write!(
+                f,
+                "the fixed-point network of axis {axis} may be off by {bound:e}, but {budget:e} is allowed; neuron {neuron} \
+                 costs most, {share:e}, with an output weight of {weight:e} and an argument of up to {reach:e}: train with \
+                 fewer neurons or from another seed"
+            ),
+            Self::WeightOverflow { sum, number } => write!(
+                f,
+                "the stored weights can overflow the {sum} {number}: export the model again"
+            ),
             Self::BlobLength { seen, wanted } => {
                 write!(
                     f,

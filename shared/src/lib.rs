@@ -21,5 +21,6 @@ pub mod scalar;
 pub mod scale;
 pub mod selftest;
 pub mod selftest_chain;
+pub mod selftest_network;
 pub mod tanh;
 pub mod units;

@@ -119,15 +119,7 @@ pub fn reference_model() -> &'static Model {
 }
 
 static REFERENCE: Model = Model {
-    header: Header {
-        sample_rate_hz: 2000.0,
-        band_hz: 120.0,
-        state_band_hz: 400.0,
-        axes: Vec::from_array([
-            reference_axis(*b"x\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0", AxisKind::Translation),
-            reference_axis(*b"phi\0\0\0\0\0\0\0\0\0\0\0\0\0", AxisKind::Rotation),
-        ]),
-    },
+    header: reference_header(),
     outputs: Vec::from_array([
         Output {
             force_per_lsb: 1.0,
@@ -148,6 +140,19 @@ static REFERENCE: Model = Model {
 
 /// The bounds of the reference model's error, in its force units; a test compares them with the computed ones.
 const REFERENCE_BOUNDS: [f64; 2] = [14.0, 9.5];
+
+/// What both reference models say about themselves: two axes whose ranges are ±1.
+pub(crate) const fn reference_header() -> Header {
+    Header {
+        sample_rate_hz: 2000.0,
+        band_hz: 120.0,
+        state_band_hz: 400.0,
+        axes: Vec::from_array([
+            reference_axis(*b"x\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0", AxisKind::Translation),
+            reference_axis(*b"phi\0\0\0\0\0\0\0\0\0\0\0\0\0", AxisKind::Rotation),
+        ]),
+    }
+}
 
 const fn reference_axis(bytes: [u8; 16], kind: AxisKind) -> Axis {
     let range = InputRange {

@@ -4,6 +4,8 @@
 //! units of that axis's `force_per_lsb`. Everything in here is calibrated and does not move while it is evaluated.
 
 pub mod axis;
+pub mod network;
+pub mod network_quantise;
 pub mod polynomial;
 pub mod quantise;
 pub mod terms;
@@ -11,6 +13,8 @@ pub mod terms;
 use crate::error::Error;
 use axis::{Axis, MAGNITUDE};
 use heapless::Vec;
+use network::NetworkModel;
+use network_quantise::Weights;
 use polynomial::PolynomialModel;
 
 /// What a model says about itself, in SI units.
@@ -42,6 +46,8 @@ pub struct Output {
 pub enum Base {
     /// The paper's polynomial.
     Polynomial(PolynomialModel),
+    /// The paper's network of tanh neurons.
+    Network(NetworkModel),
 }
 
 /// A checked model: every evaluation is free of overflow, whatever the inputs.
@@ -104,17 +110,18 @@ impl Model {
             )?;
             Error::unless_within("error bound", output.error_bound, 0.0, MAGNITUDE)?;
         }
-        match &base {
+        let of_base = match &base {
             Base::Polynomial(polynomial) => {
                 polynomial.check()?;
-                Error::unless_within(
-                    "number of axes of the polynomial",
-                    polynomial.axes() as f64,
-                    axes,
-                    axes,
-                )?;
+                polynomial.axes()
             }
-        }
+            Base::Network(network) => {
+                network.check()?;
+                network.axes()
+            }
+        };
+        let quantity = "number of axes of the model's base";
+        Error::unless_within(quantity, of_base as f64, axes, axes)?;
         Ok(Self {
             header,
             outputs,
@@ -154,6 +161,33 @@ impl Model {
         Self::new(header, outputs, Base::Polynomial(polynomial))
     }
 
+    /// Brings a network learnt in `f64` to fixed point.
+    ///
+    /// `weights` has its outputs in N or N·m for inputs normalised to ±1. `budgets` is the largest error bound allowed per
+    /// axis, in N or N·m; `f64::INFINITY` allows any.
+    ///
+    /// # Errors
+    /// As [`NetworkModel::quantise`] and [`Header::check`]; [`Error::NetworkBudget`] when a bound is above its budget.
+    pub fn from_network(header: Header, weights: &Weights, budgets: &[f64]) -> Result<Self, Error> {
+        header.check()?;
+        let (network, outputs, costs) = NetworkModel::with_costs(weights)?;
+        let limits = outputs.iter().zip(costs).zip(budgets);
+        for (axis, ((output, cost), &budget)) in (0..).zip(limits) {
+            if let (true, Some(cost)) = (output.error_bound > budget, cost) {
+                return Err(Error::NetworkBudget {
+                    axis,
+                    bound: output.error_bound,
+                    budget,
+                    neuron: cost.neuron,
+                    share: cost.share,
+                    reach: cost.reach,
+                    weight: cost.weight,
+                });
+            }
+        }
+        Self::new(header, outputs, Base::Network(network))
+    }
+
     /// What the model says about itself.
     pub fn header(&self) -> &Header {
         &self.header
@@ -182,6 +216,7 @@ impl Model {
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
         match &self.base {
             Base::Polynomial(polynomial) => polynomial.evaluate(u),
+            Base::Network(network) => network.evaluate(u),
         }
     }
 }
