@@ -5,6 +5,7 @@
 //! whatever it cannot prove: a decoded [`Model`] evaluates without overflow for every input.
 
 mod base;
+mod effects;
 
 use crate::error::Error;
 use crate::model::axis::{Axis, AxisKind, Convention, InputRange, NAME_LEN, Name, Validation};
@@ -20,8 +21,8 @@ pub const BLOB_LEN: usize = 4096;
 pub const BLOB_VERSION: u16 = 1;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
-/// Bytes of header and base; what follows up to the checksum is zero and has room for eight effects.
-pub const MESSAGE_LEN: usize = 2392;
+/// Bytes of header, base and effects; what follows up to the checksum is zero.
+pub const MESSAGE_LEN: usize = effects::OFFSET + effects::LEN;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
 
@@ -45,7 +46,7 @@ struct Message {
     orders: [u8; 4],
     shifts: [u8; 2],
     effects: u8,
-    reserved: u8,
+    base_shifts: u8,
     axis: [AxisMessage; 2],
 }
 
@@ -72,9 +73,11 @@ struct AxisMessage {
 pub fn encode(model: &Model) -> [u8; BLOB_LEN] {
     let mut blob = [0; BLOB_LEN];
     let (header, rest) = blob.split_at_mut(base::OFFSET);
+    let (base, rest) = rest.split_at_mut(base::LEN);
+    let effects = effects::write(&model.terms, rest);
     // The message has a fixed length, that of the header, which a test pins.
-    let _ = postcard::to_slice(&Message::of(model), header);
-    base::write(&model.base, rest);
+    let _ = postcard::to_slice(&Message::of(model, effects), header);
+    base::write(&model.base, base);
     let checksum = CRC.checksum(blob.get(..CHECKSUM_OFFSET).unwrap_or_default());
     if let Some(place) = blob.last_chunk_mut() {
         *place = checksum.to_le_bytes();
@@ -113,9 +116,10 @@ pub fn decode(blob: &[u8]) -> Result<Model, Error> {
     // Every field has a fixed width and takes any bytes, so this cannot fail on a blob of the right length.
     let (message, rest): (Message, _) =
         postcard::take_from_bytes(content).map_err(|_| wrong_length)?;
-    let (base, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
+    let (base, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
+    let (effects, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
     unless_zero(MESSAGE_LEN, padding)?;
-    message.model(base)
+    message.model(base, effects)
 }
 
 /// Refuses the first byte that is not zero; `offset` is where `bytes` begin.
@@ -130,7 +134,8 @@ fn unless_zero(offset: usize, bytes: &[u8]) -> Result<(), Error> {
 }
 
 impl Message {
-    fn of(model: &Model) -> Self {
+    fn of(model: &Model, effects: u8) -> Self {
+        let [first, second] = model.base_shifts;
         let mut axis = [AxisMessage::EMPTY; 2];
         let known = model.header.axes.iter().zip(&model.outputs);
         for (place, (header, output)) in axis.iter_mut().zip(known) {
@@ -147,14 +152,13 @@ impl Message {
             state_band_hz: model.header.state_band_hz,
             orders: base.orders,
             shifts: base.shifts,
-            effects: 0,
-            reserved: 0,
+            effects,
+            base_shifts: first | second << 4,
             axis,
         }
     }
 
-    fn model(&self, base: &[u8; base::LEN]) -> Result<Model, Error> {
-        unless_zero(AXES_OFFSET - 2, &[self.effects, self.reserved])?;
+    fn model(&self, base: &[u8; base::LEN], effects: &[u8; effects::LEN]) -> Result<Model, Error> {
         let of_base = BaseHeader {
             tag: self.base,
             axes: self.axes,
@@ -180,7 +184,9 @@ impl Message {
             state_band_hz: self.state_band_hz,
             axes,
         };
-        Model::new(header, outputs, base)
+        let terms = effects::read(&header, self.effects, effects)?;
+        let base_shifts = [self.base_shifts & 15, self.base_shifts >> 4];
+        Model::with_effects(header, outputs, base, base_shifts, terms)
     }
 }
 

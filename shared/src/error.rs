@@ -114,6 +114,15 @@ pub enum Error {
         /// The neuron or the axis, from 0.
         number: u8,
     },
+    /// The effects in fixed point would be further from their `f64` originals than the caller allows.
+    EffectBudget {
+        /// The axis, from 0.
+        axis: u8,
+        /// The bound of the error, in N or N·m.
+        bound: f64,
+        /// The bound that was allowed.
+        budget: f64,
+    },
     /// A blob has another length than [`BLOB_LEN`](crate::blob::BLOB_LEN).
     BlobLength {
         /// Bytes seen.
@@ -255,6 +264,14 @@ impl fmt::Display for Error {
             Self::WeightOverflow { sum, number } => write!(
                 f,
                 "the stored weights can overflow the {sum} {number}: export the model again"
+            ),
+            Self::EffectBudget {
+                axis,
+                bound,
+                budget,
+            } => write!(
+                f,
+                "the effects on axis {axis} may be off by {bound:e} in fixed point, but {budget:e} is allowed: look for one                  whose parameters are far out of proportion"
             ),
             Self::BlobLength { seen, wanted } => {
                 write!(

@@ -18,6 +18,7 @@ use crate::filter::{Delay, History, curvature, low_pass, shift_round, slope};
 use crate::fixed::round_shift;
 use crate::model::Model;
 use crate::model::axis::Axis;
+use crate::model::terms::Memory;
 use crate::rig::{MAX_BAND_TAPS, Rig, RigAxis, Taps};
 use crate::scale::{Scale, factor};
 
@@ -142,10 +143,11 @@ pub struct Chain {
     band: Taps<MAX_BAND_TAPS>,
 }
 
-/// What moves: the last samples of every channel.
+/// What moves: the last samples of every channel, and the memory of the model's effects.
 #[derive(Clone, Debug, Default)]
 pub struct ChainState {
     axes: [AxisState; 2],
+    model: Memory,
     samples: usize,
 }
 
@@ -406,7 +408,7 @@ impl Chain {
                 *slot = measured;
             }
         }
-        output.predicted = model.evaluate(&output.state);
+        output.predicted = model.step(&mut state.model, &output.state);
 
         let band_full = state.samples >= self.velocity.taps.len() + self.band.taps.len() - 1;
         let mut in_band = [0; 2];

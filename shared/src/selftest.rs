@@ -5,6 +5,7 @@
 
 use crate::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
 use crate::model::polynomial::{BLOCKS, Block, Blocks, PolynomialModel};
+use crate::model::terms::{Memory, Terms};
 use crate::model::{Base, Header, Model, Output};
 use heapless::Vec;
 
@@ -93,13 +94,15 @@ impl Default for Digest {
     }
 }
 
-/// The digest of a model's outputs over the 81 corner-and-centre points and then `n` random points of `seed`.
+/// The digest of a model's outputs over the 81 corner-and-centre points and then `n` random points of `seed`, taken as one
+/// motion: effects with memory carry it from point to point.
 ///
 /// Host and device call this with the same model, seed and `n` and compare the result.
 pub fn digest(model: &Model, seed: u64, n: u32) -> u64 {
     let mut digest = Digest::new();
+    let mut memory = Memory::default();
     let mut add = |u: &[i32; 4]| {
-        for force in model.evaluate(u) {
+        for force in model.step(&mut memory, u) {
             digest.add(force);
         }
     };
@@ -130,6 +133,8 @@ static REFERENCE: Model = Model {
             error_bound: REFERENCE_BOUNDS[1],
         },
     ]),
+    base_shifts: [0; 2],
+    terms: Terms::NONE,
     base: Base::Polynomial(PolynomialModel {
         orders: [3; 4],
         axes: 2,

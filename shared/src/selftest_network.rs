@@ -1,6 +1,7 @@
 //! A fixed network for the self-test: 40 neurons for two axes, made from a fixed seed by integers alone; it lies in flash.
 
 use crate::model::network::{HALF, NEURONS, NetworkModel, Neuron};
+use crate::model::terms::Terms;
 use crate::model::{Base, Model, Output};
 use crate::selftest::{Points, reference_header};
 use heapless::Vec;
@@ -22,6 +23,8 @@ static REFERENCE: Model = Model {
             error_bound: REFERENCE_BOUNDS[1],
         },
     ]),
+    base_shifts: [0; 2],
+    terms: Terms::NONE,
     base: Base::Network(NetworkModel {
         axes: 2,
         neurons: Vec::from_array(reference_neurons()),

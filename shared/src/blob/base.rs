@@ -1,6 +1,6 @@
 //! The base's part of a blob: the blocks of a polynomial or the neurons of a network, in the bytes that both share.
 
-use super::{MESSAGE_LEN, unless_zero};
+use super::unless_zero;
 use crate::error::Error;
 use crate::model::Base;
 use crate::model::network::{NEURONS, NetworkModel, Neuron};
@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 
 /// Where the base begins.
 pub(super) const OFFSET: usize = 216;
-/// Its bytes; a base that needs fewer leaves zeros behind it.
-pub(super) const LEN: usize = MESSAGE_LEN - OFFSET;
+/// Its bytes, those of a polynomial; a base that needs fewer leaves zeros behind it.
+pub(super) const LEN: usize = 2 * BLOCKS * (16 + 1) * size_of::<i32>();
 /// Where the orders and shifts of a polynomial stand in the header.
 const ORDERS_OFFSET: usize = 32;
 
@@ -19,6 +19,8 @@ const ORDERS_OFFSET: usize = 32;
 const POLYNOMIAL: u8 = 1;
 /// The tag of a network base.
 const NETWORK: u8 = 2;
+/// The tag of no base: the force is that of the effects alone.
+const NONE: u8 = 3;
 
 /// Neurons of one of the two arrays of a network: an array of 40 is beyond what serde takes.
 const HALF_OF_NEURONS: usize = NEURONS / 2;
@@ -34,6 +36,14 @@ pub(super) struct BaseHeader {
     pub(super) orders: [u8; 4],
     /// Of a polynomial; 0 for others.
     pub(super) shifts: [u8; 2],
+}
+
+impl BaseHeader {
+    /// Refuses what only a polynomial has.
+    fn unless_polynomial(&self) -> Result<(), Error> {
+        unless_zero(ORDERS_OFFSET, &self.orders)?;
+        unless_zero(ORDERS_OFFSET + self.orders.len(), &self.shifts)
+    }
 }
 
 /// A stored integer: four bytes, little-endian, instead of postcard's variable length.
@@ -91,6 +101,12 @@ pub(super) fn header(base: &Base) -> BaseHeader {
             orders: [0; 4],
             shifts: [0; 2],
         },
+        Base::None { axes } => BaseHeader {
+            tag: NONE,
+            axes: *axes,
+            orders: [0; 4],
+            shifts: [0; 2],
+        },
     }
 }
 
@@ -102,6 +118,7 @@ pub(super) fn write(base: &Base, bytes: &mut [u8]) {
             postcard::to_slice(&PolynomialMessage::of(polynomial), bytes)
         }
         Base::Network(network) => postcard::to_slice(&NetworkMessage::of(network), bytes),
+        Base::None { .. } => Ok(&mut [][..]),
     };
 }
 
@@ -118,12 +135,16 @@ pub(super) fn read(header: BaseHeader, bytes: &[u8; LEN]) -> Result<Base, Error>
             Ok(Base::Polynomial(message.model(header)))
         }
         NETWORK => {
-            unless_zero(ORDERS_OFFSET, &header.orders)?;
-            unless_zero(ORDERS_OFFSET + header.orders.len(), &header.shifts)?;
+            header.unless_polynomial()?;
             let (message, rest): (NetworkMessage, _) =
                 postcard::take_from_bytes(bytes).map_err(too_short)?;
-            unless_zero(MESSAGE_LEN - rest.len(), rest)?;
+            unless_zero(OFFSET + LEN - rest.len(), rest)?;
             Ok(Base::Network(message.model(header.axes)?))
+        }
+        NONE => {
+            header.unless_polynomial()?;
+            unless_zero(OFFSET, bytes)?;
+            Ok(Base::None { axes: header.axes })
         }
         seen => Err(Error::BlobField {
             field: "kind of base",

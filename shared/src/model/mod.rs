@@ -9,13 +9,18 @@ pub mod network_quantise;
 pub mod polynomial;
 pub mod quantise;
 pub mod terms;
+#[cfg(feature = "fit")]
+mod with_effects;
 
 use crate::error::Error;
+use crate::fixed::{round_shift, saturate};
+use crate::scalar::q::Q;
 use axis::{Axis, MAGNITUDE};
 use heapless::Vec;
 use network::NetworkModel;
 use network_quantise::Weights;
 use polynomial::PolynomialModel;
+use terms::{Memory, Terms};
 
 /// What a model says about itself, in SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,11 +48,20 @@ pub struct Output {
 /// What a model's force is computed from before effects are added to it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is no heap to put the larger one on"
+)]
 pub enum Base {
     /// The paper's polynomial.
     Polynomial(PolynomialModel),
     /// The paper's network of tanh neurons.
     Network(NetworkModel),
+    /// Nothing: the force is that of the effects alone.
+    None {
+        /// 1 or 2.
+        axes: u8,
+    },
 }
 
 /// A checked model: every evaluation is free of overflow, whatever the inputs.
@@ -56,7 +70,13 @@ pub struct Model {
     pub(crate) header: Header,
     pub(crate) outputs: Vec<Output, 2>,
     pub(crate) base: Base,
+    /// By how many places the base's force is shifted right, so that the effects fit beside it.
+    pub(crate) base_shifts: [u8; 2],
+    pub(crate) terms: Terms,
 }
+
+/// The most that a base may be shifted.
+const MAX_BASE_SHIFT: u8 = 15;
 
 impl Header {
     /// Checks what host and device rely on.
@@ -88,11 +108,28 @@ impl Header {
 }
 
 impl Model {
-    /// Puts a model together and checks all of it.
+    /// Puts a model without effects together and checks all of it.
     ///
     /// # Errors
     /// [`Error`] names the first quantity that is not usable or the sum that could overflow.
     pub fn new(header: Header, outputs: Vec<Output, 2>, base: Base) -> Result<Self, Error> {
+        Self::with_effects(header, outputs, base, [0; 2], Terms::NONE)
+    }
+
+    /// Puts a model together and checks all of it.
+    ///
+    /// The base's force on an axis counts 2^shift force units; `terms` are relative to 2³¹ of them. Effects saturate:
+    /// export chooses the force unit so that nothing inside the training range does.
+    ///
+    /// # Errors
+    /// [`Error`] names the first quantity that is not usable or the sum of the base that could overflow.
+    pub fn with_effects(
+        header: Header,
+        outputs: Vec<Output, 2>,
+        base: Base,
+        base_shifts: [u8; 2],
+        terms: Terms,
+    ) -> Result<Self, Error> {
         header.check()?;
         let axes = header.axes.len() as f64;
         Error::unless_within(
@@ -119,13 +156,22 @@ impl Model {
                 network.check()?;
                 network.axes()
             }
+            Base::None { axes } => usize::from(*axes),
         };
+        for (axis, shift) in base_shifts.into_iter().enumerate() {
+            let moves = axis < of_base && !terms.list().is_empty();
+            let most = if moves { MAX_BASE_SHIFT } else { 0 };
+            let quantity = "shift of the model's base";
+            Error::unless_within(quantity, f64::from(shift), 0.0, f64::from(most))?;
+        }
         let quantity = "number of axes of the model's base";
         Error::unless_within(quantity, of_base as f64, axes, axes)?;
         Ok(Self {
             header,
             outputs,
             base,
+            base_shifts,
+            terms,
         })
     }
 
@@ -208,15 +254,41 @@ impl Model {
         self.header.axes.len()
     }
 
-    /// The force on each axis, in units of its [`Output::force_per_lsb`], for the normalised inputs [x, ẋ, φ, φ̇] in Q31.
+    /// The effects that add to the base.
+    pub fn terms(&self) -> &Terms {
+        &self.terms
+    }
+
+    /// The force on each axis, in units of its [`Output::force_per_lsb`], for the normalised inputs [x, ẋ, φ, φ̇] in Q31
+    /// of a joint that has rested until then: effects with memory begin at 0.
     ///
     /// Of a one-axis model the last two inputs are not read and the second output is 0. Integers only, no division,
-    /// no branch on an input, nothing overflows.
+    /// nothing overflows; without effects, no branch on an input.
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
-        match &self.base {
+        self.step(&mut Memory::default(), u)
+    }
+
+    /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go on from `memory`.
+    #[inline]
+    pub fn step(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
+        let base = match &self.base {
             Base::Polynomial(polynomial) => polynomial.evaluate(u),
             Base::Network(network) => network.evaluate(u),
+            Base::None { .. } => [0; 2],
+        };
+        if self.terms.list().is_empty() {
+            return base;
         }
+        let [f, g] = self.terms.forces(memory, u);
+        let [first, second] = base;
+        let [s, t] = self.base_shifts;
+        [with_effect(first, s, f), with_effect(second, t, g)]
     }
+}
+
+/// The base's force, shifted, and what the effects add: half of 2³² is 2³¹ force units.
+fn with_effect(base: i32, shift: u8, effect: Q) -> i32 {
+    let base = round_shift(i64::from(base), u32::from(shift.min(MAX_BASE_SHIFT)));
+    saturate(base.saturating_add(round_shift(effect.raw(), 1))).0
 }

@@ -26,7 +26,7 @@ pub struct Term {
 }
 
 /// The effects of a model.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Terms {
     list: Vec<Term, MAX_TERMS>,
     /// Center of each input's range over half its width: what is added to a normalised input to make it relative.
@@ -51,17 +51,7 @@ impl Term {
             tag,
             fault: "is not known to this version",
         })?;
-        let most = match entry.acts {
-            Acts::OwnAxis => axes.saturating_sub(1),
-            Acts::BothAxes => 0,
-        };
-        Error::unless_within("axis of an effect", f64::from(axis), 0.0, most as f64)?;
-        if entry.acts == Acts::BothAxes && axes != 2 {
-            return Err(Error::Effect {
-                tag,
-                fault: "acts on two axes while the model has one",
-            });
-        }
+        check_place(entry, axis, axes)?;
         let unused = parameters.iter().skip(usize::from(entry.parameter_count));
         if unused.into_iter().any(|value| *value != Q::default()) {
             return Err(Error::Effect {
@@ -93,6 +83,12 @@ impl Term {
 }
 
 impl Terms {
+    /// No effects.
+    pub const NONE: Self = Self {
+        list: Vec::new(),
+        origins: [Q::from_raw(0); 4],
+    };
+
     /// The effects of a model with this header.
     ///
     /// # Errors
@@ -106,6 +102,9 @@ impl Terms {
             let term = Term::new(tag, axis, parameters, header.axes.len())?;
             list.push(term)
                 .map_err(|_| too_many(count.saturating_add(1)))?;
+        }
+        if list.is_empty() {
+            return Ok(Self::NONE);
         }
         let mut origins = [Q::default(); 4];
         for (pair, axis) in origins.as_chunks_mut::<2>().0.iter_mut().zip(&header.axes) {
@@ -163,6 +162,22 @@ impl Terms {
         }
         forces
     }
+}
+
+/// Refuses an axis that the model or the effect has not.
+fn check_place(entry: &Entry, axis: u8, axes: usize) -> Result<(), Error> {
+    let most = match entry.acts {
+        Acts::OwnAxis => axes.saturating_sub(1),
+        Acts::BothAxes => 0,
+    };
+    Error::unless_within("axis of an effect", f64::from(axis), 0.0, most as f64)?;
+    if entry.acts == Acts::BothAxes && axes != 2 {
+        return Err(Error::Effect {
+            tag: entry.tag,
+            fault: "acts on two axes while the model has one",
+        });
+    }
+    Ok(())
 }
 
 fn too_many(seen: usize) -> Error {
@@ -295,6 +310,7 @@ mod quantise {
             let mut errors = [0.0; 2];
             let mut stored = Vec::new();
             for term in terms {
+                check_place(term.entry, term.axis, header.axes.len())?;
                 let own = usize::from(term.axis);
                 let references = references(header, full_scale, own);
                 let forces = term.bounds(header, &references);

@@ -1,0 +1,71 @@
+//! The effects' part of a blob: eight places of 56 bytes behind the base.
+
+use super::unless_zero;
+use crate::effect::{MAX_PARAMETERS, Parameters};
+use crate::error::Error;
+use crate::model::Header;
+use crate::model::terms::{MAX_TERMS, Terms};
+use crate::scalar::q::Q;
+use serde::{Deserialize, Serialize};
+
+/// Where the effects begin.
+pub(super) const OFFSET: usize = super::base::OFFSET + super::base::LEN;
+/// Bytes of all places.
+pub(super) const LEN: usize = MAX_TERMS * EffectMessage::LEN;
+
+/// A parameter: eight bytes, little-endian.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Value(#[serde(with = "postcard::fixint::le")] i64);
+
+/// One effect; all zero where there is none.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct EffectMessage {
+    tag: u8,
+    axis: u8,
+    reserved: [u8; 6],
+    parameters: [Value; MAX_PARAMETERS],
+}
+
+impl EffectMessage {
+    const LEN: usize = 8 + 8 * MAX_PARAMETERS;
+}
+
+/// Writes the effects to the beginning of `bytes`, which are [`LEN`] zeros; gives their number.
+pub(super) fn write(terms: &Terms, bytes: &mut [u8]) -> u8 {
+    for (place, term) in bytes.chunks_mut(EffectMessage::LEN).zip(terms.list()) {
+        let message = EffectMessage {
+            tag: term.entry().tag,
+            axis: term.axis() as u8,
+            reserved: [0; 6],
+            parameters: term.parameters().map(|value| Value(value.raw())),
+        };
+        // A message always fills its place exactly.
+        let _ = postcard::to_slice(&message, place);
+    }
+    terms.list().len() as u8
+}
+
+/// The effects in `bytes`, of which the header states `count`.
+pub(super) fn read(header: &Header, count: u8, bytes: &[u8; LEN]) -> Result<Terms, Error> {
+    Error::unless_within("number of effects", f64::from(count), 0.0, MAX_TERMS as f64)?;
+    let count = usize::from(count);
+    let mut stored: heapless::Vec<(u8, u8, Parameters<Q>), MAX_TERMS> = heapless::Vec::new();
+    for (number, place) in bytes.chunks(EffectMessage::LEN).enumerate() {
+        let offset = OFFSET + number * EffectMessage::LEN;
+        if number >= count {
+            unless_zero(offset, place)?;
+            continue;
+        }
+        // Every field has a fixed width and takes any bytes, so a whole place is always read.
+        let message: EffectMessage =
+            postcard::from_bytes(place).map_err(|_| Error::BlobLength {
+                seen: offset,
+                wanted: super::BLOB_LEN,
+            })?;
+        unless_zero(offset + 2, &message.reserved)?;
+        let parameters = message.parameters.map(|value| Q::from_raw(value.0));
+        // As many places as the list holds.
+        let _ = stored.push((message.tag, message.axis, parameters));
+    }
+    Terms::new(header, stored)
+}

@@ -1,0 +1,431 @@
+//! Every effect of the table, without being named: its numbers, its derivative, its units, its device arithmetic.
+
+use jointwatch_shared::effect::about::Role;
+use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Kinematics, MAX_PARAMETERS, MAX_STATES};
+use jointwatch_shared::model::axis::AxisKind::{Rotation, Translation};
+use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
+use jointwatch_shared::model::terms::{InSi, Memory};
+use jointwatch_shared::model::{Base, Header, Model};
+use jointwatch_shared::scalar::Scalar;
+use jointwatch_shared::scalar::dual::Dual;
+use jointwatch_shared::units::{Dimension, References};
+use jointwatch_shared::{blob, fixed};
+use proptest::prelude::*;
+
+/// What the parameters are relative to in these tests: no two alike, so that an exponent in the wrong place shows.
+const SCALES: References = References {
+    force: [40.0, 0.6],
+    displacement: [2e-3, 0.05],
+    velocity: [0.3, 9.0],
+    time: 1e-3,
+};
+
+/// A motion of both axes in units of [`SCALES`], from a few random numbers.
+fn motion(seed: [f64; 4], rows: usize) -> Vec<[f64; 4]> {
+    let [a, b, c, d] = seed;
+    (0..rows)
+        .map(|row| {
+            let t = row as f64 * 0.02;
+            let x = 0.6 * (t + a).sin() + 0.35 * (2.7 * t + b).sin();
+            let phi = 0.5 * (1.3 * t + c).sin() + 0.45 * (0.4 * t + d).sin();
+            let v = 0.3 * (t + a).cos() + 0.6 * (2.7 * t + b).cos();
+            let omega = 0.5 * (1.3 * t + c).cos() + 0.4 * (0.4 * t + d).cos();
+            [x, v, phi, omega]
+        })
+        .collect()
+}
+
+/// Parameters in units of `references`: linear ones as given, shapes within what the effect allows.
+fn parameters(entry: &Entry, seed: &[f64; MAX_PARAMETERS]) -> Vec<f64> {
+    let listed = entry.parameters().iter().zip(seed);
+    listed
+        .map(|(parameter, s)| match parameter.role {
+            Role::Linear { .. } => 0.2 + s,
+            Role::Shape(shape) => {
+                let starts = shape.starts;
+                let (low, high) = (starts[0], starts[starts.len() - 1]);
+                low * (high / low).powf(*s)
+            }
+        })
+        .collect()
+}
+
+/// The forces of a law along a motion.
+fn run<S: Scalar>(
+    law: jointwatch_shared::effect::Law<S>,
+    taken: [S; MAX_PARAMETERS],
+    rows: &[[f64; 4]],
+    scales: &References,
+    lift: impl Fn(f64) -> S,
+) -> Vec<[S; 2]> {
+    let mut states = [S::zero(); MAX_STATES];
+    let mut before = None;
+    let forces = rows.iter().enumerate().map(|(row, [x, v, phi, omega])| {
+        let displacement = x * scales.displacement[0];
+        let at = Kinematics {
+            displacement: lift(displacement),
+            velocity: lift(v * scales.velocity[0]),
+            step: lift(displacement - before.unwrap_or(displacement)),
+            other_displacement: lift(phi * scales.displacement[1]),
+            other_velocity: lift(omega * scales.velocity[1]),
+            period: lift(scales.time),
+            time: lift(row as f64 * scales.time),
+        };
+        before = Some(displacement);
+        law(&taken, &at, &mut states)
+    });
+    forces.collect()
+}
+
+/// Parameters in the given scales, as the law takes them.
+fn taken(entry: &Entry, relative: &[f64], scales: &References) -> [f64; MAX_PARAMETERS] {
+    let mut taken = [0.0; MAX_PARAMETERS];
+    let listed = entry.parameters().iter().zip(relative);
+    for (place, (parameter, value)) in taken.iter_mut().zip(listed) {
+        *place = parameter.as_law_takes_it(value * parameter.dimension.scale(scales));
+    }
+    taken
+}
+
+fn largest(forces: &[[f64; 2]]) -> f64 {
+    forces
+        .iter()
+        .flatten()
+        .fold(0.0, |most: f64, f| most.max(f.abs()))
+}
+
+#[test]
+fn numbers_in_blobs_never_change() {
+    let pinned = [
+        (1, "stiffness"),
+        (2, "viscous"),
+        (3, "clearance"),
+        (4, "clearance_coupling"),
+        (5, "coulomb"),
+        (6, "cubic_hardening"),
+        (7, "preload"),
+    ];
+    let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
+    assert_eq!(listed, pinned);
+}
+
+#[test]
+fn every_effect_says_what_it_is() {
+    for entry in EFFECTS {
+        let about = &entry.about;
+        let texts = [
+            about.title,
+            about.equation,
+            about.source,
+            about.absence,
+            about.separated_by,
+        ];
+        assert!(texts.iter().all(|t| !t.is_empty()), "{}", about.name);
+        assert_eq!(usize::from(entry.parameter_count), about.parameters.len());
+        assert!((1..=MAX_PARAMETERS).contains(&about.parameters.len()));
+        assert!(entry.state_bounds.len() <= MAX_STATES);
+        assert!(
+            about.parameters.iter().any(|p| p.is_linear()),
+            "{}",
+            about.name
+        );
+        for parameter in about.parameters {
+            assert!(!parameter.meaning.is_empty() && !parameter.symbol.is_empty());
+            let twins = about.parameters.iter().filter(|p| p.name == parameter.name);
+            assert_eq!(twins.count(), 1, "{} of {}", parameter.name, about.name);
+            let Role::Shape(shape) = parameter.role else {
+                continue;
+            };
+            assert!(shape.starts.is_sorted() && !shape.starts.is_empty());
+            let allowed = shape.least..=shape.most;
+            assert!(shape.least > 0.0 && shape.starts.iter().all(|s| allowed.contains(s)));
+            if let Some(tie) = shape.tie {
+                let owner = Entry::named(tie.effect).expect("an effect to be tied to");
+                assert!(owner.parameters().iter().any(|p| p.name == tie.parameter));
+            }
+        }
+    }
+}
+
+#[test]
+fn units_read_as_engineers_write_them() {
+    let unit = |name: &str, index: usize, own: AxisKind, other: AxisKind| {
+        let parameter = Entry::named(name).unwrap().parameters()[index];
+        parameter.dimension.unit(own, other).to_string()
+    };
+    assert_eq!(unit("stiffness", 0, Translation, Rotation), "N/m");
+    assert_eq!(unit("stiffness", 0, Rotation, Translation), "N·m/rad");
+    assert_eq!(unit("viscous", 0, Translation, Rotation), "N·s/m");
+    assert_eq!(unit("viscous", 0, Rotation, Translation), "N·m·s/rad");
+    assert_eq!(unit("cubic_hardening", 0, Translation, Rotation), "N/m³");
+    assert_eq!(
+        unit("clearance_coupling", 0, Translation, Rotation),
+        "N·s/(m·rad)"
+    );
+    assert_eq!(
+        unit("clearance_coupling", 2, Translation, Rotation),
+        "N·s/rad"
+    );
+    assert_eq!(
+        Dimension::NONE.unit(Translation, Translation).to_string(),
+        "–"
+    );
+    assert_eq!(
+        Dimension::TIME
+            .inverse()
+            .unit(Translation, Translation)
+            .to_string(),
+        "1/s"
+    );
+}
+
+proptest! {
+    #[test]
+    fn the_dual_law_is_the_derivative_of_the_real_one(
+        seed in prop::array::uniform4(0.0_f64..6.0), p in prop::array::uniform6(0.05_f64..0.95),
+    ) {
+        let rows = motion(seed, 200);
+        for entry in EFFECTS {
+            let relative = parameters(entry, &p);
+            let values = taken(entry, &relative, &SCALES);
+            for at in 0..relative.len() {
+                let mut dual = values.map(Dual::constant);
+                dual[at] = Dual::variable(values[at]);
+                let slopes = run(entry.dual, dual, &rows, &SCALES, Dual::constant);
+                let step = 1e-6 * values[at].abs();
+                let moved = |by: f64| {
+                    let mut values = values;
+                    values[at] += by;
+                    run(entry.real, values, &rows, &SCALES, |v| v)
+                };
+                let (above, below) = (moved(step), moved(-step));
+                let real = run(entry.real, values, &rows, &SCALES, |v| v);
+                let scale = largest(&real) / values[at].abs();
+                // A corner or a switch that lies between the two sides belongs to neither.
+                let mut wrong = 0;
+                for (slope, (a, b)) in slopes.iter().zip(above.iter().zip(&below)) {
+                    for axis in 0..2 {
+                        let difference = (a[axis] - b[axis]) / (2.0 * step);
+                        wrong += usize::from((slope[axis].slope - difference).abs() > 1e-5 * scale);
+                    }
+                }
+                prop_assert!(wrong <= 4, "{} parameter {at}: {wrong} rows differ", entry.about.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_linear_parameter_is_linear(
+        seed in prop::array::uniform4(0.0_f64..6.0), p in prop::array::uniform6(0.05_f64..0.95),
+    ) {
+        let rows = motion(seed, 100);
+        for entry in EFFECTS {
+            let values = taken(entry, &parameters(entry, &p), &SCALES);
+            let whole = run(entry.real, values, &rows, &SCALES, |v| v);
+            let mut sum = vec![[0.0; 2]; rows.len()];
+            let linear = |index: usize| entry.parameters().get(index).is_some_and(|p| p.is_linear());
+            for unit in (0..MAX_PARAMETERS).filter(|&i| linear(i)) {
+                let mut alone = values;
+                for (index, value) in alone.iter_mut().enumerate() {
+                    if linear(index) {
+                        *value = f64::from(u8::from(index == unit));
+                    }
+                }
+                let part = run(entry.real, alone, &rows, &SCALES, |v| v);
+                for (s, f) in sum.iter_mut().zip(part) {
+                    *s = [s[0] + values[unit] * f[0], s[1] + values[unit] * f[1]];
+                }
+            }
+            for (a, b) in whole.iter().flatten().zip(sum.iter().flatten()) {
+                prop_assert!((a - b).abs() <= 1e-9 * largest(&whole), "{}", entry.about.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_law_knows_no_units(
+        seed in prop::array::uniform4(0.0_f64..6.0), p in prop::array::uniform6(0.05_f64..0.95),
+    ) {
+        let rows = motion(seed, 100);
+        for entry in EFFECTS {
+            let relative = parameters(entry, &p);
+            let si = run(entry.real, taken(entry, &relative, &SCALES), &rows, &SCALES, |v| v);
+            let machine = taken(entry, &relative, &References::SI);
+            let machine = run(entry.real, machine, &rows, &References::SI, |v| v);
+            for (f, g) in si.iter().zip(&machine) {
+                for axis in 0..2 {
+                    let difference = f[axis] - g[axis] * SCALES.force[axis];
+                    let scale = largest(&machine) * SCALES.force[axis];
+                    prop_assert!(difference.abs() <= 1e-9 * scale, "{} on {axis}", entry.about.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn states_stay_within_their_bounds(
+        seed in prop::array::uniform4(0.0_f64..6.0), p in prop::array::uniform6(0.0_f64..1.0), jump in 0.1_f64..30.0,
+    ) {
+        let mut rows = motion(seed, 300);
+        // A sensor that jumps must not drive a state beyond its bound either.
+        rows[150][0] *= jump;
+        rows[151][1] *= -jump;
+        for entry in EFFECTS.iter().filter(|e| !e.state_bounds.is_empty()) {
+            let values = taken(entry, &parameters(entry, &p), &References::SI);
+            let mut states = [0.0; MAX_STATES];
+            let mut before = rows[0][0];
+            for [x, v, phi, omega] in &rows {
+                let at = Kinematics {
+                    displacement: *x,
+                    velocity: *v,
+                    step: x - before,
+                    other_displacement: *phi,
+                    other_velocity: *omega,
+                    period: 1.0,
+                    time: 0.0,
+                };
+                before = *x;
+                (entry.real)(&values, &at, &mut states);
+                for (state, bound) in states.iter().zip(entry.state_bounds) {
+                    prop_assert!(state.abs() <= f64::from(*bound) * (1.0 + 1e-12), "{}", entry.about.name);
+                }
+            }
+        }
+    }
+}
+
+fn header(axes: usize) -> Header {
+    let axis = |at: u8, name: &str, kind, displacement, velocity| Axis {
+        name: Name::new(at, name).unwrap(),
+        kind,
+        convention: Convention::ForceMinusInertia,
+        inertia: 1.0,
+        displacement,
+        velocity,
+        validation: None,
+    };
+    let range = |center: f64, half_range: f64| InputRange { center, half_range };
+    let all = [
+        axis(0, "x", Translation, range(3e-4, 2e-3), range(0.01, 0.3)),
+        axis(1, "phi", Rotation, range(-0.01, 0.05), range(0.0, 9.0)),
+    ];
+    Header {
+        sample_rate_hz: 1000.0,
+        band_hz: 50.0,
+        state_band_hz: 200.0,
+        axes: all.into_iter().take(axes).collect(),
+    }
+}
+
+/// An effect on an axis with random parameters in SI.
+fn term(entry: &'static Entry, axis: u8, p: &[f64; MAX_PARAMETERS]) -> InSi {
+    let scales = if axis == 0 { SCALES } else { SCALES.swapped() };
+    let listed = entry.parameters().iter().zip(parameters(entry, p));
+    InSi {
+        entry,
+        axis,
+        values: listed
+            .map(|(parameter, relative)| relative * parameter.dimension.scale(&scales))
+            .collect(),
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_device_stays_within_the_stated_bound_and_its_blob_brings_it_back(
+        seed in prop::array::uniform4(0.0_f64..6.0), p in prop::array::uniform6(0.05_f64..0.95), axis in 0_u8..2,
+    ) {
+        let header = header(2);
+        let rows = motion(seed, 500);
+        for entry in EFFECTS {
+            let axis = if entry.acts == Acts::BothAxes { 0 } else { axis };
+            let term = term(entry, axis, &p);
+            let model = Model::from_effects(header.clone(), std::slice::from_ref(&term), &[]).unwrap();
+            prop_assert_eq!(model.base(), &Base::None { axes: 2 });
+            prop_assert_eq!(&blob::decode(&blob::encode(&model)).unwrap(), &model);
+            let back = model.terms().in_si(&header, model.outputs());
+            for (a, b) in back[0].values.iter().zip(&term.values) {
+                prop_assert!((a - b).abs() <= 1e-6 * b.abs(), "{}: {a} for {b}", entry.about.name);
+            }
+
+            let inputs: Vec<[i32; 4]> = rows.iter().map(|row| row.map(fixed::q31_from_f64)).collect();
+            let mut memory = Memory::default();
+            let device: Vec<[i32; 2]> = inputs.iter().map(|u| model.step(&mut memory, u)).collect();
+            let mut states = [0.0; MAX_STATES];
+            let mut before = None;
+            let taken = |values: &[f64]| {
+                let mut taken = [0.0; MAX_PARAMETERS];
+                for (place, (p, v)) in taken.iter_mut().zip(entry.parameters().iter().zip(values)) {
+                    *place = p.as_law_takes_it(*v);
+                }
+                taken
+            };
+            let values = taken(&term.values);
+            for (u, seen) in inputs.iter().zip(&device) {
+                let si = |input: usize| {
+                    let axis = &header.axes[input / 2];
+                    let range = if input % 2 == 0 { axis.displacement } else { axis.velocity };
+                    range.center + range.half_range * fixed::q31_to_f64(u[input])
+                };
+                let (own, other) = (2 * usize::from(axis), 2 - 2 * usize::from(axis));
+                let at = Kinematics {
+                    displacement: si(own),
+                    velocity: si(own + 1),
+                    step: si(own) - before.unwrap_or(si(own)),
+                    other_displacement: si(other),
+                    other_velocity: si(other + 1),
+                    period: 1.0 / header.sample_rate_hz,
+                    time: 0.0,
+                };
+                before = Some(si(own));
+                let [mine, others] = (entry.real)(&values, &at, &mut states);
+                let wanted = if axis == 0 { [mine, others] } else { [others, mine] };
+                for force in 0..2 {
+                    let output = model.outputs()[force];
+                    let off = (f64::from(seen[force]) * output.force_per_lsb - wanted[force]).abs();
+                    // What one step may be off by has to fade in a law with memory, not to add up.
+                    let memory = if entry.state_bounds.is_empty() { 1.0 } else { 100.0 };
+                    prop_assert!(
+                        off <= memory * output.error_bound,
+                        "{} on {force}: off by {off:e}, bound {:e}", entry.about.name, output.error_bound
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn bounds_are_a_part_in_a_million_of_the_force() {
+    let header = header(2);
+    for entry in EFFECTS {
+        let term = term(entry, 0, &[0.5; MAX_PARAMETERS]);
+        let model = Model::from_effects(header.clone(), &[term], &[]).unwrap();
+        let output = model.outputs()[0];
+        let relative = output.error_bound / (output.force_per_lsb * 2_f64.powi(31));
+        println!("{}: bound {relative:.1e} of full scale", entry.about.name);
+        assert!(relative < 1e-6, "{}", entry.about.name);
+    }
+}
+
+#[test]
+fn a_model_of_effects_is_refused_where_it_cannot_be() {
+    let both = EFFECTS.iter().find(|e| e.acts == Acts::BothAxes).unwrap();
+    let refused = |header: Header, terms: Vec<InSi>, budgets: &[f64]| {
+        let refusal = Model::from_effects(header, &terms, budgets).unwrap_err();
+        println!("{refusal}");
+        refusal.to_string()
+    };
+    let half = [0.5; MAX_PARAMETERS];
+    assert!(refused(header(1), vec![term(both, 0, &half)], &[]).contains("two axes"));
+    assert!(
+        refused(header(2), vec![term(&EFFECTS[0], 0, &half); 9], &[])
+            .contains("number of effects is 9")
+    );
+    assert!(
+        refused(header(2), vec![term(&EFFECTS[0], 0, &half)], &[1e-12, 1.0]).contains("axis 0")
+    );
+    let mut mad = term(Entry::named("coulomb").unwrap(), 0, &half);
+    mad.values[1] = 1e-14;
+    assert!(refused(header(2), vec![mad], &[]).contains("too large or too small"));
+}
