@@ -5,6 +5,7 @@
 
 use jointwatch_shared::model::Base;
 use jointwatch_shared::selftest::{CORNER_POINTS, Digest, Points, corner, digest, reference_model};
+use jointwatch_shared::selftest_network::reference_network;
 use std::collections::HashSet;
 
 #[test]
@@ -13,6 +14,14 @@ fn digests_are_pinned() {
     assert_eq!(of(0), "77ac6bc19b9d4ca1");
     assert_eq!(of(100_000), "7e8c3c41ddc9f559");
     assert_eq!(of(1_000_000), "f513fecd353c8c02");
+}
+
+#[test]
+fn digests_of_the_network_are_pinned() {
+    let of = |n| format!("{:016x}", digest(reference_network(), 1, n));
+    assert_eq!(of(0), "7b8368f968d32896");
+    assert_eq!(of(100_000), "f26f2d53b6050929");
+    assert_eq!(of(1_000_000), "4ffa3a71dd9588b4");
 }
 
 #[test]
@@ -63,4 +72,25 @@ fn the_reference_model_is_sound_and_uses_its_range() {
         .map(i32::unsigned_abs)
         .max();
     assert!(largest > Some(1 << 27), "{largest:?}");
+}
+
+#[test]
+fn the_reference_network_is_sound_and_uses_its_range() {
+    let model = reference_network();
+    let Base::Network(network) = model.base() else {
+        panic!("the reference network is a network");
+    };
+    network.check().unwrap();
+    for (axis, output) in model.outputs().iter().enumerate() {
+        let bound = network.error_bound_lsb(axis) * output.force_per_lsb;
+        assert!(
+            bound <= output.error_bound && bound > 0.9 * output.error_bound,
+            "{bound}"
+        );
+    }
+    let mut points = Points::new(4);
+    let mut forces = || model.evaluate(&points.next_point());
+    let largest = (0..10_000).flat_map(|_| forces()).map(i32::unsigned_abs);
+    let largest = largest.max();
+    assert!(largest > Some(1 << 29), "{largest:?}");
 }

@@ -41,6 +41,10 @@ pub struct Output {
 
 /// What a model's force is computed from before effects are added to it.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is no heap to put the larger one on"
+)]
 #[non_exhaustive]
 pub enum Base {
     /// The paper's polynomial.

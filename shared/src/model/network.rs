@@ -75,9 +75,9 @@ impl NetworkModel {
     }
 
     /// The forces of the first `AXES` axes; 0 for the other.
-    #[inline(always)]
+    #[inline(never)]
     fn forces<const AXES: usize>(&self, u: &[i32; 4]) -> [i32; 2] {
-        let mut sums = self.output_bias;
+        let [mut first, mut second] = self.output_bias;
         for neuron in &self.neurons {
             // A loop keeps the order: written out, the bias is added to two products instead of them to it.
             let mut argument = neuron.bias;
@@ -85,11 +85,13 @@ impl NetworkModel {
                 argument += product(word, input);
             }
             let value = tanh_scaled((argument >> 32) as i32, neuron.steps);
-            for (sum, &word) in sums.iter_mut().zip(&neuron.outputs).take(AXES) {
-                *sum += product(word, value);
+            let [v, w] = neuron.outputs;
+            first += product(v, value);
+            if AXES == 2 {
+                second += product(w, value);
             }
         }
-        sums.map(|sum| (sum >> 32) as i32)
+        [(first >> 32) as i32, (second >> 32) as i32]
     }
 
     /// Proves that no input can overflow any sum of the evaluation, and that the rest of the model is what it states.

@@ -23,6 +23,9 @@ const WORD_LIMIT: f64 = RAIL / 2.0 - 1.0;
 /// What the result of a sum may reach before roundings: 40 words add at most ½·½ each, the bias and its half less than 2.
 const SUM_LIMIT: f64 = RAIL - 16.0;
 
+/// The largest weight or bias of a neuron: five of them need 2³⁶·5e7/2³¹ = 1.6e9 table steps, which is below 2³².
+const LARGEST: f64 = 1e7;
+
 /// A network learnt in `f64`, with its outputs in N or N·m for inputs normalised to ±1.
 #[derive(Clone, Copy, Debug)]
 pub struct Weights<'a> {
@@ -49,10 +52,13 @@ pub(crate) struct Cost {
     pub(crate) weight: f64,
 }
 
-/// How far the stored argument of a neuron may be from the real one, and how large that is.
+/// The most expensive neuron of each axis.
+pub(crate) type Costs = [Option<Cost>; 2];
+
+/// By how much storing the words of a neuron moves its argument, and how large that can be.
 #[derive(Clone, Copy)]
 struct Argument {
-    error: f64,
+    moved: f64,
     reach: f64,
 }
 
@@ -69,9 +75,7 @@ impl NetworkModel {
     }
 
     /// As [`Self::quantise`], and what dominates each axis's bound.
-    pub(crate) fn with_costs(
-        weights: &Weights,
-    ) -> Result<(Self, Vec<Output, 2>, [Option<Cost>; 2]), Error> {
+    pub(crate) fn with_costs(weights: &Weights) -> Result<(Self, Vec<Output, 2>, Costs), Error> {
         let axes = weights.check_counts()?;
         let mut model = Self {
             axes: axes as u8,
@@ -79,7 +83,7 @@ impl NetworkModel {
             output_bias: [0; 2],
         };
         let mut arguments = [Argument {
-            error: 0.0,
+            moved: 0.0,
             reach: 0.0,
         }; NEURONS];
         let hidden = weights
@@ -149,7 +153,7 @@ impl NetworkModel {
                 *place = word;
             }
             // tanh is at most 1 and its slope is at most 1.
-            let share = (weight - value).abs() + value.abs() * (argument.error + MAX_ERROR);
+            let share = (weight - value).abs() + value.abs() * (argument.moved + neuron.error());
             error_bound += share;
             if dominant.is_none_or(|known| share > known.share) {
                 dominant = Some(Cost {
@@ -166,6 +170,33 @@ impl NetworkModel {
             error_bound: error_bound * (1.0 + 1e-5),
         };
         Ok((output, dominant))
+    }
+
+    /// The largest difference between an output and the real network of the stored words, in units of the output.
+    ///
+    /// It holds for every real input in [−1, 1], rounded to Q31 on the way in. The causes: that rounding, in which 1.0 becomes
+    /// 1 − 2⁻³¹; half a unit of every argument; the table; and half a unit of the output. The rounding of weights and biases to
+    /// words is not in it; [`Output::error_bound`] has both.
+    pub fn error_bound_lsb(&self, axis: usize) -> f64 {
+        let of_neuron = |neuron: &Neuron| {
+            let word = neuron.outputs.get(axis).map_or(0, |w| w.unsigned_abs());
+            0.5 * f64::from(word) * neuron.error()
+        };
+        0.5 + self.neurons().iter().map(of_neuron).sum::<f64>()
+    }
+}
+
+impl Neuron {
+    /// The largest difference between the neuron's tanh and the real one of the stored words, for real inputs in [−1, 1].
+    fn error(&self) -> f64 {
+        let scale = STEPS / f64::from(self.steps);
+        let sizes: f64 = self
+            .weights
+            .iter()
+            .map(|w| f64::from(w.unsigned_abs()))
+            .sum();
+        // An input is off by at most 2⁻³¹, of which most is 1.0 becoming 1 − 2⁻³¹; the slope of tanh is at most 1.
+        (0.5 * sizes / RAIL + 0.5) / scale + MAX_ERROR
     }
 }
 
@@ -197,8 +228,7 @@ fn neuron(number: u8, inputs: &[f64], bias: f64) -> Result<(Neuron, Argument), E
     let (mut reach, mut largest) = (bias.abs(), 0.0_f64);
     let all = inputs.iter().map(|w| ("weight of an input", w));
     for (place, &seen) in all.chain([("bias", &bias)]) {
-        // Beyond this the table would have to be entered in more than 2³² steps per unit, see below.
-        if seen.is_nan() || seen.abs() > 1e7 {
+        if seen.is_nan() || seen.abs() > LARGEST {
             let neuron = number;
             return Err(Error::Weight {
                 place,
@@ -211,19 +241,18 @@ fn neuron(number: u8, inputs: &[f64], bias: f64) -> Result<(Neuron, Argument), E
         reach += weight.abs();
         largest = largest.max(weight.abs());
     }
-    // At most 2³⁶·5e7/2³¹ = 1.6e9 steps; rounded up, so that the scale is not above its limit.
+    // Rounded up, so that the scale is not above its limit.
     let least = STEPS / largest_scale(reach, largest);
     let cut = least as u32;
     let steps = (cut + u32::from(f64::from(cut) < least)).max(1);
     let scale = STEPS / f64::from(steps);
     let (bias, bias_error) = stored_bias(bias, scale);
     let mut weights = [0; 4];
-    let mut error = bias_error + 0.5 / scale;
+    let mut moved = bias_error;
     for (place, &weight) in weights.iter_mut().zip(inputs) {
         let (word, value) = stored_word(weight, scale);
         *place = word;
-        // An input is off by at most 2⁻³¹, of which most is 1.0 becoming 1 − 2⁻³¹.
-        error += (weight - value).abs() + value.abs() / RAIL;
+        moved += (weight - value).abs();
     }
     let neuron = Neuron {
         weights,
@@ -231,7 +260,7 @@ fn neuron(number: u8, inputs: &[f64], bias: f64) -> Result<(Neuron, Argument), E
         bias,
         steps,
     };
-    Ok((neuron, Argument { error, reach }))
+    Ok((neuron, Argument { moved, reach }))
 }
 
 /// The largest scale of a sum of `sum` in size whose largest word is `largest`; infinite for a sum of zeros.

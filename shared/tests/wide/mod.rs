@@ -1,6 +1,9 @@
-//! The polynomial kernel once more, in 128-bit integers that cannot overflow, written from docs/numerics.md.
+//! The kernels once more, in 128-bit integers that cannot overflow, written from docs/numerics.md.
 
+use jointwatch_shared::model::network::NetworkModel;
 use jointwatch_shared::model::polynomial::PolynomialModel;
+use jointwatch_shared::model::{Base, Model};
+use jointwatch_shared::tanh::tanh_scaled;
 
 /// ⌊x/2ⁿ + ½⌋.
 fn round(x: i128, n: u32) -> i128 {
@@ -31,7 +34,33 @@ fn block(words: &[i32; 16], first: &[i128; 4], second: &[i128; 4]) -> i128 {
 }
 
 /// The outputs, without any limit on their size.
-pub(crate) fn evaluate(model: &PolynomialModel, u: &[i32; 4]) -> [i128; 2] {
+pub(crate) fn evaluate(model: &Model, u: &[i32; 4]) -> [i128; 2] {
+    match model.base() {
+        Base::Polynomial(polynomial) => of_polynomial(polynomial, u),
+        Base::Network(network) => of_network(network, u),
+        other => panic!("no wide kernel for {other:?}"),
+    }
+}
+
+/// Both layers as the high word of bias + Σ word·factor; an argument beyond 32 bits is an overflow and ends the test.
+fn of_network(model: &NetworkModel, u: &[i32; 4]) -> [i128; 2] {
+    let sum = |bias: i64, words: &[i32], factors: &[i32]| -> i128 {
+        let products = words.iter().zip(factors);
+        let products = products.map(|(&w, &f)| i128::from(w) * i128::from(f));
+        (i128::from(bias) + products.sum::<i128>()).div_euclid(1 << 32)
+    };
+    let value = |argument: i128, steps| tanh_scaled(i32::try_from(argument).unwrap(), steps);
+    let neurons = model.neurons().iter();
+    let values: Vec<i32> = neurons
+        .map(|n| value(sum(n.bias, &n.weights, u), n.steps))
+        .collect();
+    [0, 1].map(|axis| {
+        let words: Vec<i32> = model.neurons().iter().map(|n| n.outputs[axis]).collect();
+        sum(model.output_bias()[axis], &words, &values)
+    })
+}
+
+fn of_polynomial(model: &PolynomialModel, u: &[i32; 4]) -> [i128; 2] {
     let [a, b, c, d] = u.map(powers);
     if model.axes() == 1 {
         return [block(&model.blocks()[0][0].words, &a, &b), 0];
