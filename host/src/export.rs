@@ -1,11 +1,14 @@
 //! From a model in newtons to the blob that the device evaluates, and back.
 
 use crate::error::{Error, Result};
+use crate::model::Network;
 use crate::model_file::{Base, ModelFile};
 use crate::study::Convention;
 use jointwatch_shared::blob::{self, BLOB_LEN};
 use jointwatch_shared::fixed::q31_to_f64;
 use jointwatch_shared::model::axis::{self, Axis, Name};
+use jointwatch_shared::model::network_quantise::Weights;
+use jointwatch_shared::model::terms::Memory;
 use jointwatch_shared::model::{Header, Model};
 use jointwatch_shared::selftest::{CORNER_POINTS, Points, corner};
 use serde::Serialize;
@@ -49,7 +52,8 @@ pub struct Exported {
 /// `budget` is the largest error bound allowed, as a part of each axis's RMS training force.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] naming the coefficient when the model cannot be held within the budget.
+/// [`crate::error::Kind::Data`] naming the coefficient or the neuron when the model cannot be held within the budget, and
+/// the number of neurons when the device has not as many.
 pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
     let refuse = |e: jointwatch_shared::error::Error| {
         Error::data(format!("this model cannot be exported: {e}"))
@@ -96,17 +100,19 @@ pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
         .iter()
         .map(|fit| budget * fit.training_force_rms)
         .collect();
+    let effects = file.effects_in_si()?;
     let model = match &file.base {
         Base::Polynomial(polynomial) => {
             let coefficients: Vec<&[f64]> =
                 polynomial.coefficients.iter().map(Vec::as_slice).collect();
             Model::from_polynomial(header, &polynomial.orders, &coefficients, &budgets)
-                .map_err(refuse)?
+                .and_then(|model| model.adding_effects(&effects, &budgets))
         }
-        Base::Network(_) | Base::None(_) => {
-            return Err(Error::data("a network cannot be exported yet"));
-        }
+        Base::Network(network) => from_network(header, network, &budgets)
+            .and_then(|model| model.adding_effects(&effects, &budgets)),
+        Base::None(_) => Model::from_effects(header, &effects, &budgets),
     };
+    let model = model.map_err(refuse)?;
 
     let largest = largest_errors(file, &model)?;
     let axes = file
@@ -127,6 +133,31 @@ pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
         blob: blob::encode(&model),
         model,
     })
+}
+
+/// Brings a network to fixed point, with the scale of its outputs folded into their weights.
+fn from_network(
+    header: Header,
+    network: &Network,
+    budgets: &[f64],
+) -> std::result::Result<Model, jointwatch_shared::error::Error> {
+    let outputs = network.outputs.iter();
+    let output: Vec<Vec<f64>> = outputs
+        .clone()
+        .zip(&network.output_weights)
+        .map(|(range, row)| row.iter().map(|w| range.half_range * w).collect())
+        .collect();
+    let output_bias: Vec<f64> = outputs
+        .zip(&network.output_bias)
+        .map(|(range, bias)| range.center + range.half_range * bias)
+        .collect();
+    let weights = Weights {
+        hidden: &network.hidden_weights.concat(),
+        hidden_bias: &network.hidden_bias,
+        output: &output.iter().map(Vec::as_slice).collect::<Vec<_>>(),
+        output_bias: &output_bias,
+    };
+    Model::from_network(header, &weights, budgets)
 }
 
 /// Largest |device − f64| per axis over random, corner and centre points of the training range.
@@ -160,9 +191,11 @@ fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
     let states: Vec<&[f64]> = states.iter().map(Vec::as_slice).collect();
     let wanted = file.predict(&states)?;
     let mut largest = vec![0.0; file.axes.len()];
+    // The points count as one motion on both sides, for the sake of effects with memory.
+    let mut memory = Memory::default();
     for (at, u) in inputs.iter().enumerate() {
         for (axis, raw) in model
-            .evaluate(u)
+            .step(&mut memory, u)
             .into_iter()
             .enumerate()
             .take(largest.len())

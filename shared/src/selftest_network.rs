@@ -33,7 +33,7 @@ static REFERENCE: Model = Model {
 };
 
 /// The bounds of the reference network's error, in its force units; a test compares them with the computed ones.
-const REFERENCE_BOUNDS: [f64; 2] = [22.0, 22.0];
+const REFERENCE_BOUNDS: [f64; 2] = [22.0, 24.5];
 
 /// Words of both signs, as large as the sums allow, and from 200 to 2150 table steps per 2³² units of the argument: full
 /// scale of a neuron stands for tanh arguments between 6 and 67.

@@ -228,8 +228,8 @@ fn refusals_of_a_network_say_what_was_seen() {
     let blob = encode(&network(2, 7, 9));
     let with = |offset: usize, bytes: &[u8]| refusal_with(blob, offset, bytes);
     assert_eq!(
-        with(6, &[3]),
-        "the blob's kind of base is 3, which this program does not know"
+        with(6, &[9]),
+        "the blob's kind of base is 9, which this program does not know"
     );
     for (offset, value) in [(32, 3), (37, 1), (236 + 7 * 36, 1), (1676, 1), (2392, 9)] {
         assert_eq!(
@@ -458,7 +458,7 @@ fn the_documented_bytes_of_a_network_are_the_written_bytes() {
 fn the_bytes_of_the_reference_models_are_pinned() {
     for (model, pinned) in [
         (selftest::reference_model(), "335fe79119de18e6"),
-        (reference_network(), "b1f51dda887e21f9"),
+        (reference_network(), "7f068123a8e97893"),
     ] {
         let mut digest = Digest::new();
         for byte in encode(model) {

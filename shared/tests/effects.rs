@@ -364,7 +364,7 @@ proptest! {
             for (u, seen) in inputs.iter().zip(&device) {
                 let si = |input: usize| {
                     let axis = &header.axes[input / 2];
-                    let range = if input % 2 == 0 { axis.displacement } else { axis.velocity };
+                    let range = if input.is_multiple_of(2) { axis.displacement } else { axis.velocity };
                     range.center + range.half_range * fixed::q31_to_f64(u[input])
                 };
                 let (own, other) = (2 * usize::from(axis), 2 - 2 * usize::from(axis));

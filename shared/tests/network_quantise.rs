@@ -156,7 +156,8 @@ fn what_cannot_be_held_is_named() {
 
 #[test]
 fn parts_that_do_not_fit_together_are_refused() {
-    let spoil: [(fn(&mut Sample), &str); 4] = [
+    type Spoil = fn(&mut Sample);
+    let spoil: [(Spoil, &str); 4] = [
         (
             |s| s.hidden.truncate(11),
             "the network has 11 hidden weights, but its neurons and axes ask for 12",

@@ -4,9 +4,12 @@
 
 use jointwatch::device::{self, Board, SelfTestReport, SlotState};
 use jointwatch_shared::blob::{self, BLOB_LEN};
+use jointwatch_shared::model::network::NEURONS;
+use jointwatch_shared::model::network_quantise::Weights;
 use jointwatch_shared::model::{Header, Model};
 use jointwatch_shared::selftest::{self, Points, reference_model};
 use jointwatch_shared::selftest_chain::chain_digest;
+use jointwatch_shared::selftest_network::reference_network;
 use jointwatch_tests::elf::Image;
 use jointwatch_tests::log::boot_log;
 use std::io::Write;
@@ -14,7 +17,9 @@ use std::path::PathBuf;
 use tempfile::NamedTempFile;
 
 /// The most instructions that one evaluation of the full polynomial, both outputs, may take on a Cortex-M4F.
-const MOST_INSTRUCTIONS: u32 = 1300;
+const MOST_OF_POLYNOMIAL: u32 = 1300;
+/// The same of a network with four inputs, 40 neurons and two outputs.
+const MOST_OF_NETWORK: u32 = 1800;
 
 fn image(board: Board) -> PathBuf {
     device::selftest(board).unwrap_or_else(|why| panic!("{why}"))
@@ -47,13 +52,36 @@ fn model(axes: usize, seed: u64) -> Model {
         })
         .collect();
     let coefficients: Vec<&[f64]> = coefficients.iter().map(Vec::as_slice).collect();
-    let known = reference_model().header();
-    let header = Header {
-        axes: known.axes.iter().take(axes).cloned().collect(),
-        ..known.clone()
+    let any = vec![f64::INFINITY; axes];
+    let model = Model::from_polynomial(header(axes), &vec![3; 2 * axes], &coefficients, &any);
+    model.expect("a sound model")
+}
+
+/// A network of one or two axes with weights of very different size, another one for every seed.
+fn network(axes: usize, neurons: usize, seed: u64) -> Model {
+    let mut points = Points::new(seed);
+    let mut draw = |count: usize| -> Vec<f64> {
+        let mut next = || f64::from(points.next_word()) / f64::from(1 << 29);
+        (0..count).map(|_| next() * next().powi(2)).collect()
+    };
+    let output: Vec<Vec<f64>> = (0..axes).map(|_| draw(neurons)).collect();
+    let weights = Weights {
+        hidden: &draw(2 * axes * neurons),
+        hidden_bias: &draw(neurons),
+        output: &output.iter().map(Vec::as_slice).collect::<Vec<_>>(),
+        output_bias: &draw(axes),
     };
     let any = vec![f64::INFINITY; axes];
-    Model::from_polynomial(header, &vec![3; 2 * axes], &coefficients, &any).expect("a sound model")
+    Model::from_network(header(axes), &weights, &any).expect("a sound model")
+}
+
+/// The header of the reference models, or that of their first axis alone.
+fn header(axes: usize) -> Header {
+    let known = reference_model().header();
+    Header {
+        axes: known.axes.iter().take(axes).cloned().collect(),
+        ..known.clone()
+    }
 }
 
 /// The digest of `name` on the device is the one that the host computes for `model`.
@@ -66,6 +94,18 @@ fn same_bits(report: &SelfTestReport, name: &str, model: &Model) {
         "{name} over {} points: device {:#018x}, host {host:#018x}",
         device.points, device.digest
     );
+}
+
+/// Both reference models give the host's bits, over as many points as were asked for.
+fn same_reference_bits(report: &SelfTestReport, points: u32) {
+    for (name, model) in [
+        ("reference", reference_model()),
+        ("network", reference_network()),
+    ] {
+        let seen = report.model(name).map(|model| model.points);
+        assert_eq!(seen, Some(points), "{name}");
+        same_bits(report, name, model);
+    }
 }
 
 /// The on-board chain, from counts to residuals, gives on the device what it gives on the host.
@@ -85,9 +125,7 @@ fn same_chain(report: &SelfTestReport, samples: u32) {
 fn cortex_m4f_computes_the_same_bits_a_million_times() {
     let report = run(Board::Stm32f405, None, 1_000_000);
     assert!(report.passed, "{report:?}");
-    let points = report.model("reference").map(|model| model.points);
-    assert_eq!(points, Some(1_000_000));
-    same_bits(&report, "reference", reference_model());
+    same_reference_bits(&report, 1_000_000);
     same_chain(&report, 20_000);
 }
 
@@ -96,47 +134,56 @@ fn cortex_m0_computes_the_same_bits() {
     let report = run(Board::Microbit, None, 100_000);
     assert!(report.passed, "{report:?}");
     assert_eq!(report.board, "microbit");
-    let points = report.model("reference").map(|model| model.points);
-    assert_eq!(points, Some(100_000));
-    same_bits(&report, "reference", reference_model());
+    same_reference_bits(&report, 100_000);
     same_chain(&report, 2_000);
 }
 
 #[test]
 fn instructions_are_few_and_do_not_depend_on_the_input() {
-    let blob = blob::encode(&model(2, 11));
-    let report = run(Board::Stm32f405, Some(&blob), 0);
-    for name in ["reference", "a"] {
-        let counted = report.model(name).and_then(|model| model.instructions);
-        let counted = counted.unwrap_or_else(|| panic!("no count of {name}: {report:?}"));
-        println!("{name}: {counted:?}");
-        assert!(
-            counted.inputs > selftest::CORNER_POINTS,
-            "corners and random points"
-        );
-        assert_eq!(counted.least, counted.most, "{name}");
-        assert!(
-            counted.most <= MOST_INSTRUCTIONS,
-            "{name}: {}",
-            counted.most
-        );
-        // 512 coefficients are multiplied; a lower count would mean that something else was counted.
-        assert!(counted.least > 512, "{name}: {}", counted.least);
+    // As many multiplications as there are numbers in the model; fewer would mean that something else was counted.
+    let of_polynomial = 512..=MOST_OF_POLYNOMIAL;
+    let of_network = 40 * 6..=MOST_OF_NETWORK;
+    for (slot, of_slot) in [
+        (model(2, 11), &of_polynomial),
+        (network(2, NEURONS, 12), &of_network),
+        (network(1, NEURONS, 13), &of_network),
+    ] {
+        let report = run(Board::Stm32f405, Some(&blob::encode(&slot)), 0);
+        let names = [
+            ("reference", &of_polynomial),
+            ("network", &of_network),
+            ("a", of_slot),
+        ];
+        for (name, range) in names {
+            let counted = report.model(name).and_then(|model| model.instructions);
+            let counted = counted.unwrap_or_else(|| panic!("no count of {name}: {report:?}"));
+            println!("{name}: {counted:?}");
+            assert!(
+                counted.inputs > selftest::CORNER_POINTS,
+                "corners and random points"
+            );
+            assert_eq!(counted.least, counted.most, "{name}");
+            assert!(range.contains(&counted.most), "{name}: {}", counted.most);
+        }
     }
 }
 
 #[test]
 fn a_good_blob_in_the_slot_is_taken_and_gives_the_hosts_bits() {
-    for (axes, seed) in [(1, 5), (2, 6), (2, 7)] {
-        let model = model(axes, seed);
-        let report = run(Board::Stm32f405, Some(&blob::encode(&model)), 20_000);
-        assert_eq!(
-            report.slot("a"),
-            Some(&SlotState::Model),
-            "seed {seed}: {report:?}"
-        );
-        assert!(report.passed, "seed {seed}: {report:?}");
-        same_bits(&report, "a", &model);
+    let models = [
+        model(1, 5),
+        model(2, 6),
+        model(2, 7),
+        network(1, NEURONS, 14),
+        network(2, NEURONS, 15),
+        network(2, 9, 16),
+    ];
+    for (number, model) in models.iter().enumerate() {
+        let report = run(Board::Stm32f405, Some(&blob::encode(model)), 20_000);
+        let what = format!("model {number}: {report:?}");
+        assert_eq!(report.slot("a"), Some(&SlotState::Model), "{what}");
+        assert!(report.passed, "{what}");
+        same_bits(&report, "a", model);
     }
 }
 

@@ -109,15 +109,17 @@ fn in_range(range: &InputRange, unit: &str) -> String {
 
 fn blob_in_words(model: &Model) -> String {
     let header = model.header();
-    let DeviceBase::Polynomial(polynomial) = model.base() else {
-        return "A blob whose kind of base this version cannot show.".into();
+    let base = match model.base() {
+        DeviceBase::Polynomial(polynomial) => {
+            let orders = &polynomial.orders()[..2 * model.axes()];
+            format!("polynomial, orders {orders:?}")
+        }
+        DeviceBase::Network(network) => format!("network, {} neurons", network.neurons().len()),
+        _ => "a kind of base that this version cannot show".into(),
     };
     let mut text = format!(
-        "Blob: polynomial, orders {:?}; samples at {} Hz, residual judged up to {:.0} Hz, states to {:.0} Hz.\n",
-        &polynomial.orders()[..2 * model.axes()],
-        header.sample_rate_hz,
-        header.band_hz,
-        header.state_band_hz
+        "Blob: {base}; samples at {} Hz, residual judged up to {:.0} Hz, states to {:.0} Hz.\n",
+        header.sample_rate_hz, header.band_hz, header.state_band_hz
     );
     let mut table = Table::new(&[
         "axis",
@@ -178,11 +180,20 @@ fn blob_as_json(model: &Model) -> serde_json::Value {
             })
         })
         .collect();
-    serde_json::json!({
-        "base": "polynomial",
+    let mut json = serde_json::json!({
+        "base": "unknown",
         "sample_rate_hz": header.sample_rate_hz,
         "band_hz": header.band_hz,
         "state_band_hz": header.state_band_hz,
         "axes": axes,
-    })
+    });
+    match model.base() {
+        DeviceBase::Polynomial(_) => json["base"] = "polynomial".into(),
+        DeviceBase::Network(network) => {
+            json["base"] = "network".into();
+            json["neurons"] = network.neurons().len().into();
+        }
+        _ => {}
+    }
+    json
 }

@@ -52,6 +52,9 @@ pub(crate) struct Cost {
     pub(crate) weight: f64,
 }
 
+/// The most expensive neuron of each axis.
+pub(crate) type Costs = [Option<Cost>; 2];
+
 /// By how much storing the words of a neuron moves its argument, and how large that can be.
 #[derive(Clone, Copy)]
 struct Argument {
@@ -72,9 +75,7 @@ impl NetworkModel {
     }
 
     /// As [`Self::quantise`], and what dominates each axis's bound.
-    pub(crate) fn with_costs(
-        weights: &Weights,
-    ) -> Result<(Self, Vec<Output, 2>, [Option<Cost>; 2]), Error> {
+    pub(crate) fn with_costs(weights: &Weights) -> Result<(Self, Vec<Output, 2>, Costs), Error> {
         let axes = weights.check_counts()?;
         let mut model = Self {
             axes: axes as u8,
