@@ -1,9 +1,11 @@
 //! A learnt model as the host keeps it: `model.json`.
 
+mod evaluator;
 mod network;
 mod polynomial;
 pub(crate) mod powers;
 
+pub use evaluator::Evaluator;
 pub use network::Network;
 pub use polynomial::exponents;
 

@@ -9,7 +9,7 @@ mod description;
 mod json;
 mod log;
 mod matlab;
-mod nearest;
+pub(crate) mod nearest;
 mod plan;
 mod read;
 pub mod time;
