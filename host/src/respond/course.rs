@@ -207,3 +207,104 @@ pub(super) fn settled<M: Mechanism>(
         coarse = fine;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::{Bodies, BodyState, Contact, Excitation, RigParameters};
+
+    /// A joint that exerts nothing and remembers how long it has been moving and where it was last.
+    #[derive(Clone)]
+    struct Clock {
+        time_s: f64,
+        last: f64,
+    }
+
+    impl JointLaw for Clock {
+        fn force(&self, _state: [f64; 4], _contacts: [Contact; 2]) -> [f64; 2] {
+            [0.0; 2]
+        }
+
+        fn advance(&mut self, state: [f64; 4], step_s: f64) {
+            self.time_s += step_s;
+            self.last = state[0];
+        }
+    }
+
+    #[test]
+    fn what_a_law_remembers_has_seen_the_motion_before_each_start_and_every_step_after_it() {
+        let course = Course {
+            states: vec![(0..100).map(f64::from).collect(), vec![0.0; 100]],
+            sample_rate_hz: 200.0,
+            start_s: 0.0,
+        };
+        let mut follower = Follower::new(Clock {
+            time_s: 0.0,
+            last: 0.0,
+        });
+        for row in [0, 40, 80] {
+            let law = follower.at(row, &course);
+            assert!((law.time_s - row as f64 / 200.0).abs() < 1e-12);
+            assert_eq!(law.last, row as f64);
+        }
+        let parameters = RigParameters::default();
+        let mut bodies = Bodies {
+            parameters: &parameters,
+            joint: follower.at(80, &course),
+        };
+        let still = [0, 1].map(|_| Excitation::logged(vec![0.0; 100], 200.0));
+        let mut y = BodyState::zeros();
+        y[1] = -0.25;
+        bodies.next_row(&mut y, &still, 80, 200.0, 4);
+        assert!((bodies.joint.time_s - 81.0 / 200.0).abs() < 1e-12);
+        assert_eq!(bodies.joint.last, y[2] - y[1]);
+    }
+
+    /// A state that doubles with every row.
+    struct Doubling {
+        value: f64,
+    }
+
+    impl Mechanism for Doubling {
+        fn place(&mut self, _row: usize) {
+            self.value = 1.0;
+        }
+
+        fn next_row(&mut self, _row: usize) {
+            self.value *= 2.0;
+        }
+
+        fn joint_state(&self, _row: usize) -> [f64; 4] {
+            [self.value, 0.0, 0.0, 0.0]
+        }
+    }
+
+    #[test]
+    fn a_run_stops_where_it_leaves_ten_half_ranges_and_goes_on_at_the_next_start() {
+        let course = Course {
+            states: vec![vec![1.0; 12]; 2],
+            sample_rate_hz: 10.0,
+            start_s: 3.0,
+        };
+        // 1, 2, 4, 8, 16: ten half-ranges of 1.5 around 0.5 end at 15.5.
+        let inputs = [
+            InputRange {
+                center: 0.5,
+                half_range: 1.5,
+            },
+            InputRange {
+                center: 0.0,
+                half_range: 1.0,
+            },
+        ];
+        let once = run(Doubling { value: 0.0 }, &course, None, &inputs, 4);
+        assert_eq!(once.states[0][..4], [1.0, 2.0, 4.0, 8.0]);
+        assert!(once.states[0][4..].iter().all(|x| x.is_nan()));
+        assert_eq!(once.diverged, [(4, 0, 0, 16.0)]);
+        assert!((once.share() - 4.0 / 12.0).abs() < 1e-12);
+        let again = run(Doubling { value: 0.0 }, &course, Some(6), &inputs, 4);
+        assert_eq!(again.states[0][6..10], [1.0, 2.0, 4.0, 8.0]);
+        assert_eq!(again.diverged, [(4, 0, 0, 16.0), (10, 6, 0, 16.0)]);
+        assert!(!once.restarted && again.restarted);
+    }
+}

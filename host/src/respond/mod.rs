@@ -231,7 +231,7 @@ fn restart_rows(study: &Study, restart_s: Option<f64>) -> Result<Option<usize>> 
         return Ok(None);
     };
     let rows = seconds * study.sample_rate_hz;
-    if !(rows >= 2.0 && rows < 1e15) {
+    if !(2.0..1e15).contains(&rows) {
         return Err(Error::usage(format!(
             "--restart {seconds}: give at least two samples, {} s at {} Hz",
             2.0 / study.sample_rate_hz,

@@ -193,7 +193,7 @@ fn divergence(record: &RecordResponse, study: &Study, restart_s: Option<f64>) ->
         )
     } else {
         format!(
-            "the {} of {} is no longer a number",
+            "the {} of {} grew beyond all numbers within one sample",
             first.state, first.axis
         )
     };

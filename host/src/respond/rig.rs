@@ -119,7 +119,7 @@ impl<'a> ShakenRecord<'a> {
             }
             let step = study.axes[axis].encoder_step.unwrap_or(0.0);
             let allowed = SAME_MOTION * SAME_MOTION * size + step * step * record.rows as f64;
-            if !(difference <= allowed) {
+            if difference > allowed {
                 return Err(foreign(&format!(
                     "with its parameters and its drive {} moves otherwise than it was logged",
                     study.axes[axis].name
