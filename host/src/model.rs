@@ -1,11 +1,13 @@
 //! A learnt model as the host keeps it: `model.json`.
 
 pub mod effects;
+mod evaluator;
 mod network;
 mod polynomial;
 pub(crate) mod powers;
 
 pub use effects::{EffectTerm, ParameterValue};
+pub use evaluator::Evaluator;
 pub use network::Network;
 pub use polynomial::exponents;
 

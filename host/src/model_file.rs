@@ -12,11 +12,11 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// What the first key of every model file says.
-pub const FORMAT: &str = "jointwatch-model/1";
+pub const FORMAT: &str = "jointwatch-model/2";
 
 /// What a model's force is made of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[serde(rename_all = "snake_case")]
 pub enum Base {
     /// Powers and products of the states.
     Polynomial(Polynomial),
@@ -77,7 +77,7 @@ impl Base {
     ///
     /// # Errors
     /// [`crate::error::Kind::Data`] when the states are not those of the model's inputs.
-    fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
+    pub(crate) fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
         match self {
             Base::Polynomial(polynomial) => polynomial.predict(states),
             Base::Network(network) => network.predict(states),

@@ -27,7 +27,7 @@ fn damaged_models_and_blobs_are_refused_in_one_sentence() {
     assert!(fail(folder.path(), &["export", "cut.json"], 3).contains("line"));
     fs::write(
         folder.path().join("old.json"),
-        model.replace("jointwatch-model/1", "jointwatch-model/0"),
+        model.replace("jointwatch-model/2", "jointwatch-model/0"),
     )
     .unwrap();
     assert!(fail(folder.path(), &["compare", rig, "old.json"], 3).contains("jointwatch-model/0"));

@@ -18,15 +18,14 @@ fn study_with_network(neurons: usize, size: f64, seed: u64) -> TempDir {
         let numbers = (0..count).map(|_| size * q31_to_f64(points.next_word()));
         numbers.collect()
     };
-    model["base"] = json!({
-        "kind": "network",
-        "inputs": model["base"]["inputs"],
+    model["base"] = json!({ "network": {
+        "inputs": model["base"]["polynomial"]["inputs"],
         "outputs": [{ "center": 3.0, "half_range": 40.0 }, { "center": -0.1, "half_range": 2.5 }],
         "hidden_weights": (0..neurons).map(|_| draw(4)).collect::<Vec<_>>(),
         "hidden_bias": draw(neurons),
         "output_weights": [draw(neurons), draw(neurons)],
         "output_bias": draw(2),
-    });
+    } });
     fs::write(folder.path().join("network.json"), model.to_string()).unwrap();
     folder
 }

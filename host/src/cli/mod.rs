@@ -6,6 +6,7 @@ mod export;
 mod identify;
 mod inspect;
 mod replay;
+mod respond;
 mod simulate;
 
 use crate::error::{Error, Result};
@@ -60,6 +61,8 @@ enum Command {
     Inspect(inspect::Inspect),
     /// Run the device's integer code on the records of a study, from raw counts on.
     Replay(replay::Replay),
+    /// Put a model in place of the joint, integrate the equation of motion for a record's drive, and compare the motions.
+    Respond(respond::Respond),
 }
 
 /// What every subcommand has at hand: where to print, and the progress display.
@@ -156,6 +159,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Export(command) => command.run(&console),
         Command::Inspect(command) => command.run(&console),
         Command::Replay(command) => command.run(&console),
+        Command::Respond(command) => command.run(&console),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

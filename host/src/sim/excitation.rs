@@ -1,17 +1,25 @@
-//! Broadband random drive: a sum of sines of random phase within a stated band.
+//! What drives a motion, known at the samples of a record: a broadband random drive, or a logged channel.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
-/// A drive force given at the samples of a record and smooth between them.
-pub(super) struct Excitation {
+/// A quantity given at the samples of a record and smooth between them.
+pub struct Excitation {
     samples: Vec<f64>,
     sample_rate_hz: f64,
 }
 
 impl Excitation {
+    /// A logged channel, sample 0 at time 0.
+    pub fn logged(samples: Vec<f64>, sample_rate_hz: f64) -> Self {
+        Self {
+            samples,
+            sample_rate_hz,
+        }
+    }
+
     /// Equal amplitudes and random phases on every line k/T within `band_hz`, scaled to `rms`; it rises
     /// from zero over the first `ramp_s`, so that the record can begin at rest.
     pub(super) fn broadband(
@@ -51,8 +59,8 @@ impl Excitation {
         }
     }
 
-    /// The drive at a time: a cubic through the four samples around it, the ends repeated.
-    pub(super) fn at(&self, time_s: f64) -> f64 {
+    /// The value at a time: a cubic through the four samples around it, the ends repeated.
+    pub fn at(&self, time_s: f64) -> f64 {
         let position = time_s * self.sample_rate_hz;
         let row = position.floor().max(0.0);
         let u = position - row;

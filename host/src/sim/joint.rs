@@ -40,6 +40,32 @@ impl Contact {
     }
 }
 
+/// Whatever takes the joint's place between two bodies: its own law, or a model of it.
+pub trait JointLaw {
+    /// On which side of its clearance each axis is; a law without corners is always inside.
+    fn contacts(&self, _state: [f64; 4]) -> [Contact; 2] {
+        [Contact::Inside; 2]
+    }
+
+    /// What the joint exerts on the body whose force was logged [N, N·m] at the state [x, ẋ, φ, φ̇] (SI), with the
+    /// contacts held as given.
+    fn force(&self, state: [f64; 4], contacts: [Contact; 2]) -> [f64; 2];
+
+    /// Moves internal states on after an accepted step of `step_s` seconds that ended at `state`; a law without memory
+    /// has nothing to do.
+    fn advance(&mut self, _state: [f64; 4], _step_s: f64) {}
+}
+
+impl JointLaw for Joint {
+    fn contacts(&self, state: [f64; 4]) -> [Contact; 2] {
+        Joint::contacts(self, state)
+    }
+
+    fn force(&self, state: [f64; 4], contacts: [Contact; 2]) -> [f64; 2] {
+        self.force_with(state, contacts)
+    }
+}
+
 /// The joint's force law; arrays hold the translation first, the rotation second.
 ///
 /// With relative displacement x = x₃ − x₂ and rotation φ = φ₃ − φ₂, the force on body 2 is

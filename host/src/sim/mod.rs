@@ -8,15 +8,19 @@
 
 mod excitation;
 mod files;
+mod integrate;
 mod joint;
 mod motion;
 mod rig;
 mod sensors;
 mod simulation;
 
+pub use excitation::Excitation;
 pub use files::write_study;
-pub use joint::{Contact, Joint};
-pub use motion::{Bodies, BodyState, DRIVE_RAMP_S};
+pub use integrate::{Equations, advance};
+pub use joint::{Contact, Joint, JointLaw};
+pub use motion::{Bodies, BodyState, DRIVE_RAMP_S, joint_state};
 pub use rig::{AxisParameters, RigParameters};
 pub use sensors::{COLUMNS, ENCODER_STEP};
-pub use simulation::{Simulation, SimulationOptions, Truth, simulate};
+pub(crate) use simulation::SUBSTEPS;
+pub use simulation::{Simulation, SimulationOptions, Truth, record_drives, simulate};

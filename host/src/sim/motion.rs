@@ -1,7 +1,8 @@
-//! How the rig moves: the equations of motion of the four bodies and their integration by Runge–Kutta steps.
+//! How the rig moves: the equations of motion of the four bodies, with the joint or a model of it between two of them.
 
 use super::excitation::Excitation;
-use super::joint::Contact;
+use super::integrate::{self, Equations};
+use super::joint::{Contact, Joint, JointLaw};
 use super::rig::{AxisParameters, RigParameters};
 use nalgebra::SVector;
 
@@ -11,21 +12,30 @@ pub const DRIVE_RAMP_S: f64 = 0.5;
 /// Positions of bodies 1 to 4 (m), their rotations (rad), then the eight velocities in the same order.
 pub type BodyState = SVector<f64, 16>;
 
-/// How often a step may be cut at a stop before the rest of it is taken as it is; a real record needs two.
-const MOST_CUTS: usize = 16;
-
 /// The bodies and everything between them.
-pub struct Bodies<'a> {
-    /// The rig's parameters.
+pub struct Bodies<'a, L = Joint> {
+    /// The rig's parameters; those of its joint count only when `joint` is made from them.
     pub parameters: &'a RigParameters,
+    /// What stands between bodies 2 and 3.
+    pub joint: L,
 }
 
-impl Bodies<'_> {
-    /// The joint's state [x, ẋ, φ, φ̇]: relative displacement and velocity of body 3 against body 2.
-    pub fn joint_state(y: &BodyState) -> [f64; 4] {
-        [y[2] - y[1], y[10] - y[9], y[6] - y[5], y[14] - y[13]]
+impl<'a> Bodies<'a> {
+    /// The rig with its own joint.
+    pub fn new(parameters: &'a RigParameters) -> Self {
+        Self {
+            parameters,
+            joint: parameters.joint,
+        }
     }
+}
 
+/// The joint's state [x, ẋ, φ, φ̇]: relative displacement and velocity of body 3 against body 2.
+pub fn joint_state(y: &BodyState) -> [f64; 4] {
+    [y[2] - y[1], y[10] - y[9], y[6] - y[5], y[14] - y[13]]
+}
+
+impl<L: JointLaw> Bodies<'_, L> {
     fn axis_parameters(&self, axis: usize) -> &AxisParameters {
         if axis == 0 {
             &self.parameters.translation
@@ -43,10 +53,7 @@ impl Bodies<'_> {
 
     /// The time derivative of the state, with the joint's contacts held as given.
     pub fn derivative(&self, y: &BodyState, contacts: [Contact; 2], drive: [f64; 2]) -> BodyState {
-        let joint = self
-            .parameters
-            .joint
-            .force_with(Self::joint_state(y), contacts);
+        let joint = self.joint.force(joint_state(y), contacts);
         let mut rate = BodyState::zeros();
         for axis in 0..2 {
             let p = self.axis_parameters(axis);
@@ -67,81 +74,64 @@ impl Bodies<'_> {
         rate
     }
 
-    fn contacts(&self, y: &BodyState) -> [Contact; 2] {
-        self.parameters.joint.contacts(Self::joint_state(y))
-    }
-
-    /// One classical fourth-order Runge–Kutta step with the contacts held.
-    fn step(
-        &self,
-        y: &BodyState,
-        contacts: [Contact; 2],
+    /// Moves the bodies on from one row of a record to the next, in `substeps` equal steps.
+    pub fn next_row(
+        &mut self,
+        y: &mut BodyState,
         drive: &[Excitation; 2],
-        time_s: f64,
-        step_s: f64,
-    ) -> BodyState {
-        let at = |t: f64| [drive[0].at(t), drive[1].at(t)];
-        let (start, middle, end) = (at(time_s), at(time_s + 0.5 * step_s), at(time_s + step_s));
-        let k1 = self.derivative(y, contacts, start);
-        let k2 = self.derivative(&(y + 0.5 * step_s * k1), contacts, middle);
-        let k3 = self.derivative(&(y + 0.5 * step_s * k2), contacts, middle);
-        let k4 = self.derivative(&(y + step_s * k3), contacts, end);
-        y + step_s / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
-    }
-
-    /// Moves the state on by one step of fixed length. Where a stop is met or left inside the step, the
-    /// step is cut there: the force law has a corner (and the coupling a jump) at the stop, and a step
-    /// across it would be of first order only.
-    fn advance(&self, y: &mut BodyState, drive: &[Excitation; 2], time_s: f64, step_s: f64) {
-        let mut contacts = self.contacts(y);
-        let mut done = 0.0;
-        for _ in 0..MOST_CUTS {
-            let rest = step_s - done;
-            let whole = self.step(y, contacts, drive, time_s + done, rest);
-            if self.contacts(&whole) == contacts {
-                *y = whole;
-                return;
-            }
-            let (mut before, mut after) = (0.0, rest);
-            let mut crossed = whole;
-            for _ in 0..40 {
-                let middle = 0.5 * (before + after);
-                let state = self.step(y, contacts, drive, time_s + done, middle);
-                if self.contacts(&state) == contacts {
-                    before = middle;
-                } else {
-                    (after, crossed) = (middle, state);
-                }
-            }
-            *y = crossed;
-            contacts = self.contacts(y);
-            done += after;
-            if done >= step_s {
-                return;
-            }
+        row: usize,
+        sample_rate_hz: f64,
+        substeps: usize,
+    ) {
+        let step_s = 1.0 / (sample_rate_hz * substeps as f64);
+        for sub in 0..substeps {
+            let time_s = row as f64 / sample_rate_hz + sub as f64 * step_s;
+            let shaken = Shaken {
+                bodies: self,
+                drive,
+            };
+            integrate::advance(&shaken, y, time_s, step_s);
+            self.joint.advance(joint_state(y), step_s);
         }
-        *y = self.step(y, contacts, drive, time_s + done, step_s - done);
     }
 
     /// The state at every row of a record that begins at rest, `substeps` equal steps per row.
-    pub(super) fn run(
-        &self,
+    pub fn run(
+        &mut self,
         drive: &[Excitation; 2],
         rows: usize,
         sample_rate_hz: f64,
         substeps: usize,
     ) -> Vec<BodyState> {
-        let step_s = 1.0 / (sample_rate_hz * substeps as f64);
         let mut y = BodyState::zeros();
         let mut states = Vec::with_capacity(rows);
         for row in 0..rows {
             states.push(y);
-            for sub in 0..substeps {
-                let time_s = row as f64 / sample_rate_hz + sub as f64 * step_s;
-                self.advance(&mut y, drive, time_s, step_s);
-            }
+            self.next_row(&mut y, drive, row, sample_rate_hz, substeps);
         }
         states
+    }
+}
+
+/// The bodies under a drive.
+struct Shaken<'a, 'b, L> {
+    bodies: &'a Bodies<'b, L>,
+    drive: &'a [Excitation; 2],
+}
+
+impl<L: JointLaw> Equations<16> for Shaken<'_, '_, L> {
+    type Drive = [f64; 2];
+
+    fn drive(&self, time_s: f64) -> [f64; 2] {
+        [self.drive[0].at(time_s), self.drive[1].at(time_s)]
+    }
+
+    fn contacts(&self, y: &BodyState, _time_s: f64) -> [Contact; 2] {
+        self.bodies.joint.contacts(joint_state(y))
+    }
+
+    fn rate(&self, y: &BodyState, contacts: [Contact; 2], drive: &[f64; 2]) -> BodyState {
+        self.bodies.derivative(y, contacts, *drive)
     }
 }
 
@@ -159,7 +149,7 @@ mod tests {
     fn relative_difference(a: &[BodyState], b: &[BodyState], input: usize) -> f64 {
         let (mut difference, mut size) = (0.0, 0.0);
         for (p, q) in a.iter().zip(b) {
-            let (p, q) = (Bodies::joint_state(p)[input], Bodies::joint_state(q)[input]);
+            let (p, q) = (joint_state(p)[input], joint_state(q)[input]);
             difference += (p - q) * (p - q);
             size += p * p;
         }
@@ -169,9 +159,7 @@ mod tests {
     #[test]
     fn halving_the_step_changes_nothing_that_matters() {
         let parameters = RigParameters::default();
-        let bodies = Bodies {
-            parameters: &parameters,
-        };
+        let mut bodies = Bodies::new(&parameters);
         let drive = drives(20_000, 3, [32.0, 1.4]);
         let coarse = bodies.run(&drive, 20_000, 2000.0, crate::sim::simulation::SUBSTEPS);
         let fine = bodies.run(&drive, 20_000, 2000.0, 2 * crate::sim::simulation::SUBSTEPS);
@@ -195,9 +183,7 @@ mod tests {
             coupling: [0.0; 2],
             ..parameters.joint
         };
-        let bodies = Bodies {
-            parameters: &parameters,
-        };
+        let mut bodies = Bodies::new(&parameters);
         let energy = |y: &BodyState| {
             let joint = &parameters.joint;
             let mut sum = 0.0;
@@ -224,8 +210,8 @@ mod tests {
         y[2] = 0.004;
         y[14] = 5.0;
         let start = energy(&y);
-        for i in 0..20_000 {
-            bodies.advance(&mut y, &drive, f64::from(i) * 1.25e-4, 1.25e-4);
+        for row in 0..20_000 {
+            bodies.next_row(&mut y, &drive, row, 8000.0, 1);
         }
         let drift = (energy(&y) / start - 1.0).abs();
         assert!(drift < 1e-5, "energy drifted by {drift:e}");
@@ -234,9 +220,7 @@ mod tests {
     #[test]
     fn an_axis_that_is_not_driven_stays_at_rest() {
         let parameters = RigParameters::default();
-        let bodies = Bodies {
-            parameters: &parameters,
-        };
+        let mut bodies = Bodies::new(&parameters);
         let states = bodies.run(&drives(3000, 5, [40.0, 0.0]), 3000, 2000.0, 2);
         assert!(states.iter().all(|y| y[6] == 0.0 && y[14] == 0.0));
         assert!(states.iter().any(|y| y[2] != 0.0));

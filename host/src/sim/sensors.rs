@@ -1,6 +1,6 @@
 //! What the sensors make of the motion: encoder counts, and noise on accelerometers and strain gauges.
 
-use super::motion::{Bodies, BodyState};
+use super::motion::{Bodies, BodyState, joint_state};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -30,7 +30,7 @@ pub(super) fn channels(bodies: &Bodies, states: &[BodyState]) -> Vec<Vec<f64>> {
     let mut columns = vec![Vec::with_capacity(states.len()); COLUMNS.len()];
     for y in states {
         // The drive acts on body 1 only, so the accelerations of bodies 2 and 3 do not need it.
-        let contacts = bodies.parameters.joint.contacts(Bodies::joint_state(y));
+        let contacts = bodies.joint.contacts(joint_state(y));
         let rate = bodies.derivative(y, contacts, [0.0; 2]);
         let row = [
             y[1],

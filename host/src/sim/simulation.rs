@@ -1,7 +1,7 @@
 //! Shaking the simulated rig: which records are taken, and the study they make.
 
 use super::excitation::Excitation;
-use super::motion::{Bodies, DRIVE_RAMP_S};
+use super::motion::{Bodies, DRIVE_RAMP_S, joint_state};
 use super::rig::RigParameters;
 use super::sensors::{ENCODER_STEP, add_noise, channels, noise_rms, quantise};
 use crate::error::{Error, Result};
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use std::path::PathBuf;
 
 /// Runge–Kutta steps per logged row; the test in `motion` shows that twice as many change nothing.
-pub(super) const SUBSTEPS: usize = 4;
+pub(crate) const SUBSTEPS: usize = 4;
 
 /// What to simulate.
 #[derive(Clone, Debug, PartialEq)]
@@ -186,45 +186,23 @@ fn axes(options: &SimulationOptions) -> Vec<Axis> {
 pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
     let rows = check(options)?;
     let runs = runs(options);
-    let bodies = Bodies {
-        parameters: &options.rig,
-    };
     let simulated: Vec<(Vec<Vec<f64>>, Truth)> = runs
         .par_iter()
         .enumerate()
         .map(|(index, run)| {
-            let rms = [
-                options.rig.translation.drive_rms * run.level[0],
-                options.rig.rotation.drive_rms * run.level[1],
-            ];
-            let drive = [0, 1].map(|axis| {
-                Excitation::broadband(
-                    rows,
-                    options.sample_rate_hz,
-                    options.band_hz,
-                    rms[axis],
-                    DRIVE_RAMP_S,
-                    stream(options.seed, index, axis),
-                )
-            });
+            let drive = drives(options, run, index, rows);
+            let mut bodies = Bodies::new(&options.rig);
             let states = bodies.run(&drive, rows, options.sample_rate_hz, SUBSTEPS);
             let columns = channels(&bodies, &states);
             let truth = Truth {
                 states: (0..2 * options.axes)
-                    .map(|input| {
-                        states
-                            .iter()
-                            .map(|y| Bodies::joint_state(y)[input])
-                            .collect()
-                    })
+                    .map(|input| states.iter().map(|y| joint_state(y)[input]).collect())
                     .collect(),
                 restoring_force: (0..options.axes)
                     .map(|axis| {
                         states
                             .iter()
-                            .map(|y| {
-                                options.rig.joint.restoring_force(Bodies::joint_state(y))[axis]
-                            })
+                            .map(|y| options.rig.joint.restoring_force(joint_state(y))[axis])
                             .collect()
                     })
                     .collect(),
@@ -282,6 +260,36 @@ pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
         truth,
         noise_rms: noise,
     })
+}
+
+/// The drives of one run, translation first.
+fn drives(options: &SimulationOptions, run: &Run, index: usize, rows: usize) -> [Excitation; 2] {
+    let rms = [
+        options.rig.translation.drive_rms * run.level[0],
+        options.rig.rotation.drive_rms * run.level[1],
+    ];
+    [0, 1].map(|axis| {
+        Excitation::broadband(
+            rows,
+            options.sample_rate_hz,
+            options.band_hz,
+            rms[axis],
+            DRIVE_RAMP_S,
+            stream(options.seed, index, axis),
+        )
+    })
+}
+
+/// The drives on body 1 with which [`simulate`] takes the record `file`, translation first; none when it takes no such
+/// record.
+///
+/// # Errors
+/// As [`simulate`], when an option lies outside its range.
+pub fn record_drives(options: &SimulationOptions, file: &str) -> Result<Option<[Excitation; 2]>> {
+    let rows = check(options)?;
+    let mut runs = runs(options).into_iter().enumerate();
+    let run = runs.find(|(_, run)| run.file == file);
+    Ok(run.map(|(index, run)| drives(options, &run, index, rows)))
 }
 
 /// A seed of its own for every drive and noise of every record.

@@ -1,0 +1,350 @@
+//! A model evaluated state by state, as a simulation needs it: one point at a time, without allocating.
+
+use super::effects::law_parameters;
+use super::{InputRange, Network, Polynomial, exponents};
+use crate::error::Result;
+use crate::model_file::{Base, ModelFile};
+use jointwatch_shared::effect::{Kinematics, Law as EffectLaw, Parameters, States};
+use jointwatch_shared::model::terms::InSi;
+
+/// A model at work inside a simulation: what was learnt, and what the model remembers of the motion so far.
+///
+/// An integrator asks for [`Evaluator::force_at`] as often as its sub-steps need, with the model's memory frozen, and calls
+/// [`Evaluator::advance`] once when a step is accepted. Polynomials and networks remember nothing, some effects do.
+#[derive(Clone, Debug)]
+pub struct Evaluator {
+    inputs: Vec<InputRange>,
+    law: Law,
+    effects: Vec<EffectPoint>,
+    /// Displacements at the last accepted step.
+    before: Option<[f64; 2]>,
+    /// The length of the last accepted step, s; what a step under way is taken to last.
+    step_s: f64,
+    /// Time since the motion began, s.
+    time_s: f64,
+}
+
+/// An effect with its internal states.
+#[derive(Clone, Debug)]
+struct EffectPoint {
+    law: EffectLaw<f64>,
+    parameters: Parameters<f64>,
+    axis: usize,
+    states: States<f64>,
+}
+
+#[derive(Clone, Debug)]
+enum Law {
+    Polynomial(PolynomialPoint),
+    Network(NetworkPoint),
+    None,
+}
+
+impl EffectPoint {
+    fn new(term: &InSi) -> Self {
+        Self {
+            law: term.entry.real,
+            parameters: law_parameters(term.entry, &term.values),
+            axis: usize::from(term.axis),
+            states: States::default(),
+        }
+    }
+
+    /// What it exerts on both axes at a state, and its internal states there.
+    fn at(
+        &self,
+        evaluator: &Evaluator,
+        state: &[f64; 4],
+        period_s: f64,
+    ) -> ([f64; 2], States<f64>) {
+        let [x, v, phi, omega] = *state;
+        let (own, other) = if self.axis == 0 {
+            ([x, v], [phi, omega])
+        } else {
+            ([phi, omega], [x, v])
+        };
+        let before = evaluator.before.map_or(own[0], |before| before[self.axis]);
+        let at = Kinematics {
+            displacement: own[0],
+            velocity: own[1],
+            step: own[0] - before,
+            other_displacement: other[0],
+            other_velocity: other[1],
+            period: period_s,
+            time: evaluator.time_s,
+        };
+        let mut states = self.states;
+        let [mine, others] = (self.law)(&self.parameters, &at, &mut states);
+        let forces = if self.axis == 0 {
+            [mine, others]
+        } else {
+            [others, mine]
+        };
+        (forces, states)
+    }
+}
+
+impl Evaluator {
+    /// Prepares a model.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`] naming the effect that this version does not know.
+    pub fn new(model: &ModelFile) -> Result<Self> {
+        let effects = model.effects_in_si()?;
+        let mut evaluator = Self::of_base(&model.base);
+        evaluator.effects = effects.iter().map(EffectPoint::new).collect();
+        evaluator.step_s = 1.0 / model.filters.sample_rate_hz;
+        Ok(evaluator)
+    }
+
+    fn of_base(base: &Base) -> Self {
+        Self {
+            effects: Vec::new(),
+            before: None,
+            step_s: 0.0,
+            time_s: 0.0,
+            inputs: base.inputs().to_vec(),
+            law: match base {
+                Base::Polynomial(polynomial) => Law::Polynomial(PolynomialPoint::new(polynomial)),
+                Base::Network(network) => Law::Network(NetworkPoint::new(network)),
+                Base::None(_) => Law::None,
+            },
+        }
+    }
+
+    /// Restoring force [N, N·m] at the state [x, ẋ, φ, φ̇] (SI), 0 on an axis that the model does not have; a model of one
+    /// axis looks at the first two states only. The same as the whole-record `predict` to rounding.
+    pub fn force_at(&self, state: &[f64; 4]) -> [f64; 2] {
+        let mut u = [0.0; 4];
+        for ((u, range), value) in u.iter_mut().zip(&self.inputs).zip(state) {
+            *u = range.normalise(*value);
+        }
+        let mut force = match &self.law {
+            Law::Polynomial(polynomial) => polynomial.force(u),
+            Law::Network(network) => network.force(u),
+            Law::None => [0.0; 2],
+        };
+        let mut known = [0.0; 4];
+        let states = known.iter_mut().zip(state).take(self.inputs.len());
+        states.for_each(|(known, value)| *known = *value);
+        for effect in &self.effects {
+            let ([f, g], _) = effect.at(self, &known, self.step_s);
+            force[0] += f;
+            force[1] += g;
+        }
+        force
+    }
+
+    /// Tells the model that `time_step_s` has passed and that the joint is now at `state`, so that it can move its internal
+    /// states on.
+    pub fn advance(&mut self, state: &[f64; 4], time_step_s: f64) {
+        if self.effects.is_empty() {
+            return;
+        }
+        self.time_s += time_step_s;
+        // Every effect is brought to the new state from the same old one.
+        let mut effects = std::mem::take(&mut self.effects);
+        for effect in &mut effects {
+            effect.states = effect.at(self, state, time_step_s).1;
+        }
+        self.effects = effects;
+        self.before = Some([state[0], state[2]]);
+        self.step_s = time_step_s;
+    }
+}
+
+/// Products u^i·v^j with exponents up to 3, the second exponent running fastest.
+fn products(u: f64, v: f64) -> [f64; 16] {
+    let powers = |x: f64| [1.0, x, x * x, x * x * x];
+    let (u, v) = (powers(u), powers(v));
+    std::array::from_fn(|at| u[at / 4] * v[at % 4])
+}
+
+/// A polynomial with its coefficients in one block of 16 per product of the first two inputs' powers; of one axis there
+/// is one block, and its two inputs take the place of the last two.
+#[derive(Clone, Debug)]
+struct PolynomialPoint {
+    /// Per axis.
+    blocks: Vec<Vec<[f64; 16]>>,
+}
+
+impl PolynomialPoint {
+    fn new(polynomial: &Polynomial) -> Self {
+        let two = polynomial.inputs.len() == 4;
+        let terms = exponents(&polynomial.orders);
+        let axis = |coefficients: &Vec<f64>| {
+            let mut blocks = vec![[0.0; 16]; if two { 16 } else { 1 }];
+            for ([i, j, k, l], value) in terms.iter().zip(coefficients) {
+                let at = |a: &u8, b: &u8| 4 * usize::from(*a) + usize::from(*b);
+                let (block, place) = if two {
+                    (at(i, j), at(k, l))
+                } else {
+                    (0, at(i, j))
+                };
+                blocks[block][place] = *value;
+            }
+            blocks
+        };
+        Self {
+            blocks: polynomial.coefficients.iter().map(axis).collect(),
+        }
+    }
+
+    fn force(&self, [a, b, c, d]: [f64; 4]) -> [f64; 2] {
+        let (first, second) = if self.blocks.len() == 2 {
+            (products(a, b), products(c, d))
+        } else {
+            (products(0.0, 0.0), products(a, b))
+        };
+        let mut force = [0.0; 2];
+        for (force, blocks) in force.iter_mut().zip(&self.blocks) {
+            for (weight, block) in first.iter().zip(blocks) {
+                // Four sums side by side, so that a vector register can hold them.
+                let mut sums = [0.0; 4];
+                for (coefficients, powers) in block.chunks_exact(4).zip(second.chunks_exact(4)) {
+                    for ((sum, coefficient), power) in sums.iter_mut().zip(coefficients).zip(powers)
+                    {
+                        *sum += coefficient * power;
+                    }
+                }
+                *force += weight * ((sums[0] + sums[1]) + (sums[2] + sums[3]));
+            }
+        }
+        force
+    }
+}
+
+/// A network with the weights of each neuron side by side.
+#[derive(Clone, Debug)]
+struct NetworkPoint {
+    neurons: Vec<Neuron>,
+    bias: [f64; 2],
+    outputs: Vec<InputRange>,
+}
+
+#[derive(Clone, Debug)]
+struct Neuron {
+    inputs: [f64; 4],
+    bias: f64,
+    outputs: [f64; 2],
+}
+
+impl NetworkPoint {
+    fn new(network: &Network) -> Self {
+        let neuron = |n: usize| {
+            let mut neuron = Neuron {
+                inputs: [0.0; 4],
+                bias: network.hidden_bias[n],
+                outputs: [0.0; 2],
+            };
+            for (into, weight) in neuron.inputs.iter_mut().zip(&network.hidden_weights[n]) {
+                *into = *weight;
+            }
+            for (into, weights) in neuron.outputs.iter_mut().zip(&network.output_weights) {
+                *into = weights[n];
+            }
+            neuron
+        };
+        let mut bias = [0.0; 2];
+        bias.iter_mut()
+            .zip(&network.output_bias)
+            .for_each(|(into, b)| *into = *b);
+        Self {
+            neurons: (0..network.neurons()).map(neuron).collect(),
+            bias,
+            outputs: network.outputs.clone(),
+        }
+    }
+
+    fn force(&self, u: [f64; 4]) -> [f64; 2] {
+        let mut sums = self.bias;
+        for neuron in &self.neurons {
+            let argument: f64 = neuron.inputs.iter().zip(u).map(|(w, u)| w * u).sum();
+            let value = (argument + neuron.bias).tanh();
+            sums[0] += neuron.outputs[0] * value;
+            sums[1] += neuron.outputs[1] * value;
+        }
+        let mut force = [0.0; 2];
+        for ((force, range), sum) in force.iter_mut().zip(&self.outputs).zip(sums) {
+            *force = range.center + range.half_range * sum;
+        }
+        force
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    fn range(rng: &mut ChaCha8Rng) -> InputRange {
+        InputRange {
+            center: rng.random_range(-1.0..1.0),
+            half_range: rng.random_range(0.5..2.0),
+        }
+    }
+
+    fn weights(rng: &mut ChaCha8Rng, count: usize) -> Vec<f64> {
+        (0..count).map(|_| rng.random_range(-1.0..1.0)).collect()
+    }
+
+    /// Random polynomials and networks of one and two axes.
+    fn bases(rng: &mut ChaCha8Rng) -> Vec<Base> {
+        let mut bases = Vec::new();
+        for orders in [vec![3, 3, 3, 3], vec![1, 3, 0, 2], vec![3, 3], vec![2, 1]] {
+            let terms = exponents(&orders).len();
+            bases.push(Base::Polynomial(Polynomial {
+                inputs: orders.iter().map(|_| range(rng)).collect(),
+                coefficients: (0..orders.len() / 2).map(|_| weights(rng, terms)).collect(),
+                orders,
+            }));
+        }
+        for (axes, neurons) in [(1, 7), (2, 40)] {
+            bases.push(Base::Network(Network {
+                inputs: (0..2 * axes).map(|_| range(rng)).collect(),
+                outputs: (0..axes).map(|_| range(rng)).collect(),
+                hidden_weights: (0..neurons).map(|_| weights(rng, 2 * axes)).collect(),
+                hidden_bias: weights(rng, neurons),
+                output_weights: (0..axes).map(|_| weights(rng, neurons)).collect(),
+                output_bias: weights(rng, axes),
+            }));
+        }
+        bases
+    }
+
+    #[test]
+    fn point_by_point_equals_whole_records() {
+        let seed = 31;
+        println!("seed {seed}");
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        for base in bases(&mut rng) {
+            let inputs = base.inputs().len();
+            let states: Vec<Vec<f64>> = (0..inputs)
+                .map(|_| (0..500).map(|_| rng.random_range(-2.0..2.0)).collect())
+                .collect();
+            let slices: Vec<&[f64]> = states.iter().map(Vec::as_slice).collect();
+            let expected = base.predict(&slices).unwrap();
+            let name = base.name();
+            let evaluator = Evaluator::of_base(&base);
+            let mut largest = 0.0_f64;
+            for row in 0..500 {
+                // What stands in the places of an axis that is not there must not matter.
+                let mut state = [1e3; 4];
+                for (value, series) in state.iter_mut().zip(&states) {
+                    *value = series[row];
+                }
+                let force = evaluator.force_at(&state);
+                for (axis, expected) in expected.iter().enumerate() {
+                    let size = expected.iter().fold(1.0_f64, |m, r| m.max(r.abs()));
+                    largest = largest.max((force[axis] - expected[row]).abs() / size);
+                }
+                if inputs == 2 {
+                    assert_eq!(force[1], 0.0);
+                }
+            }
+            println!("{name} of {inputs} inputs: largest difference {largest:.1e} of full scale");
+            assert!(largest < 1e-12, "{name}: {largest:e}");
+        }
+    }
+}
