@@ -301,7 +301,7 @@ fn an_interrupted_training_keeps_its_weights() {
 fn what_cannot_be_trained_on_is_refused_in_one_sentence() {
     let stop = AtomicBool::new(false);
     let refused = |motion: &Motion, options: &NetworkOptions, exit: u8, part: &str| {
-        let error = fit(motion, options, &silent(&stop)).err().expect("refused");
+        let error = fit(motion, options, &silent(&stop)).expect_err("refused");
         println!("{error}");
         assert_eq!(error.exit_code(), exit);
         assert!(
