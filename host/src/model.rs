@@ -5,6 +5,7 @@ mod evaluator;
 mod network;
 mod polynomial;
 pub(crate) mod powers;
+pub(crate) mod tanh;
 
 pub use effects::{EffectTerm, ParameterValue};
 pub use evaluator::Evaluator;

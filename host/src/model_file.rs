@@ -105,9 +105,9 @@ pub struct AxisError {
 pub struct AxisFit {
     /// The axis.
     pub axis: String,
-    /// Terms that are not zero.
+    /// Terms that are not zero; of a network, its weights and biases.
     pub terms: usize,
-    /// Weight of the ridge that cross-validation chose; 0 without one.
+    /// Weight of the ridge that cross-validation chose; 0 without one; of a network, α/β of its Bayesian regularisation.
     pub ridge: f64,
     /// Effective number of parameters at that ridge.
     pub effective_parameters: f64,
@@ -140,7 +140,7 @@ pub struct ModelFile {
     /// Physical effects, which add to it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectTerm>,
-    /// How it was fitted: `ridge`, `least-squares` or `select` for a polynomial, else in words.
+    /// How it was fitted: `ridge`, `least-squares` or `select`; `Levenberg-Marquardt` for a network, `variable projection` for effects alone.
     pub fit: String,
     /// Per axis, how the coefficients came about.
     pub fits: Vec<AxisFit>,

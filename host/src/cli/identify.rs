@@ -1,12 +1,12 @@
 //! `jointwatch identify`: learn a model from the training records of a study.
 
 use super::Console;
+use super::identify_network::{self, NetworkArguments};
 use crate::compare;
 use crate::error::{Error, Result};
 use crate::fit::polynomial::{Method, PolynomialOptions};
 use crate::identify::{self, Identified};
 use crate::model::effects;
-use crate::model_file::{Base, ModelFile};
 use crate::study::Study;
 use crate::table::Table;
 use clap::{Args, ValueEnum};
@@ -18,6 +18,8 @@ use std::path::PathBuf;
 enum Kind {
     /// Powers and products of the states: 256 terms per axis for two axes, 16 for one.
     Polynomial,
+    /// A layer of tanh neurons that all axes share, trained from several random starts; Ctrl-C keeps the best weights so far.
+    Network,
     /// A sum of physical effects, those of the study's [base] terms, with a value, unit and interval for every parameter.
     Physical,
 }
@@ -41,13 +43,15 @@ pub(crate) struct Identify {
     /// Which kind of model to learn.
     #[arg(long, value_enum)]
     model: Kind,
-    /// How to find the coefficients.
-    #[arg(long, value_enum, default_value = "ridge")]
-    fit: Fit,
-    /// Highest exponent of each state, 0 to 3: m,n,o,p for two axes (x, velocity of x, phi, velocity of phi), m,n for
-    /// one; 3 each when left out.
+    /// How to find the coefficients of a polynomial [default: ridge].
+    #[arg(long, value_enum)]
+    fit: Option<Fit>,
+    /// Highest exponent of each state in a polynomial, 0 to 3: m,n,o,p for two axes (x, velocity of x, phi, velocity of
+    /// phi), m,n for one; 3 each when left out.
     #[arg(long, value_name = "M,N[,O,P]", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(0..=3))]
     order: Option<Vec<u8>>,
+    #[command(flatten)]
+    network: NetworkArguments,
     /// Where to write the model.
     #[arg(short, long, value_name = "FILE", default_value = "model.json")]
     output: PathBuf,
@@ -59,17 +63,27 @@ impl Identify {
         Self {
             study,
             model: Kind::Polynomial,
-            fit: Fit::Ridge,
+            fit: None,
             order: None,
+            network: NetworkArguments::none(),
             output,
         }
     }
 
     pub(super) fn run(self, console: &Console) -> Result<()> {
+        match self.model {
+            Kind::Polynomial => self.network.refuse("polynomial")?,
+            Kind::Network => self.refuse_polynomial_options("network")?,
+            Kind::Physical => {
+                self.network.refuse("physical")?;
+                self.refuse_polynomial_options("physical")?;
+            }
+        }
         let working = console.working("reading the records");
         let study = Study::read(&self.study)?;
         let identified = match self.model {
-            Kind::Polynomial => self.learn_polynomial(&study, &working)?,
+            Kind::Polynomial => self.fit_polynomial(&study, &working)?,
+            Kind::Network => self.network.train(&study, &working)?,
             Kind::Physical => {
                 working.set_message("fitting the effects");
                 identify::physical(&study)?
@@ -82,7 +96,20 @@ impl Identify {
         console.json(&identified.model)
     }
 
-    fn learn_polynomial(&self, study: &Study, working: &ProgressBar) -> Result<Identified> {
+    fn refuse_polynomial_options(&self, model: &str) -> Result<()> {
+        let given = [
+            ("--fit", self.fit.is_some()),
+            ("--order", self.order.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(Error::usage(format!(
+                "{option} is an option of --model polynomial and says nothing about --model {model}; leave it out"
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    fn fit_polynomial(&self, study: &Study, working: &ProgressBar) -> Result<Identified> {
         if let Some(orders) = &self.order
             && orders.len() != 2 * study.axes.len()
         {
@@ -95,17 +122,20 @@ impl Identify {
         }
         working.set_message("fitting the polynomial");
         let method = match self.fit {
-            Fit::Ridge => Method::Ridge,
-            Fit::LeastSquares => Method::LeastSquares,
-            Fit::Select => Method::Select,
+            None | Some(Fit::Ridge) => Method::Ridge,
+            Some(Fit::LeastSquares) => Method::LeastSquares,
+            Some(Fit::Select) => Method::Select,
         };
-        let options = PolynomialOptions {
-            orders: self.order.clone(),
-            method,
-        };
-        identify::polynomial(study, &options, &|done| {
-            working.set_message(format!("fitting the polynomial, {:.0} %", 100.0 * done));
-        })
+        identify::polynomial(
+            study,
+            &PolynomialOptions {
+                orders: self.order.clone(),
+                method,
+            },
+            &|done| {
+                working.set_message(format!("fitting the polynomial, {:.0} %", 100.0 * done));
+            },
+        )
     }
 }
 
@@ -152,17 +182,14 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
             ))?;
         }
     }
-    if let Base::None(_) = model.base {
-        console.say(format!(
+    match &identified.training {
+        Some(training) => identify_network::report(console, &model.axes, training)?,
+        None if model.effects.is_empty() => report_polynomial(console, identified)?,
+        None => console.say(format!(
             "\nPhysical model, a sum of {} effects:\n{}",
             model.effects.len(),
             effects::table(&model.effects)
-        ))?;
-    } else {
-        say_fits(console, model)?;
-    }
-    for equation in identified.equations() {
-        console.say(equation)?;
+        ))?,
     }
     compare::say_summary(
         &model.verification,
@@ -187,8 +214,9 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
     Ok(())
 }
 
-/// Prints how the coefficients of every axis came about.
-fn say_fits(console: &Console, model: &ModelFile) -> Result<()> {
+/// Prints how the coefficients were found, and the equations that are short enough to read.
+fn report_polynomial(console: &Console, identified: &Identified) -> Result<()> {
+    let model = &identified.model;
     let mut table = Table::new(&[
         "axis",
         "terms",
@@ -210,5 +238,9 @@ fn say_fits(console: &Console, model: &ModelFile) -> Result<()> {
                 .map_or("none".into(), |nmse| format!("{nmse:.3} %")),
         ]);
     }
-    console.say(format!("\nPolynomial, {} fit:\n{table}", model.fit))
+    console.say(format!("\nPolynomial, {} fit:\n{table}", model.fit))?;
+    for equation in identified.equations() {
+        console.say(equation)?;
+    }
+    Ok(())
 }

@@ -6,6 +6,7 @@ pub mod effects;
 pub mod inertia;
 mod legendre;
 pub mod moments;
+pub mod network;
 pub mod normal_equations;
 pub mod polynomial;
 mod ridge;

@@ -95,7 +95,21 @@ pub fn input_ranges(motions: &[&Motion]) -> Vec<InputRange> {
         .collect()
 }
 
-/// Whether the records can be learnt from at all: they fit the axes, are long enough, and every number is finite.
+fn check(axes: &[Axis], motions: &[&Motion], orders: &[u8]) -> Result<()> {
+    check_records(axes, motions)?;
+    if orders.len() != 2 * axes.len() || orders.iter().any(|order| *order > 3) {
+        return Err(Error::usage(format!(
+            "--order takes {} numbers from 0 to 3, one per input (displacement and velocity of each axis), not {orders:?}",
+            2 * axes.len()
+        )));
+    }
+    Ok(())
+}
+
+/// Whether the training records fit the axes, are long enough for any fit and hold only finite numbers.
+///
+/// # Errors
+/// One sentence that names the record and the row.
 pub(super) fn check_records(axes: &[Axis], motions: &[&Motion]) -> Result<()> {
     if !matches!(axes.len(), 1 | 2) {
         return Err(Error::data(format!(
@@ -166,13 +180,7 @@ pub fn fit_polynomial(
         .orders
         .clone()
         .unwrap_or_else(|| vec![3; 2 * axes.len()]);
-    check_records(axes, motions)?;
-    if orders.len() != 2 * axes.len() || orders.iter().any(|order| *order > 3) {
-        return Err(Error::usage(format!(
-            "--order takes {} numbers from 0 to 3, one per input (displacement and velocity of each axis), not {orders:?}",
-            2 * axes.len()
-        )));
-    }
+    check(axes, motions, &orders)?;
     let ranges = input_ranges(motions);
     let inertia = inertias(axes, motions, &ranges, low_pass)?;
     progress(0.2);

@@ -1,8 +1,10 @@
 //! From a study to a model: derivatives, restoring force, fit, and the errors on every record.
 
+mod network;
 mod physical;
 mod polynomial;
 
+pub use network::{Training, network};
 pub use physical::physical;
 pub use polynomial::polynomial;
 
@@ -19,6 +21,8 @@ use crate::study::{Role, Study};
 pub struct Identified {
     /// The model.
     pub model: ModelFile,
+    /// How a network's training went; none for other kinds of model.
+    pub training: Option<Training>,
     inertia: Vec<Inertia>,
 }
 
@@ -138,6 +142,7 @@ impl Prepared {
         });
         Ok(Identified {
             model,
+            training: None,
             inertia: learnt.inertia,
         })
     }
