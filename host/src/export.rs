@@ -15,7 +15,16 @@ use serde::Serialize;
 use std::path::Path;
 
 /// The largest part of an axis's RMS training force that fixed point may cost, unless `--budget` says otherwise.
-pub const DEFAULT_BUDGET: f64 = 1e-5;
+///
+/// The bounds of a network are larger than those of a polynomial: its neurons cancel, and what each of them may be off by
+/// goes with its output weight, which a fit can make a thousand times the force. One part in a thousand is still a tenth
+/// of what a good network itself misses.
+pub fn default_budget(base: &Base) -> f64 {
+    match base {
+        Base::Polynomial(_) => 1e-5,
+        Base::Network(_) => 1e-3,
+    }
+}
 
 /// Seed of the random inputs at which export measures the quantisation error.
 const SEED: u64 = 0x6a6f_696e;
@@ -49,12 +58,14 @@ pub struct Exported {
 
 /// Brings a model to fixed point and measures what that costs.
 ///
-/// `budget` is the largest error bound allowed, as a part of each axis's RMS training force.
+/// `budget` is the largest error bound allowed, as a part of each axis's RMS training force; [`default_budget`] when there
+/// is none.
 ///
 /// # Errors
 /// [`crate::error::Kind::Data`] naming the coefficient or the neuron when the model cannot be held within the budget, and
 /// the number of neurons when the device has not as many.
-pub fn export(file: &ModelFile, budget: f64) -> Result<Exported> {
+pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
+    let budget = budget.unwrap_or_else(|| default_budget(&file.base));
     let refuse = |e: jointwatch_shared::error::Error| {
         Error::data(format!("this model cannot be exported: {e}"))
     };

@@ -257,9 +257,9 @@ impl fmt::Display for Error {
                 weight,
             } => write!(
                 f,
-                "the fixed-point network of axis {axis} may be off by {bound:e}, but {budget:e} is allowed; neuron {neuron} \
-                 costs most, {share:e}, with an output weight of {weight:e} and an argument of up to {reach:e}: train with \
-                 fewer neurons or from another seed"
+                "the fixed-point network of axis {axis} may be off by {bound:.2e}, but {budget:.2e} is allowed; neuron \
+                 {neuron} costs most, {share:.2e}, with an output weight of {weight:.2e} and an argument of up to \
+                 {reach:.2e}: train with fewer neurons or from another seed"
             ),
             Self::WeightOverflow { sum, number } => write!(
                 f,

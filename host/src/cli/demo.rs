@@ -64,7 +64,7 @@ impl Demo {
         Export {
             model,
             output: blob.clone(),
-            budget: export::DEFAULT_BUDGET,
+            budget: None,
         }
         .run(&step)?;
 

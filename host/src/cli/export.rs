@@ -2,7 +2,7 @@
 
 use super::Console;
 use crate::error::{Error, Result};
-use crate::export::{self, DEFAULT_BUDGET};
+use crate::export;
 use crate::model_file::ModelFile;
 use crate::output;
 use crate::table::Table;
@@ -17,17 +17,17 @@ pub(crate) struct Export {
     /// Where to write the blob.
     #[arg(short, long, value_name = "FILE", default_value = "model.bin")]
     pub(super) output: PathBuf,
-    /// The largest error that fixed point may cost, as a part of each axis's RMS training force.
-    #[arg(long, value_name = "PART", default_value_t = DEFAULT_BUDGET)]
-    pub(super) budget: f64,
+    /// The largest error that fixed point may cost, as a part of each axis's RMS training force
+    /// (default: 1e-5 for a polynomial, 1e-3 for a network).
+    #[arg(long, value_name = "PART")]
+    pub(super) budget: Option<f64>,
 }
 
 impl Export {
     pub(super) fn run(self, console: &Console) -> Result<()> {
-        if self.budget.is_nan() || self.budget <= 0.0 {
+        if let Some(budget) = self.budget.filter(|part| part.is_nan() || *part <= 0.0) {
             return Err(Error::usage(format!(
-                "--budget {} has to be above zero",
-                self.budget
+                "--budget {budget} has to be above zero"
             )));
         }
         let file = ModelFile::read(&self.model)?;

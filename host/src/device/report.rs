@@ -226,7 +226,7 @@ digest reference seed 7 points 10 0x00000000000000ff
 instructions reference inputs 500 min 1200 max 1201
 chain seed 7 samples 20 0x000000000000beef
 error the instructions of reference depend on its input
-decoder taken 1 refused 64 errors 0
+decoder taken 2 refused 64 errors 0
 slot a model
 digest a seed 7 points 10 0xffffffffffffffff
 slot b refused: the blob's checksum is 00000000, but its bytes give 12345678

@@ -20,7 +20,7 @@ pub(crate) const HALF: i64 = 1 << 31;
 
 /// One neuron as stored: what goes into its argument, and what its tanh weighs in each force.
 ///
-/// With s the scale of its argument, `steps` = 2³⁶/s, a weight is stored as 2·s·w and its bias as 2³²·s·b + 2³¹.
+/// With s the scale of its argument, `steps` = 2³⁷/s, a weight is stored as 2·s·w and its bias as 2³²·s·b + 2³¹.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Neuron {
     /// Weights of the inputs x, ẋ, φ, φ̇; the last two are 0 for one axis.

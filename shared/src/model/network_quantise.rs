@@ -1,7 +1,7 @@
 //! From a network in newtons to one in integers: the scale of each neuron and axis, the stored words, and the bound of the error.
 //!
 //! A sum of 64 bits has the weights at twice the scale of its result, so the scale is the largest at which neither a word leaves
-//! 32 bits nor the sum 64, for any input. That of an axis may be any real number; that of a neuron is 2³⁶ over a whole
+//! 32 bits nor the sum 64, for any input. That of an axis may be any real number; that of a neuron is 2³⁷ over a whole
 //! number, the steps of the tanh table. Every neuron has its own, so a steep one does not coarsen the others.
 
 use super::Output;
@@ -9,21 +9,21 @@ use super::axis::MAGNITUDE;
 use super::network::{HALF, NEURONS, NetworkModel, Neuron};
 use crate::error::Error;
 use crate::fixed::round_to_i64;
-use crate::tanh::MAX_ERROR;
+use crate::tanh::{MAX_ERROR, STEPS_PER_UNIT};
 use heapless::Vec;
 
 /// 2³¹: what a Q31 number's integer stands for at 1.
 const RAIL: f64 = 2_147_483_648.0;
 /// 2³²: by how much the places of a bias are above those of its sum's result.
 const HIGH_WORD: f64 = 4_294_967_296.0;
-/// 2³⁶: the table's steps for a scale of 1.
-const STEPS: f64 = 16.0 * HIGH_WORD;
+/// 2³⁷: the table's steps for a scale of 1.
+const STEPS: f64 = STEPS_PER_UNIT as f64 * HIGH_WORD;
 /// What half a word may reach.
 const WORD_LIMIT: f64 = RAIL / 2.0 - 1.0;
 /// What the result of a sum may reach before roundings: 40 words add at most ½·½ each, the bias and its half less than 2.
 const SUM_LIMIT: f64 = RAIL - 16.0;
 
-/// The largest weight or bias of a neuron: five of them need 2³⁶·5e7/2³¹ = 1.6e9 table steps, which is below 2³².
+/// The largest weight or bias of a neuron: five of them need 2³⁷·5e7/2³¹ = 3.2e9 table steps, which is below 2³².
 const LARGEST: f64 = 1e7;
 
 /// A network learnt in `f64`, with its outputs in N or N·m for inputs normalised to ±1.
