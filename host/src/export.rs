@@ -21,7 +21,7 @@ use std::path::Path;
 /// of what a good network itself misses.
 pub fn default_budget(base: &Base) -> f64 {
     match base {
-        Base::Polynomial(_) => 1e-5,
+        Base::Polynomial(_) | Base::None(_) => 1e-5,
         Base::Network(_) => 1e-3,
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::model::check_states;
-use crate::model::effects::add_forces;
+use crate::model::effects::{Course, add_forces};
 use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
 use crate::motion::Filters;
 use crate::output;
@@ -253,7 +253,7 @@ impl ModelFile {
         let mut forces = self.base.predict(states)?;
         let effects = self.effects_in_si()?;
         let period_s = 1.0 / self.filters.sample_rate_hz;
-        add_forces(&effects, states, period_s, &mut forces);
+        add_forces(&effects, &Course::of_states(states, period_s), &mut forces);
         Ok(forces)
     }
 

@@ -59,10 +59,7 @@ impl Motion {
     ///
     /// `inertia` in kg or kg·m²; with 0 the force channel (or its negative) already is the restoring force.
     pub fn restoring_force(&self, axis: usize, inertia: f64, convention: Convention) -> Vec<f64> {
-        let sign = match convention {
-            Convention::ForceMinusInertia => 1.0,
-            Convention::InertiaMinusForce => -1.0,
-        };
+        let sign = convention.sign();
         self.force[axis]
             .iter()
             .zip(&self.acceleration[axis])

@@ -1,7 +1,9 @@
 //! Every effect of the table, without being named: its numbers, its derivative, its units, its device arithmetic.
 
 use jointwatch_shared::effect::about::Role;
-use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Kinematics, MAX_PARAMETERS, MAX_STATES};
+use jointwatch_shared::effect::{
+    Acts, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, MAX_STATES,
+};
 use jointwatch_shared::model::axis::AxisKind::{Rotation, Translation};
 use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
 use jointwatch_shared::model::terms::{InSi, Memory};
@@ -60,7 +62,7 @@ fn run<S: Scalar>(
 ) -> Vec<[S; 2]> {
     let mut states = [S::zero(); MAX_STATES];
     let mut before = None;
-    let forces = rows.iter().enumerate().map(|(row, [x, v, phi, omega])| {
+    let forces = rows.iter().map(|[x, v, phi, omega]| {
         let displacement = x * scales.displacement[0];
         let at = Kinematics {
             displacement: lift(displacement),
@@ -69,7 +71,7 @@ fn run<S: Scalar>(
             other_displacement: lift(phi * scales.displacement[1]),
             other_velocity: lift(omega * scales.velocity[1]),
             period: lift(scales.time),
-            time: lift(row as f64 * scales.time),
+            instrument: Instrument::silent(),
         };
         before = Some(displacement);
         law(&taken, &at, &mut states)
@@ -282,7 +284,7 @@ proptest! {
                     other_displacement: *phi,
                     other_velocity: *omega,
                     period: 1.0,
-                    time: 0.0,
+                    instrument: Instrument::silent(),
                 };
                 before = *x;
                 (entry.real)(&values, &at, &mut states);
@@ -375,7 +377,7 @@ proptest! {
                     other_displacement: si(other),
                     other_velocity: si(other + 1),
                     period: 1.0 / header.sample_rate_hz,
-                    time: 0.0,
+                    instrument: Instrument::silent(),
                 };
                 before = Some(si(own));
                 let [mine, others] = (entry.real)(&values, &at, &mut states);

@@ -2,9 +2,13 @@
 
 use super::ModelAxis;
 use crate::error::{Error, Result};
+use crate::motion::Motion;
+use crate::study::Convention;
 use crate::study::nearest::suggestion;
 use crate::table::Table;
-use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Kinematics, Law, Parameters, States};
+use jointwatch_shared::effect::{
+    Acts, EFFECTS, Entry, Instrument, Kinematics, Law, Parameters, States,
+};
 use jointwatch_shared::model::terms::InSi;
 use jointwatch_shared::scalar::Scalar;
 use serde::{Deserialize, Serialize};
@@ -182,42 +186,125 @@ impl Bound {
     }
 }
 
-/// Evaluates a law along a record, in the record's order, from internal states of 0.
-///
-/// `states` are displacement and velocity of each axis in SI, `period_s` is the time between rows; `each` is given the
-/// row and the force on the own and the other axis.
-pub fn along<S: Scalar>(
-    law: Law<S>,
-    parameters: &Parameters<S>,
-    axis: usize,
-    states: &[&[f64]],
+/// What laws are evaluated along: a record, row by row, in SI.
+#[derive(Clone, Debug)]
+pub struct Course<'a> {
+    /// Displacement and velocity of each axis.
+    states: Vec<&'a [f64]>,
+    /// Time between rows, s.
     period_s: f64,
-    lift: impl Fn(f64) -> S,
-    mut each: impl FnMut(usize, [S; 2]),
-) {
-    let rows = states.first().map_or(0, |series| series.len());
-    let (own, other) = (2 * axis, 2 * (1 - axis));
-    let both = states.len() > 2;
-    let value = |series: usize, row: usize| lift(states[series][row]);
-    let mut memory: States<S> = [S::zero(); _];
-    let mut before = None;
-    for row in 0..rows {
-        let displacement = value(own, row);
-        let at = Kinematics {
-            displacement,
-            velocity: value(own + 1, row),
-            step: displacement - before.unwrap_or(displacement),
-            other_displacement: if both { value(other, row) } else { S::zero() },
-            other_velocity: if both {
-                value(other + 1, row)
-            } else {
-                S::zero()
-            },
-            period: lift(period_s),
-            time: lift(row as f64 * period_s),
+    /// What effects of the instrument need besides; none where there are no such effects.
+    instruments: Option<Instruments<'a>>,
+}
+
+#[derive(Clone, Debug)]
+struct Instruments<'a> {
+    acceleration: Vec<&'a [f64]>,
+    force: Vec<&'a [f64]>,
+    force_rate: Vec<Vec<f64>>,
+    /// 1 or −1 per axis, as its convention says.
+    signs: Vec<f64>,
+}
+
+impl<'a> Course<'a> {
+    /// A motion of the joint, of whose instruments nothing is known.
+    pub fn of_states(states: &[&'a [f64]], period_s: f64) -> Self {
+        Self {
+            states: states.to_vec(),
+            period_s,
+            instruments: None,
+        }
+    }
+
+    /// A record with everything that was measured; `conventions` has one entry per axis.
+    pub fn of_motion(motion: &'a Motion, conventions: &[Convention]) -> Self {
+        let slices = |series: &'a [Vec<f64>]| series.iter().map(Vec::as_slice).collect();
+        let period_s = 1.0 / motion.sample_rate_hz;
+        let rate = |force: &Vec<f64>| {
+            let last = force.len().saturating_sub(1);
+            let at = |row: usize| force[row.min(last)];
+            // Fourth order inside; the ends fall outside the low-pass's support.
+            let slope = |row: usize| {
+                let near = at(row + 1) - at(row.saturating_sub(1));
+                let far = at(row + 2) - at(row.saturating_sub(2));
+                (8.0 * near - far) / (12.0 * period_s)
+            };
+            (0..force.len()).map(slope).collect()
         };
-        before = Some(displacement);
-        each(row, law(parameters, &at, &mut memory));
+        Self {
+            states: slices(&motion.states),
+            period_s,
+            instruments: Some(Instruments {
+                acceleration: slices(&motion.acceleration),
+                force: slices(&motion.force),
+                force_rate: motion.force.iter().map(rate).collect(),
+                signs: conventions.iter().map(|c| c.sign()).collect(),
+            }),
+        }
+    }
+
+    /// Rows.
+    pub fn rows(&self) -> usize {
+        self.states.first().map_or(0, |series| series.len())
+    }
+
+    /// Evaluates a law of an effect on `axis` along the record, in the record's order, from internal states of 0; `each` is
+    /// given the row and the force on the own and the other axis.
+    pub fn along<S: Scalar>(
+        &self,
+        law: Law<S>,
+        parameters: &Parameters<S>,
+        axis: usize,
+        lift: impl Fn(f64) -> S,
+        mut each: impl FnMut(usize, [S; 2]),
+    ) {
+        let (own, other) = (2 * axis, 2 * (1 - axis));
+        let both = self.states.len() > 2;
+        let value = |series: usize, row: usize| lift(self.states[series][row]);
+        let mut memory: States<S> = [S::zero(); _];
+        let mut before = None;
+        for row in 0..self.rows() {
+            let displacement = value(own, row);
+            let at = Kinematics {
+                displacement,
+                velocity: value(own + 1, row),
+                step: displacement - before.unwrap_or(displacement),
+                other_displacement: if both { value(other, row) } else { S::zero() },
+                other_velocity: if both {
+                    value(other + 1, row)
+                } else {
+                    S::zero()
+                },
+                period: lift(self.period_s),
+                instrument: self.instrument(axis, row, &lift),
+            };
+            before = Some(displacement);
+            each(row, law(parameters, &at, &mut memory));
+        }
+    }
+
+    fn instrument<S: Scalar>(
+        &self,
+        axis: usize,
+        row: usize,
+        lift: &impl Fn(f64) -> S,
+    ) -> Instrument<S> {
+        let time = lift(row as f64 * self.period_s);
+        let Some(said) = &self.instruments else {
+            return Instrument {
+                time,
+                ..Instrument::silent()
+            };
+        };
+        let sign = said.signs[axis];
+        let other = said.force.get(1 - axis);
+        Instrument {
+            time,
+            acceleration: lift(sign * said.acceleration[axis][row]),
+            force: lift(sign * said.force[axis][row]),
+            force_rate: lift(sign * said.force_rate[axis][row]),
+            other_force: other.map_or(S::zero(), |force| lift(sign * force[row])),
+        }
     }
 }
 
@@ -233,18 +320,15 @@ pub fn law_parameters(entry: &Entry, values: &[f64]) -> Parameters<f64> {
 
 /// Adds the forces of effects to those of every axis, N or N·m, row by row along a record.
 ///
-/// `states` and `period_s` as for [`along`]; `forces` has one series per axis, as long as the states.
-pub fn add_forces(terms: &[InSi], states: &[&[f64]], period_s: f64, forces: &mut [Vec<f64>]) {
+/// `forces` has one series per axis, as long as the record.
+pub fn add_forces(terms: &[InSi], course: &Course<'_>, forces: &mut [Vec<f64>]) {
     for term in terms {
         let parameters = law_parameters(term.entry, &term.values);
         let axis = usize::from(term.axis);
-        let law = term.entry.real;
-        along(
-            law,
+        course.along(
+            term.entry.real,
             &parameters,
             axis,
-            states,
-            period_s,
             |v| v,
             |row, [own, other]| {
                 forces[axis][row] += own;

@@ -4,7 +4,7 @@ use super::effects::law_parameters;
 use super::{InputRange, Network, Polynomial, exponents};
 use crate::error::Result;
 use crate::model_file::{Base, ModelFile};
-use jointwatch_shared::effect::{Kinematics, Law as EffectLaw, Parameters, States};
+use jointwatch_shared::effect::{Instrument, Kinematics, Law as EffectLaw, Parameters, States};
 use jointwatch_shared::model::terms::InSi;
 
 /// A model at work inside a simulation: what was learnt, and what the model remembers of the motion so far.
@@ -71,7 +71,10 @@ impl EffectPoint {
             other_displacement: other[0],
             other_velocity: other[1],
             period: period_s,
-            time: evaluator.time_s,
+            instrument: Instrument {
+                time: evaluator.time_s,
+                ..Instrument::silent()
+            },
         };
         let mut states = self.states;
         let [mine, others] = (self.law)(&self.parameters, &at, &mut states);

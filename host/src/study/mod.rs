@@ -49,6 +49,16 @@ pub enum Convention {
     ForceMinusInertia,
 }
 
+impl Convention {
+    /// The s of r = s·(F − m·a): 1 for force minus inertia, −1 for inertia minus force.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::ForceMinusInertia => 1.0,
+            Self::InertiaMinusForce => -1.0,
+        }
+    }
+}
+
 /// One axis of the joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {

@@ -43,8 +43,50 @@ pub struct Kinematics<S> {
     pub other_velocity: S,
     /// The sample period.
     pub period: S,
-    /// Time since the record began; 0 on the device, where nothing that needs it is allowed.
+    /// What the instruments say besides: for effects of the instrument, which only the host evaluates.
+    pub instrument: Instrument<S>,
+}
+
+/// What the instruments of a rig say about one sample besides the joint's motion, signed as it enters the restoring force of
+/// the axis that the effect is bound to (s·(F − m·a), with s = 1 or −1 as the study's convention says). All 0 on the device.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instrument<S> {
+    /// Time since the record began.
     pub time: S,
+    /// s·a, the acceleration of the body that carries the inertia.
+    pub acceleration: S,
+    /// s·F, the applied force.
+    pub force: S,
+    /// s·dF/dt.
+    pub force_rate: S,
+    /// s·F of the other axis.
+    pub other_force: S,
+}
+
+impl<S: Scalar> Instrument<S> {
+    /// Instruments that say nothing.
+    pub fn silent() -> Self {
+        let zero = S::zero();
+        Self {
+            time: zero,
+            acceleration: zero,
+            force: zero,
+            force_rate: zero,
+            other_force: zero,
+        }
+    }
+}
+
+/// Where an effect belongs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seat {
+    /// To the joint: it is part of its model, on the host and on the device.
+    Joint,
+    /// To the joint, as it changes while a record runs: it explains data on the host and is refused at export, because a
+    /// device that never stops does not know when a record began.
+    JointOverTime,
+    /// To the instruments: it corrects a channel of the study, and reaches the device in the rig block.
+    Instrument,
 }
 
 /// Which forces an effect contributes to.
@@ -69,6 +111,8 @@ pub trait Effect {
     const TAG: u8;
     /// Which forces it contributes to.
     const ACTS: Acts = Acts::OwnAxis;
+    /// Where it belongs.
+    const SEAT: Seat = Seat::Joint;
     /// Largest magnitude of each internal state, which has no unit; empty for a law without memory.
     const STATE_BOUNDS: &'static [i32] = &[];
     /// What it is called, what it means, what it needs.
@@ -92,6 +136,8 @@ pub struct Entry {
     pub tag: u8,
     /// [`Effect::ACTS`].
     pub acts: Acts,
+    /// [`Effect::SEAT`].
+    pub seat: Seat,
     /// How many parameters it has.
     pub parameter_count: u8,
     /// [`Effect::STATE_BOUNDS`].
@@ -123,6 +169,7 @@ impl Entry {
         Self {
             tag: E::TAG,
             acts: E::ACTS,
+            seat: E::SEAT,
             parameter_count: E::ABOUT.parameters.len() as u8,
             state_bounds: E::STATE_BOUNDS,
             device: E::law::<Q>,

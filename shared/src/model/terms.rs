@@ -8,7 +8,7 @@ use super::Header;
 use super::Output;
 #[cfg(feature = "fit")]
 use crate::effect::MAX_STATES;
-use crate::effect::{Acts, Entry, Kinematics, Parameters, States};
+use crate::effect::{Acts, Entry, Instrument, Kinematics, Parameters, Seat, States};
 use crate::error::Error;
 use crate::scalar::Scalar;
 use crate::scalar::q::Q;
@@ -140,7 +140,7 @@ impl Terms {
             other_displacement: phi,
             other_velocity: omega,
             period: Q::one(),
-            time: Q::zero(),
+            instrument: Instrument::silent(),
         };
         let from_second = Kinematics {
             displacement: phi,
@@ -164,8 +164,14 @@ impl Terms {
     }
 }
 
-/// Refuses an axis that the model or the effect has not.
+/// Refuses an effect that the device does not evaluate, and an axis that the model or the effect has not.
 fn check_place(entry: &Entry, axis: u8, axes: usize) -> Result<(), Error> {
+    if entry.seat != Seat::Joint {
+        return Err(Error::Effect {
+            tag: entry.tag,
+            fault: "is no part of a model on the device",
+        });
+    }
     let most = match entry.acts {
         Acts::OwnAxis => axes.saturating_sub(1),
         Acts::BothAxes => 0,
@@ -251,7 +257,7 @@ mod quantise {
                 other_displacement,
                 other_velocity,
                 period: Interval::stored(1.0 / (header.sample_rate_hz * references.time)),
-                time: zero,
+                instrument: Instrument::silent(),
             };
             let parameters = self.relative(references).map(Interval::stored);
             let mut states = [zero; MAX_STATES];

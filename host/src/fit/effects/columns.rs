@@ -4,10 +4,10 @@
 //! a law has corners, and filtering the states first would round them. Behind the low-pass neighbours say nearly the
 //! same, so the rows are thinned out to what the filter's stop band allows.
 
-use crate::model::effects::{Bound, along, law_parameters};
+use crate::model::effects::{Bound, Course, law_parameters};
 use crate::motion::Motion;
 use crate::signal::fir::{apply_every, shut_from_hz};
-use crate::study::Axis;
+use crate::study::{Axis, Convention};
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::effect::{Acts, MAX_PARAMETERS, Parameters};
 use jointwatch_shared::scalar::dual::Dual;
@@ -16,11 +16,10 @@ use rayon::prelude::*;
 
 /// The training records, ready to hold force laws against.
 pub(crate) struct Records<'a> {
-    motions: &'a [&'a Motion],
+    courses: Vec<Course<'a>>,
     axes: usize,
     taps: &'a [f64],
     every: usize,
-    period_s: f64,
     /// Thinned rows of each record.
     pub(crate) rows: Vec<usize>,
     /// The largest displacement and velocity of each axis, and the RMS of its force: what parameters are relative to.
@@ -42,12 +41,15 @@ impl<'a> Records<'a> {
             let most = series.fold(0.0, |most: f64, v| most.max(v.abs()));
             if most > 0.0 { most } else { 1.0 }
         };
+        let conventions: Vec<Convention> = axes.iter().map(|a| a.restoring_force).collect();
+        let courses = motions.iter();
         let mut records = Self {
-            motions,
+            courses: courses
+                .map(|m| Course::of_motion(m, &conventions))
+                .collect(),
             axes: axes.len(),
             taps: low_pass,
             every,
-            period_s: 1.0 / rate,
             rows: Vec::new(),
             references: References {
                 force: [1.0; 2],
@@ -118,13 +120,11 @@ impl<'a> Records<'a> {
                     parameters[index] = f64::from(u8::from(index == unit));
                 }
                 let law = bound.entry.real;
-                self.column(bound, |states, own, other| {
-                    along(
+                self.column(bound, |course, own, other| {
+                    course.along(
                         law,
                         &parameters,
                         bound.axis,
-                        states,
-                        self.period_s,
                         |v| v,
                         |_, [f, g]| {
                             own.push(f);
@@ -154,19 +154,11 @@ impl<'a> Records<'a> {
             slope: if reciprocal { -value } else { value },
         };
         let law = bound.entry.dual;
-        self.column(bound, |states, own, other| {
-            along(
-                law,
-                &parameters,
-                bound.axis,
-                states,
-                self.period_s,
-                Dual::constant,
-                |_, [f, g]| {
-                    own.push(f.slope);
-                    other.push(g.slope);
-                },
-            );
+        self.column(bound, |course, own, other| {
+            course.along(law, &parameters, bound.axis, Dual::constant, |_, [f, g]| {
+                own.push(f.slope);
+                other.push(g.slope);
+            });
         })
     }
 
@@ -174,14 +166,13 @@ impl<'a> Records<'a> {
     fn column(
         &self,
         bound: &Bound,
-        evaluate: impl Fn(&[&[f64]], &mut Vec<f64>, &mut Vec<f64>) + Sync,
+        evaluate: impl Fn(&Course<'_>, &mut Vec<f64>, &mut Vec<f64>) + Sync,
     ) -> Vec<f64> {
         let mut whole = vec![0.0; self.axes * self.rows_per_axis()];
         let mut start = 0;
-        for (motion, &rows) in self.motions.iter().zip(&self.rows) {
-            let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
+        for (course, &rows) in self.courses.iter().zip(&self.rows) {
             let (mut own, mut other) = (Vec::new(), Vec::new());
-            evaluate(&states, &mut own, &mut other);
+            evaluate(course, &mut own, &mut other);
             let mut put = |axis: usize, series: &[f64]| {
                 let at = axis * self.rows_per_axis() + start;
                 let thinned = apply_every(series, self.taps, self.every);
