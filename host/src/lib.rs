@@ -14,6 +14,7 @@ pub mod model_file;
 pub mod motion;
 pub mod output;
 pub mod replay;
+pub mod report;
 pub mod signal;
 pub mod sim;
 pub mod study;
