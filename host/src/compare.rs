@@ -89,7 +89,7 @@ impl Sums {
         }
     }
 
-    fn plus(self, other: Self) -> Self {
+    pub(crate) fn plus(self, other: Self) -> Self {
         Self {
             error: self.error + other.error,
             about_mean: self.about_mean + other.about_mean,

@@ -3,6 +3,7 @@
 mod network;
 mod polynomial;
 pub(crate) mod powers;
+pub(crate) mod tanh;
 
 pub use network::Network;
 pub use polynomial::exponents;

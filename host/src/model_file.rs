@@ -82,9 +82,9 @@ pub struct AxisError {
 pub struct AxisFit {
     /// The axis.
     pub axis: String,
-    /// Terms that are not zero.
+    /// Terms that are not zero; of a network, its weights and biases.
     pub terms: usize,
-    /// Weight of the ridge that cross-validation chose; 0 without one.
+    /// Weight of the ridge that cross-validation chose; 0 without one; of a network, α/β of its Bayesian regularisation.
     pub ridge: f64,
     /// Effective number of parameters at that ridge.
     pub effective_parameters: f64,
@@ -114,7 +114,7 @@ pub struct ModelFile {
     pub axes: Vec<ModelAxis>,
     /// What the force is made of.
     pub base: Base,
-    /// How it was fitted: `ridge`, `least-squares` or `select`.
+    /// How it was fitted: `ridge`, `least-squares` or `select`; `Levenberg-Marquardt` for a network.
     pub fit: String,
     /// Per axis, how the coefficients came about.
     pub fits: Vec<AxisFit>,

@@ -1,6 +1,7 @@
 //! `jointwatch identify`: learn a model from the training records of a study.
 
 use super::Console;
+use super::identify_network::{self, NetworkArguments};
 use crate::compare;
 use crate::error::{Error, Result};
 use crate::fit::polynomial::{Method, PolynomialOptions};
@@ -8,6 +9,7 @@ use crate::identify::{self, Identified};
 use crate::study::Study;
 use crate::table::Table;
 use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
 use std::path::PathBuf;
 
 /// Which kind of model.
@@ -15,6 +17,8 @@ use std::path::PathBuf;
 enum Kind {
     /// Powers and products of the states: 256 terms per axis for two axes, 16 for one.
     Polynomial,
+    /// A layer of tanh neurons that all axes share, trained from several random starts; Ctrl-C keeps the best weights so far.
+    Network,
 }
 
 /// How the coefficients are found.
@@ -36,13 +40,15 @@ pub(crate) struct Identify {
     /// Which kind of model to learn.
     #[arg(long, value_enum)]
     model: Kind,
-    /// How to find the coefficients.
-    #[arg(long, value_enum, default_value = "ridge")]
-    fit: Fit,
-    /// Highest exponent of each state, 0 to 3: m,n,o,p for two axes (x, velocity of x, phi, velocity of phi), m,n for
-    /// one; 3 each when left out.
+    /// How to find the coefficients of a polynomial [default: ridge].
+    #[arg(long, value_enum)]
+    fit: Option<Fit>,
+    /// Highest exponent of each state in a polynomial, 0 to 3: m,n,o,p for two axes (x, velocity of x, phi, velocity of
+    /// phi), m,n for one; 3 each when left out.
     #[arg(long, value_name = "M,N[,O,P]", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(0..=3))]
     order: Option<Vec<u8>>,
+    #[command(flatten)]
+    network: NetworkArguments,
     /// Where to write the model.
     #[arg(short, long, value_name = "FILE", default_value = "model.json")]
     output: PathBuf,
@@ -54,16 +60,45 @@ impl Identify {
         Self {
             study,
             model: Kind::Polynomial,
-            fit: Fit::Ridge,
+            fit: None,
             order: None,
+            network: NetworkArguments::none(),
             output,
         }
     }
 
     pub(super) fn run(self, console: &Console) -> Result<()> {
-        let Kind::Polynomial = self.model;
+        match self.model {
+            Kind::Polynomial => self.network.refuse("polynomial")?,
+            Kind::Network => self.refuse_polynomial_options()?,
+        }
         let working = console.working("reading the records");
         let study = Study::read(&self.study)?;
+        let identified = match self.model {
+            Kind::Polynomial => self.fit_polynomial(&study, &working)?,
+            Kind::Network => self.network.train(&study, &working)?,
+        };
+        working.finish_and_clear();
+        identified.model.write(&self.output)?;
+        report(console, &study, &identified)?;
+        console.say(format!("\nModel written to {}.", self.output.display()))?;
+        console.json(&identified.model)
+    }
+
+    fn refuse_polynomial_options(&self) -> Result<()> {
+        let given = [
+            ("--fit", self.fit.is_some()),
+            ("--order", self.order.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(Error::usage(format!(
+                "{option} is an option of --model polynomial and says nothing about --model network; leave it out"
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    fn fit_polynomial(&self, study: &Study, working: &ProgressBar) -> Result<Identified> {
         if let Some(orders) = &self.order
             && orders.len() != 2 * study.axes.len()
         {
@@ -76,25 +111,20 @@ impl Identify {
         }
         working.set_message("fitting the polynomial");
         let method = match self.fit {
-            Fit::Ridge => Method::Ridge,
-            Fit::LeastSquares => Method::LeastSquares,
-            Fit::Select => Method::Select,
+            None | Some(Fit::Ridge) => Method::Ridge,
+            Some(Fit::LeastSquares) => Method::LeastSquares,
+            Some(Fit::Select) => Method::Select,
         };
-        let identified = identify::polynomial(
-            &study,
+        identify::polynomial(
+            study,
             &PolynomialOptions {
-                orders: self.order,
+                orders: self.order.clone(),
                 method,
             },
             &|done| {
                 working.set_message(format!("fitting the polynomial, {:.0} %", 100.0 * done));
             },
-        )?;
-        working.finish_and_clear();
-        identified.model.write(&self.output)?;
-        report(console, &study, &identified)?;
-        console.say(format!("\nModel written to {}.", self.output.display()))?;
-        console.json(&identified.model)
+        )
     }
 }
 
@@ -141,6 +171,36 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
             ))?;
         }
     }
+    match &identified.training {
+        Some(training) => identify_network::report(console, &model.axes, training)?,
+        None => report_polynomial(console, identified)?,
+    }
+    compare::say_summary(
+        &model.verification,
+        "Verification (records it was learnt from)",
+        |text| console.say(text),
+    )?;
+    if model.validation.is_empty() {
+        console.say(
+            "Validation: the study has no record with role = \"validate\", so nothing says how well this model does on \
+             motions it has not seen.",
+        )?;
+    } else {
+        compare::say_summary(
+            &model.validation,
+            "Validation (records it has not seen)",
+            |text| console.say(text),
+        )?;
+    }
+    for warning in &model.warnings {
+        console.say(format!("Warning: {warning}."))?;
+    }
+    Ok(())
+}
+
+/// Prints how the coefficients were found, and the equations that are short enough to read.
+fn report_polynomial(console: &Console, identified: &Identified) -> Result<()> {
+    let model = &identified.model;
     let mut table = Table::new(&[
         "axis",
         "terms",
@@ -165,26 +225,6 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
     console.say(format!("\nPolynomial, {} fit:\n{table}", model.fit))?;
     for equation in identified.equations() {
         console.say(equation)?;
-    }
-    compare::say_summary(
-        &model.verification,
-        "Verification (records it was learnt from)",
-        |text| console.say(text),
-    )?;
-    if model.validation.is_empty() {
-        console.say(
-            "Validation: the study has no record with role = \"validate\", so nothing says how well this model does on \
-             motions it has not seen.",
-        )?;
-    } else {
-        compare::say_summary(
-            &model.validation,
-            "Validation (records it has not seen)",
-            |text| console.say(text),
-        )?;
-    }
-    for warning in &model.warnings {
-        console.say(format!("Warning: {warning}."))?;
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ mod compare;
 mod demo;
 mod export;
 mod identify;
+mod identify_network;
 mod inspect;
 mod replay;
 mod simulate;

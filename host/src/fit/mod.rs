@@ -5,6 +5,7 @@ pub mod cross_validation;
 pub mod inertia;
 mod legendre;
 pub mod moments;
+pub mod network;
 pub mod normal_equations;
 pub mod polynomial;
 mod ridge;

@@ -58,6 +58,20 @@ impl Cholesky {
             MemStack::new(&mut memory),
         );
     }
+
+    /// The inverse of the matrix.
+    pub(super) fn inverse(&self) -> Mat<f64> {
+        let n = self.factor.nrows();
+        let mut inverse = Mat::identity(n, n);
+        self.solve(inverse.as_mut());
+        inverse
+    }
+
+    /// The logarithm of its determinant.
+    pub(super) fn log_det(&self) -> f64 {
+        let diagonal = self.factor.diagonal().column_vector();
+        2.0 * diagonal.iter().map(|d| d.ln()).sum::<f64>()
+    }
 }
 
 /// The least-squares coefficients from Σ φ·φᵀ and Σ φ·y.

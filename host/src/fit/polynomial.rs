@@ -96,16 +96,25 @@ pub fn input_ranges(motions: &[&Motion]) -> Vec<InputRange> {
 }
 
 fn check(axes: &[Axis], motions: &[&Motion], orders: &[u8]) -> Result<()> {
-    if !matches!(axes.len(), 1 | 2) {
-        return Err(Error::data(format!(
-            "a joint has one or two axes, not {}",
-            axes.len()
-        )));
-    }
+    check_records(axes, motions)?;
     if orders.len() != 2 * axes.len() || orders.iter().any(|order| *order > 3) {
         return Err(Error::usage(format!(
             "--order takes {} numbers from 0 to 3, one per input (displacement and velocity of each axis), not {orders:?}",
             2 * axes.len()
+        )));
+    }
+    Ok(())
+}
+
+/// Whether the training records fit the axes, are long enough for any fit and hold only finite numbers.
+///
+/// # Errors
+/// One sentence that names the record and the row.
+pub(super) fn check_records(axes: &[Axis], motions: &[&Motion]) -> Result<()> {
+    if !matches!(axes.len(), 1 | 2) {
+        return Err(Error::data(format!(
+            "a joint has one or two axes, not {}",
+            axes.len()
         )));
     }
     if motions.is_empty() {

@@ -1,7 +1,9 @@
 //! From a study to a model: derivatives, restoring force, fit, and the errors on every record.
 
+mod network;
 mod polynomial;
 
+pub use network::{Training, network};
 pub use polynomial::polynomial;
 
 use crate::compare;
@@ -17,6 +19,8 @@ use crate::study::{Role, Study};
 pub struct Identified {
     /// The model.
     pub model: ModelFile,
+    /// How a network's training went; none for other kinds of model.
+    pub training: Option<Training>,
     inertia: Vec<Inertia>,
 }
 
@@ -133,6 +137,7 @@ impl Prepared {
         });
         Ok(Identified {
             model,
+            training: None,
             inertia: learnt.inertia,
         })
     }

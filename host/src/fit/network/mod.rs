@@ -1,0 +1,248 @@
+//! Fitting the paper's network of tanh neurons (Eqs. 14 and 15) to training records.
+//!
+//! The output layer is solved exactly for whatever the hidden layer is (`projection`); the hidden layer is found by
+//! Levenberg–Marquardt (`levenberg_marquardt`) with Bayesian regularisation (`evidence`), on ever more of the rows
+//! (`stages`), from several random starts (`restarts`). The paper's Sections 2.4 and 3.2.2 train with the same
+//! regularisation and restarts, by steps over all weights.
+
+mod evidence;
+mod hidden_layer;
+mod levenberg_marquardt;
+mod outcome;
+mod projection;
+mod restarts;
+mod rows;
+mod size;
+mod stages;
+mod start;
+#[cfg(test)]
+mod tests;
+
+pub use outcome::{
+    BadInput, Converged, GaveUp, LeftOut, NetworkFit, NetworkProgress, Restart, SizeCurve,
+    SizeError, Stop, TracePoint, Watch,
+};
+
+use super::coverage::training_warnings;
+use super::inertia::inertias;
+use super::polynomial::{check_records, input_ranges};
+use crate::error::{Error, Result};
+use crate::model::InputRange;
+use crate::motion::Motion;
+use crate::study::Axis;
+use restarts::MOST_RESTARTS;
+use rows::{Piece, Rows};
+use stages::Limits;
+
+/// How many neurons the hidden layer has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Neurons {
+    /// So many, 1 to [`MOST_NEURONS`].
+    Fixed(usize),
+    /// As many as leaving out one record at a time asks for.
+    Auto,
+}
+
+/// The largest hidden layer: the time per step grows with the square of its size.
+pub const MOST_NEURONS: usize = 200;
+
+/// How to train.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NetworkOptions {
+    /// Neurons in the hidden layer.
+    pub neurons: Neurons,
+    /// Trainings from different random weights, of which the one with the largest evidence is kept; at least 1.
+    pub restarts: usize,
+    /// Seed of the random weights; restart i takes this plus i.
+    pub seed: u64,
+    /// The last stage ends when two steps in a row each lower the merit by less than this share; every stage before it
+    /// has twice the tolerance of the next.
+    pub tolerance: f64,
+    /// Steps after which a stage ends in any case.
+    pub steps_per_stage: usize,
+}
+
+impl Default for NetworkOptions {
+    /// The paper's forty neurons, five restarts.
+    fn default() -> Self {
+        let limits = Limits::default();
+        Self {
+            neurons: Neurons::Fixed(40),
+            restarts: 5,
+            seed: 1,
+            tolerance: limits.tolerance,
+            steps_per_stage: limits.steps_per_stage,
+        }
+    }
+}
+
+impl NetworkOptions {
+    fn limits(&self) -> Limits {
+        Limits {
+            tolerance: self.tolerance,
+            steps_per_stage: self.steps_per_stage,
+        }
+    }
+
+    fn check(&self) -> Result<()> {
+        if let Neurons::Fixed(neurons) = self.neurons
+            && !(1..=MOST_NEURONS).contains(&neurons)
+        {
+            return Err(Error::usage(format!(
+                "a network has 1 to {MOST_NEURONS} neurons, not {neurons}"
+            )));
+        }
+        if !(1..=MOST_RESTARTS).contains(&self.restarts) {
+            return Err(Error::usage(format!(
+                "a training has 1 to {MOST_RESTARTS} restarts, not {}",
+                self.restarts
+            )));
+        }
+        if !(self.tolerance > 0.0 && self.tolerance < 1.0) || self.steps_per_stage == 0 {
+            return Err(Error::usage(
+                "a training needs a tolerance between 0 and 1 and at least one step per stage",
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Rows per weight below which the rows are worth a word: neighbours in a record are nearly the same row.
+const ROWS_PER_PARAMETER: usize = 20;
+
+/// A force whose range is below this share of its size counts as constant: the rest is rounding.
+const CONSTANT: f64 = 1e-12;
+
+/// Weights and biases of a network.
+fn parameters(inputs: usize, neurons: usize, outputs: usize) -> usize {
+    neurons * (inputs + 1 + outputs) + outputs
+}
+
+/// The middle and half the width of each axis's restoring force over all records together.
+fn output_ranges(axes: &[Axis], pieces: &[Piece<'_>]) -> Result<Vec<InputRange>> {
+    let range = |(index, axis): (usize, &Axis)| {
+        let values = pieces.iter().flat_map(|piece| piece.forces[index]);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (v.min(low), v.max(high))
+        });
+        let range = InputRange {
+            center: 0.5 * (high + low),
+            half_range: 0.5 * (high - low),
+        };
+        let size = low.abs().max(high.abs());
+        if range.half_range <= CONSTANT * size {
+            return Err(Error::data(format!(
+                "the restoring force of axis {} is {:.4e} {} at every training row, so there is nothing to learn: check its force \
+                 column in study.toml, or drive that axis",
+                axis.name,
+                range.center,
+                axis.kind.force_unit()
+            )));
+        }
+        if !range.is_sound() {
+            return Err(Error::data(format!(
+                "the restoring force of axis {} reaches {size:.1e} {}, too far to compute with: check the units of its force and \
+                 acceleration in study.toml",
+                axis.name,
+                axis.kind.force_unit()
+            )));
+        }
+        Ok(range)
+    };
+    axes.iter().enumerate().map(range).collect()
+}
+
+/// Trains a network on the restoring force of every axis of the training records `motions`.
+///
+/// `low_pass` are the taps of the study's symmetric low-pass; it is needed where an inertia is to be identified, and sets the guard
+/// between stretches when the size is chosen from one record. `watch` is told after every step and can end the training; the
+/// best weights so far are kept then.
+///
+/// # Errors
+/// One sentence: options out of range, no training record, records that do not fit the axes or are too short for the number of
+/// weights, a force that is the same everywhere, an identified inertia that is not positive, values that are not finite from
+/// every random start, an end by `watch` before there were weights.
+pub fn fit_network(
+    axes: &[Axis],
+    motions: &[&Motion],
+    low_pass: &[f64],
+    options: &NetworkOptions,
+    watch: &Watch<'_>,
+) -> Result<NetworkFit> {
+    options.check()?;
+    check_records(axes, motions)?;
+    let inputs = input_ranges(motions);
+    let inertia = inertias(axes, motions, &inputs, low_pass)?;
+    let forces: Vec<Vec<Vec<f64>>> = motions
+        .iter()
+        .map(|motion| {
+            let axes = axes.iter().zip(&inertia).enumerate();
+            axes.map(|(i, (axis, inertia))| {
+                motion.restoring_force(i, inertia.value, axis.restoring_force)
+            })
+            .collect()
+        })
+        .collect();
+    let records: Vec<Piece<'_>> = motions
+        .iter()
+        .zip(&forces)
+        .map(|(motion, forces)| Piece {
+            states: motion.states.iter().map(Vec::as_slice).collect(),
+            forces: forces.iter().map(Vec::as_slice).collect(),
+        })
+        .collect();
+    let outputs = output_ranges(axes, &records)?;
+    let ranges: [&[InputRange]; 2] = [&inputs, &outputs];
+    let rows: usize = records.iter().map(Piece::rows).sum();
+    let weights = |neurons| parameters(inputs.len(), neurons, outputs.len());
+    let (neurons, size_curve) = match options.neurons {
+        Neurons::Fixed(neurons) => (neurons, None),
+        Neurons::Auto => {
+            // A tenth of a second: more than a cycle of the slowest motions that matter, beside what the filters smear.
+            let guard = (0.1 * motions[0].sample_rate_hz) as usize + low_pass.len();
+            let (neurons, curve) = size::choose(&records, ranges, guard, options, watch)?;
+            (neurons, Some(curve))
+        }
+    };
+    if rows < weights(neurons) {
+        return Err(Error::data(format!(
+            "{rows} training rows cannot determine the {} weights of {neurons} neurons: record longer, or give fewer --neurons",
+            weights(neurons)
+        )));
+    }
+    let ordered = Rows::new(&records, &inputs, &outputs, 2 * weights(neurons));
+    let trained = restarts::run(
+        &ordered,
+        ranges,
+        neurons,
+        options.restarts,
+        options.seed,
+        options.limits(),
+        watch,
+    )?;
+    // No number of parameters: the words for too few rows differ from the polynomial's.
+    let mut warnings = training_warnings(axes, motions, 0);
+    if rows < ROWS_PER_PARAMETER * weights(neurons) {
+        warnings.push(format!(
+            "{rows} training rows are few for {} weights: record longer, or give fewer --neurons",
+            weights(neurons)
+        ));
+    }
+    if trained.interrupted {
+        warnings.push(format!(
+            "training was interrupted; these are the best weights so far, of {} restarts that had begun",
+            trained.done.len()
+        ));
+    }
+    Ok(NetworkFit {
+        network: trained.done[trained.best].network.clone(),
+        best: trained.best,
+        restarts: trained.done,
+        begun_anew: trained.begun_anew,
+        interrupted: trained.interrupted,
+        size_curve,
+        inertia,
+        rows,
+        warnings,
+    })
+}

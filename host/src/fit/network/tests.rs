@@ -1,0 +1,1 @@
+//! Whether training does what its formulas say: derivatives, the eliminated output layer, known networks, stopping.
