@@ -13,6 +13,7 @@ pub mod model;
 pub mod model_file;
 pub mod motion;
 pub mod output;
+pub mod paper;
 pub mod replay;
 pub mod report;
 pub mod signal;

@@ -6,6 +6,7 @@ mod export;
 mod identify;
 mod identify_network;
 mod inspect;
+mod paper;
 mod replay;
 mod simulate;
 
@@ -61,6 +62,8 @@ enum Command {
     Inspect(inspect::Inspect),
     /// Run the device's integer code on the records of a study, from raw counts on.
     Replay(replay::Replay),
+    /// Hold the tool against the paper it comes from: its figures and its two headline ratios, computed anew, as a page.
+    Paper(paper::Paper),
 }
 
 /// What every subcommand has at hand: where to print, and the progress display.
@@ -157,6 +160,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Export(command) => command.run(&console),
         Command::Inspect(command) => command.run(&console),
         Command::Replay(command) => command.run(&console),
+        Command::Paper(command) => command.run(&console),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -29,9 +29,6 @@ pub fn comparison(courses: &[Course], measured: &str, model: &str) -> Figure {
     }
     Figure {
         rows,
-        legend: vec![
-            (Pen::Measured, measured.into()),
-            (Pen::Model, model.into()),
-        ],
+        legend: vec![(Pen::Measured, measured.into()), (Pen::Model, model.into())],
     }
 }

@@ -88,7 +88,8 @@ impl Figure {
         for (index, (pen, text)) in self.legend.iter().enumerate() {
             let left = index as i32 * share + share / 4;
             let line = vec![(left, middle), (left + 110, middle)];
-            area.draw(&PathElement::new(line, pen.stroke())).map_err(failed)?;
+            area.draw(&PathElement::new(line, pen.stroke()))
+                .map_err(failed)?;
             let letters = style::letters(style::TEXT_SIZE).pos(Pos::new(HPos::Left, VPos::Center));
             area.draw(&Text::new(text.clone(), (left + 130, middle), letters))
                 .map_err(failed)?;
@@ -204,17 +205,27 @@ mod tests {
     fn figure(points: Vec<(f64, f64)>) -> Figure {
         Figure {
             rows: vec![vec![panel(points.clone()), panel(points)]],
-            legend: vec![(Pen::Measured, "measured".into()), (Pen::Model, "model".into())],
+            legend: vec![
+                (Pen::Measured, "measured".into()),
+                (Pen::Model, "model".into()),
+            ],
         }
     }
 
     #[test]
     fn long_records_make_small_files_with_real_letters_and_dashes() {
         // Noise that no simplification can thin out within its first tolerance.
-        let noisy = |i: u32| (f64::from(i % 977), f64::from(i.wrapping_mul(2_654_435_761) % 1000));
+        let noisy = |i: u32| {
+            (
+                f64::from(i % 977),
+                f64::from(i.wrapping_mul(2_654_435_761) % 1000),
+            )
+        };
         let svg = figure((0..200_000).map(noisy).collect()).svg().unwrap();
         assert!(svg.len() < 150_000, "{} bytes", svg.len());
-        assert!(svg.contains("displacement of x (mm)") && svg.contains("font-family=\"sans-serif\""));
+        assert!(
+            svg.contains("displacement of x (mm)") && svg.contains("font-family=\"sans-serif\"")
+        );
         assert!(svg.contains("x &amp; its &lt; force"));
         // One dash-dot curve per panel and one in the legend.
         assert_eq!(svg.matches("stroke-dasharray").count(), 3);

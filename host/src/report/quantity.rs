@@ -9,9 +9,12 @@ pub(super) struct Quantity {
 }
 
 impl Quantity {
-    /// A quantity of which the largest value drawn is `peak` (in `unit`, an SI symbol); small ones get milli or micro.
+    /// A quantity of which the largest value drawn is `peak` (in `unit`, an SI symbol); small ones get milli or micro, large
+    /// ones kilo.
     pub(super) fn new(name: &str, unit: &str, peak: f64) -> Self {
-        let (prefix, factor) = if peak >= 0.1 || peak == 0.0 {
+        let (prefix, factor) = if peak >= 5e3 {
+            ("k", 1e-3)
+        } else if peak >= 0.1 || peak == 0.0 {
             ("", 1.0)
         } else if peak >= 1e-4 {
             ("m", 1e3)
@@ -64,6 +67,7 @@ mod tests {
         assert!((quantity.scaled(0.0024) - 2.4).abs() < 1e-12);
         assert_eq!(Quantity::new("force", "N", 37.0).label(), "force (N)");
         assert_eq!(Quantity::new("x", "m", 2e-6).label(), "x (µm)");
+        assert_eq!(Quantity::new("x", "N", 2.1e4).label(), "x (kN)");
     }
 
     #[test]

@@ -40,7 +40,9 @@ pub fn compared(course: &Course, rows: Range<usize>) -> Panel {
 ///
 /// All axes of a record are drawn over the same rows, so that what one does can be seen beside what the other does.
 pub fn window(courses: &[Course]) -> Range<usize> {
-    let rows = courses.first().map_or(0, |course| course.displacement.len());
+    let rows = courses
+        .first()
+        .map_or(0, |course| course.displacement.len());
     let cycles = courses.iter().map(|course| swings(&course.displacement));
     let cycles = cycles.fold(0.0, f64::max);
     if cycles <= CYCLES {
