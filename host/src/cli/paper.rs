@@ -26,6 +26,7 @@ pub(crate) struct Paper {
 
 impl Paper {
     pub(super) fn run(self, console: &Console) -> Result<()> {
+        paper::check_folder(&self.out)?;
         let options = PaperOptions {
             seeds: self.seeds,
             restarts: self.restarts.into(),

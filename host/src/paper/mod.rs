@@ -85,7 +85,14 @@ pub fn paper(options: &PaperOptions, progress: &dyn Fn(&str)) -> Result<Paper> {
             "the page needs one seed and one training of each network at the least",
         ));
     }
-    let mut figures = Vec::new();
+    // First, because logs can be bad and simulations cannot.
+    let (mut measured, mut drawings) = (Vec::new(), Vec::new());
+    for source in &measured::SOURCES {
+        progress(&format!("measured joint: {}", source.folder));
+        let section = measured::section(source, options.data.as_deref(), options.restarts)?;
+        drawings.extend(section.drawings);
+        measured.push(section.joint);
+    }
     let mut drawn = None;
     let (mut perfect, mut rig) = (Vec::new(), Vec::new());
     for seed in 1..=options.seeds {
@@ -100,17 +107,10 @@ pub fn paper(options: &PaperOptions, progress: &dyn Fn(&str)) -> Result<Paper> {
             let (run, learnt) = simulated::learn(sensors, seed, options.restarts)?;
             runs.push(run);
             if drawn.is_none() {
-                figures.extend(learnt.drawings()?);
+                drawings.extend(learnt.drawings()?);
                 drawn = Some(learnt.errors());
             }
         }
-    }
-    let mut measured = Vec::new();
-    for source in &measured::SOURCES {
-        progress(&format!("measured joint: {}", source.folder));
-        let section = measured::section(source, options.data.as_deref(), options.restarts)?;
-        figures.extend(section.drawings);
-        measured.push(section.joint);
     }
     let drawn = drawn.ok_or_else(|| Error::failed("no study was simulated"))?;
     let results = Results {
@@ -123,8 +123,23 @@ pub fn paper(options: &PaperOptions, progress: &dyn Fn(&str)) -> Result<Paper> {
     Ok(Paper {
         page: page::page(&results),
         results,
-        figures,
+        figures: drawings,
     })
+}
+
+/// Refuses a folder that cannot be made because a file is in its way, before anything is computed for it.
+///
+/// # Errors
+/// [`crate::error::Kind::Failed`] with the file's path.
+pub fn check_folder(out: &Path) -> Result<()> {
+    match out.ancestors().find(|folder| folder.exists()) {
+        Some(file) if !file.is_dir() => Err(Error::failed(format!(
+            "{}: the page cannot go into {}, because this is a file; try another --out",
+            file.display(),
+            out.display()
+        ))),
+        _ => Ok(()),
+    }
 }
 
 impl Paper {

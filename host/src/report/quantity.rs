@@ -76,7 +76,7 @@ mod tests {
         assert_eq!(tick(20.0, 100.0), "20");
         assert_eq!(tick(0.30000000000000004, 0.6), "0.3");
         assert_eq!(tick(-1e-17, 2.0), "0");
-        assert_eq!(tick(0.025, 0.1), "0.025");
+        assert_eq!(tick(0.02, 0.1), "0.02");
         assert_eq!(tick(1200.0, 5000.0), "1200");
     }
 }
