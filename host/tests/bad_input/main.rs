@@ -1,6 +1,7 @@
 //! Every bad study and every bad log gets one sentence that says what, which file, row and column, and what to try.
 
 mod logs;
+mod network;
 mod study_file;
 
 use jointwatch::error::{Error, Kind};

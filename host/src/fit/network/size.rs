@@ -2,8 +2,9 @@
 //!
 //! The paper finds its forty neurons by trial and error (Section 3.2.2). Rows of a record are far from independent, so
 //! whole records are left out; a study with one training record leaves out a third of it at a time, with a guard on
-//! either side. Errors are averaged by their logarithms: a record that the others say little about must not
-//! outweigh the rest.
+//! either side. A network of whatever size knows nothing of motions that the other records do not hold, so a left-out
+//! row counts only where another record has been: within its range in every state, and in a cell of state space
+//! that was visited. Errors are averaged by their logarithms, so that one bad record does not outweigh the rest.
 
 use super::outcome::{LeftOut, NetworkProgress, SizeCurve, SizeError, Watch};
 use super::restarts;
@@ -25,6 +26,12 @@ const AS_GOOD: f64 = 1.1;
 
 /// Restarts per size and fold at most; the better one counts.
 const RESTARTS: usize = 2;
+
+/// Cells along each state of one axis and of two; odd numbers, so that rest lies in the middle of one.
+const CELLS: [usize; 2] = [21, 7];
+
+/// Fewer rows than this in visited cells say nothing about a record.
+const LEAST_ROWS: usize = 100;
 
 /// What is trained on and what is held out.
 struct Fold<'a> {
@@ -127,13 +134,18 @@ pub(super) fn choose(
             let predicted = trained.done[trained.best]
                 .network
                 .predict(&fold.held_out.states)?;
-            Ok(held_out_errors(&fold.held_out, &predicted, ranges[1]))
+            Ok(held_out_errors(fold, &predicted, ranges))
         })
         .collect::<Result<Vec<_>>>()?
         .into_iter()
         .rev()
         .collect();
     let axes = ranges[1].len();
+    if (0..axes).any(|axis| errors.iter().all(|e| e[axis].is_none())) {
+        return Err(Error::data(
+            "no training record moves where the others have been, so leaving one out says nothing about the number of neurons: give --neurons",
+        ));
+    }
     let sizes: Vec<SizeError> = errors
         .chunks_exact(folds.len())
         .zip(&sizes)
@@ -159,30 +171,74 @@ pub(super) fn choose(
     Ok((neurons, SizeCurve { sizes, left_out }))
 }
 
-/// NMSE per axis in percent; none for an axis that rests in the record, whose small force says nothing.
+/// The cell of state space that a row lies in; there are `per_state` along each.
+fn cell(states: &[&[f64]], row: usize, ranges: &[InputRange], per_state: usize) -> usize {
+    ranges.iter().zip(states).fold(0, |cell, (range, series)| {
+        let place = 0.5 * (range.normalise(series[row]) + 1.0) * per_state as f64;
+        cell * per_state + (place.max(0.0) as usize).min(per_state - 1)
+    })
+}
+
+/// The least and the largest value of every state.
+fn extent(piece: &Piece<'_>) -> Vec<(f64, f64)> {
+    let extent = |series: &&[f64]| {
+        let start = (f64::INFINITY, f64::NEG_INFINITY);
+        series
+            .iter()
+            .fold(start, |(low, high), v| (v.min(low), v.max(high)))
+    };
+    piece.states.iter().map(extent).collect()
+}
+
+/// The rows of the record left out that lie where another has been.
+fn visited_rows(fold: &Fold<'_>, ranges: &[InputRange]) -> Vec<usize> {
+    let per_state = CELLS[ranges.len() / 2 - 1];
+    let mut visited = vec![false; per_state.pow(ranges.len() as u32)];
+    for piece in &fold.training {
+        for row in 0..piece.rows() {
+            visited[cell(&piece.states, row, ranges, per_state)] = true;
+        }
+    }
+    let extents: Vec<Vec<(f64, f64)>> = fold.training.iter().map(extent).collect();
+    let states = &fold.held_out.states;
+    let within = |row: usize, extent: &[(f64, f64)]| {
+        let mut states = states.iter().zip(extent);
+        states.all(|(series, (low, high))| (*low..=*high).contains(&series[row]))
+    };
+    (0..fold.held_out.rows())
+        .filter(|&row| extents.iter().any(|extent| within(row, extent)))
+        .filter(|&row| visited[cell(states, row, ranges, per_state)])
+        .collect()
+}
+
+/// NMSE per axis in percent over visited rows; none for an axis that rests there, whose small force says nothing, and none at all
+/// when there are too few.
 fn held_out_errors(
-    record: &Piece<'_>,
+    fold: &Fold<'_>,
     predicted: &[Vec<f64>],
-    ranges: &[InputRange],
+    [inputs, outputs]: [&[InputRange]; 2],
 ) -> Vec<Option<f64>> {
-    let axes = record.forces.iter().zip(predicted).zip(ranges);
+    let rows = visited_rows(fold, inputs);
+    let axes = fold.held_out.forces.iter().zip(predicted).zip(outputs);
     axes.map(|((force, predicted), range)| {
-        let error: Vec<f64> = force.iter().zip(predicted).map(|(r, p)| r - p).collect();
-        let sums = Sums::of(&error, force);
-        (sums.rms_force() >= RESTS_BELOW * range.half_range).then(|| sums.nmse_percent())
+        let error: Vec<f64> = rows
+            .iter()
+            .map(|&row| force[row] - predicted[row])
+            .collect();
+        let force: Vec<f64> = rows.iter().map(|&row| force[row]).collect();
+        let sums = Sums::of(&error, &force);
+        let rests = sums.rms_force() < RESTS_BELOW * range.half_range;
+        (rows.len() >= LEAST_ROWS && !rests).then(|| sums.nmse_percent())
     })
     .collect()
 }
 
-/// The mean of the logarithms, as a number again; nothing at all counts as no error.
+/// The mean of the logarithms of at least one value, as a number again.
 fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut count) = (0.0, 0);
     for value in values {
         sum += value.max(f64::MIN_POSITIVE).ln();
         count += 1;
-    }
-    if count == 0 {
-        return 0.0;
     }
     (sum / f64::from(count)).exp()
 }
