@@ -9,7 +9,7 @@ use super::spread::Spread;
 use super::{PaperOptions, Results};
 use crate::diagnose::where_it_fails::significant;
 use crate::model_file::AxisError;
-use crate::sim::SimulationOptions;
+use crate::sim::{ENCODER_STEP, SimulationOptions};
 
 /// The axes of the simulated rig, as the text writes them.
 const AXES: [&str; 2] = ["x", "φ"];
@@ -148,7 +148,7 @@ fn ratios(results: &Results) -> String {
         text += &format!("| {} | {} |\n", fit.words(), cells.join(" | "));
     }
     text += &format!(
-        "\nThe sensors of a rig are noise 60 dB below the signals and encoders in counts of 2 µm and 24 µrad. One such study by itself: \
+        "\nThe sensors of a rig are noise {} dB below the signals and encoders in counts of {} µm and {} µrad. One such study by itself: \
          `jointwatch simulate --out rig --seed 1`, then `jointwatch identify rig --model network`.\n\n\
          NMSE on the validation record in percent, noise-free, whole band:\n\n{}\n\
          With the sensors of a rig, common band:\n\n{}\n\
@@ -158,6 +158,9 @@ fn ratios(results: &Results) -> String {
          | denominator | one training | {} | one training, up to a {PAPERS_ERROR_RATIO}th of the plain polynomial's error on both axes |\n\
          |---|---|---|---|\n\
          | the paper, plain | about {PAPERS_TIME_RATIO} | | |\n",
+        significant(SimulationOptions::default().snr_db.unwrap_or(f64::INFINITY)),
+        significant(1e6 * ENCODER_STEP[0]),
+        significant(1e6 * ENCODER_STEP[1]),
         per_seed(runs, Band::Whole),
         per_seed(&results.rig, Band::Common),
         match results.restarts {
