@@ -6,6 +6,7 @@ mod export;
 mod identify;
 mod identify_network;
 mod inspect;
+mod paper;
 mod replay;
 mod respond;
 mod simulate;
@@ -64,6 +65,8 @@ enum Command {
     Replay(replay::Replay),
     /// Put a model in place of the joint, integrate the equation of motion for a record's drive, and compare the motions.
     Respond(respond::Respond),
+    /// Hold the tool against the paper it comes from: its figures and its two headline ratios, computed anew, as a page.
+    Paper(paper::Paper),
 }
 
 /// What every subcommand has at hand: where to print, and the progress display.
@@ -161,6 +164,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Inspect(command) => command.run(&console),
         Command::Replay(command) => command.run(&console),
         Command::Respond(command) => command.run(&console),
+        Command::Paper(command) => command.run(&console),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,0 +1,132 @@
+//! The paper's Section 3 on the simulated rig: its studies, the models learnt from them, and Figs. 6 to 10.
+
+use super::figures::{Drawing, training, verification_and_validation};
+use super::network;
+use super::polynomials::Denominator;
+use super::ratios::{Errors, PolynomialRun, SeedRun};
+use crate::error::Result;
+use crate::identify::Prepared;
+use crate::model_file::{AxisError, ModelFile};
+use crate::sim::{SimulationOptions, simulate};
+use crate::study::Study;
+use serde::Serialize;
+
+/// Through which sensors the simulated joint is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sensors {
+    /// Without noise and without counts: the paper's synthetic data.
+    Perfect,
+    /// As `jointwatch simulate` logs them: noise 60 dB below the signals, encoders in whole counts.
+    Rig,
+}
+
+impl Sensors {
+    fn study(self, seed: u64) -> Result<Study> {
+        let logged = SimulationOptions {
+            seed,
+            ..SimulationOptions::default()
+        };
+        let options = match self {
+            Self::Rig => logged,
+            Self::Perfect => SimulationOptions {
+                snr_db: None,
+                quantised: false,
+                ..logged
+            },
+        };
+        Ok(simulate(&options)?.study)
+    }
+}
+
+/// The models that are drawn, and the study they were learnt from.
+pub(super) struct Learnt {
+    study: Study,
+    plain: ModelFile,
+    network: ModelFile,
+}
+
+/// Learns every model from one seed's study.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] when a model cannot be learnt.
+pub(super) fn learn(sensors: Sensors, seed: u64, restarts: usize) -> Result<(SeedRun, Learnt)> {
+    let study = sensors.study(seed)?;
+    let prepared = Prepared::new(&study)?;
+    let mut models = Vec::new();
+    let mut polynomials = Vec::new();
+    for fit in Denominator::ALL {
+        let model = fit.identify(&study)?;
+        polynomials.push(PolynomialRun {
+            fit,
+            validation_nmse_percent: Errors::of(&model, &study)?,
+            cpu_s: fit.cpu_seconds(&study, &prepared)?,
+        });
+        models.push(model);
+    }
+    let trained = network::train(&study, restarts)?;
+    let run = SeedRun {
+        seed,
+        network: trained.run(&study, &polynomials[0].validation_nmse_percent.common)?,
+        polynomials,
+    };
+    let learnt = Learnt {
+        study,
+        plain: models.swap_remove(0),
+        network: trained.model,
+    };
+    Ok((run, learnt))
+}
+
+/// Errors of a model that is drawn.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Drawn {
+    /// `polynomial` or `network`.
+    pub model: &'static str,
+    /// On the three training records together.
+    pub verification: Vec<AxisError>,
+    /// On the validation record.
+    pub validation: Vec<AxisError>,
+}
+
+impl Learnt {
+    /// Figs. 6 to 10.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`] when a model gives numbers that are not finite.
+    pub(super) fn drawings(&self) -> Result<Vec<Drawing>> {
+        let mut drawings = vec![training(&self.study, &self.plain, "fig06-training")?];
+        for (model, names, learner) in [
+            (
+                &self.plain,
+                [
+                    "fig07-polynomial-verification",
+                    "fig08-polynomial-validation",
+                ],
+                "polynomial",
+            ),
+            (
+                &self.network,
+                ["fig09-network-verification", "fig10-network-validation"],
+                "network",
+            ),
+        ] {
+            drawings.extend(verification_and_validation(
+                &self.study,
+                model,
+                names,
+                ["simulated", learner],
+            )?);
+        }
+        Ok(drawings)
+    }
+
+    /// The errors that belong to the figures.
+    pub(super) fn errors(&self) -> [Drawn; 2] {
+        [("polynomial", &self.plain), ("network", &self.network)].map(|(model, of)| Drawn {
+            model,
+            verification: of.verification.clone(),
+            validation: of.validation.clone(),
+        })
+    }
+}

@@ -1,0 +1,34 @@
+//! The figure that holds a model against one record: time histories above, phase plots below.
+
+use super::course::Course;
+use super::figure::{Figure, Panel};
+use super::phase::{self, Against};
+use super::style::Pen;
+use super::time_history;
+
+/// A figure in the paper's layout (Figs. 8, 10, 15 to 18): a time history per axis, each as wide as the page, and below them
+/// the phase plots. With two axes those are over displacement, with one axis over displacement and velocity.
+///
+/// The time histories show the middle of the record, about twenty swings, the phase plots all of it. `measured` and `model`
+/// are the words of the legend.
+pub fn comparison(courses: &[Course], measured: &str, model: &str) -> Figure {
+    let rows = time_history::window(courses);
+    let histories = courses
+        .iter()
+        .map(|course| vec![time_history::compared(course, rows.clone())]);
+    let over: &[Against] = match courses.len() {
+        1 => &[Against::Displacement, Against::Velocity],
+        _ => &[Against::Displacement],
+    };
+    let phases = courses
+        .iter()
+        .flat_map(|course| over.iter().map(|against| phase::compared(course, *against)));
+    let mut rows: Vec<Vec<Panel>> = histories.chain([phases.collect()]).collect();
+    for (panel, letter) in rows.iter_mut().flatten().zip('a'..) {
+        panel.title = format!("({letter}) {}", panel.title);
+    }
+    Figure {
+        rows,
+        legend: vec![(Pen::Measured, measured.into()), (Pen::Model, model.into())],
+    }
+}

@@ -1,0 +1,53 @@
+//! What a drawing shows of one axis of one record: its motion, and its restoring force measured and predicted.
+
+use crate::error::Result;
+use crate::model_file::ModelFile;
+use crate::motion::{Motion, low_pass};
+use crate::study::AxisKind;
+
+/// One axis over one record; all series have the same length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// The axis's name.
+    pub axis: String,
+    /// Translation or rotation.
+    pub kind: AxisKind,
+    /// Since the record began, s.
+    pub time_s: Vec<f64>,
+    /// Relative displacement, m or rad, wide-band.
+    pub displacement: Vec<f64>,
+    /// Relative velocity, m/s or rad/s, wide-band.
+    pub velocity: Vec<f64>,
+    /// Measured restoring force in the common band, N or N·m.
+    pub measured: Vec<f64>,
+    /// The model's, in the same band, N or N·m.
+    pub predicted: Vec<f64>,
+}
+
+/// Every axis of a record as a model sees it; both forces low-passed alike, as the error figures have them.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] when the states are not those of the model's inputs.
+pub fn courses(model: &ModelFile, motion: &Motion) -> Result<Vec<Course>> {
+    let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
+    let predicted = model.base.predict(&states)?;
+    let band = &model.filters.band;
+    let half = band.len() / 2;
+    let axes = model.axes.iter().zip(predicted).enumerate();
+    let courses = axes.map(|(index, (axis, predicted))| {
+        let force = motion.restoring_force(index, axis.inertia, axis.restoring_force);
+        let measured = low_pass(&force, band);
+        let rows = half..half + measured.len();
+        let seconds = |row: usize| (motion.first_row + row) as f64 / motion.sample_rate_hz;
+        Course {
+            axis: axis.name.clone(),
+            kind: axis.kind,
+            time_s: rows.clone().map(seconds).collect(),
+            displacement: motion.states[2 * index][rows.clone()].to_vec(),
+            velocity: motion.states[2 * index + 1][rows].to_vec(),
+            measured,
+            predicted: low_pass(&predicted, band),
+        }
+    });
+    Ok(courses.collect())
+}

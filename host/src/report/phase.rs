@@ -1,0 +1,71 @@
+//! Phase plots: the restoring force over relative displacement or velocity.
+
+use super::course::Course;
+use super::figure::{Curve, Panel};
+use super::quantity::Quantity;
+use super::style::Pen;
+use crate::compare::peak;
+
+/// What the restoring force is drawn over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Against {
+    /// Relative displacement, m or rad.
+    Displacement,
+    /// Relative velocity, m/s or rad/s.
+    Velocity,
+}
+
+/// A panel with the measured restoring force alone.
+pub fn measured(course: &Course, against: Against, title: String) -> Panel {
+    panel(course, against, title, &[(Pen::Alone, &course.measured)])
+}
+
+/// A panel with measured and predicted restoring force.
+pub fn compared(course: &Course, against: Against) -> Panel {
+    let over = match against {
+        Against::Displacement => "displacement",
+        Against::Velocity => "velocity",
+    };
+    panel(
+        course,
+        against,
+        format!("{}: restoring force over {over}", course.axis),
+        &[
+            (Pen::Measured, &course.measured),
+            (Pen::Model, &course.predicted),
+        ],
+    )
+}
+
+fn panel(course: &Course, against: Against, title: String, forces: &[(Pen, &[f64])]) -> Panel {
+    let (name, series, unit) = match against {
+        Against::Displacement => (
+            "displacement",
+            &course.displacement,
+            course.kind.displacement_unit(),
+        ),
+        Against::Velocity => ("velocity", &course.velocity, course.kind.velocity_unit()),
+    };
+    let state = Quantity::new(&format!("{name} of {}", course.axis), unit, peak(series));
+    let force = Quantity::new(
+        &format!("force of {}", course.axis),
+        course.kind.force_unit(),
+        peak(&course.measured),
+    );
+    Panel {
+        title,
+        horizontal: state.label(),
+        vertical: force.label(),
+        curves: forces
+            .iter()
+            .map(|(pen, forces)| Curve {
+                pen: *pen,
+                points: series
+                    .iter()
+                    .zip(*forces)
+                    .map(|(s, r)| (state.scaled(*s), force.scaled(*r)))
+                    .collect(),
+            })
+            .collect(),
+    }
+}
