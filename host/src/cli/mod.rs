@@ -2,6 +2,7 @@
 
 mod compare;
 mod demo;
+mod diagnose;
 mod export;
 mod identify;
 mod identify_network;
@@ -57,6 +58,9 @@ enum Command {
     Identify(identify::Identify),
     /// Compare a model with the records of a study, verification and validation apart, and say where it fails.
     Compare(compare::Compare),
+    /// Say which physical effect a model lacks, how sure that is, and where it fails; or that nothing is missing, that it
+    /// is something unknown, or that the data are at fault.
+    Diagnose(diagnose::Diagnose),
     /// Turn a model into the blob that the device evaluates.
     Export(export::Export),
     /// Show what a model or a blob holds.
@@ -160,6 +164,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Simulate(command) => command.run(&console),
         Command::Identify(command) => command.run(&console),
         Command::Compare(command) => command.run(&console),
+        Command::Diagnose(command) => command.run(&console),
         Command::Export(command) => command.run(&console),
         Command::Inspect(command) => command.run(&console),
         Command::Replay(command) => command.run(&console),

@@ -1,3 +1,10 @@
 //! Where a model fails, and why.
 
+mod candidates;
+mod held_out;
+mod missing;
+mod noise;
+mod verdict;
 pub mod where_it_fails;
+
+pub use verdict::{CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict, diagnose};

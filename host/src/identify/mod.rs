@@ -5,6 +5,7 @@ mod physical;
 mod polynomial;
 
 pub use network::{Training, network};
+pub(crate) use physical::base_terms;
 pub use physical::physical;
 pub use polynomial::polynomial;
 
@@ -66,6 +67,14 @@ impl Prepared {
     /// [`crate::error::Kind::Data`] when the study has no training record or a record is shorter than the filters.
     pub fn new(study: &Study) -> Result<Self> {
         let filters = Filters::design(study)?;
+        Self::with_filters(study, filters)
+    }
+
+    /// The same with filters that are there already.
+    ///
+    /// # Errors
+    /// As [`Prepared::new`].
+    pub fn with_filters(study: &Study, filters: Filters) -> Result<Self> {
         let motions = motion::motions(study, &filters)?;
         if study.records.iter().all(|r| r.role != Role::Train) {
             return Err(Error::data(format!(
@@ -79,6 +88,11 @@ impl Prepared {
     /// The records to learn from.
     pub fn training(&self, study: &Study) -> Vec<&Motion> {
         self.of_role(study, Role::Train)
+    }
+
+    /// The records to judge by; there may be none.
+    pub fn validation(&self, study: &Study) -> Vec<&Motion> {
+        self.of_role(study, Role::Validate)
     }
 
     fn of_role(&self, study: &Study, role: Role) -> Vec<&Motion> {
@@ -109,7 +123,7 @@ impl Prepared {
         warnings.extend(coverage::validation_warnings(
             &study.axes,
             &self.training(study),
-            &self.of_role(study, Role::Validate),
+            &self.validation(study),
         ));
         let axes = study.axes.iter().zip(&learnt.inertia);
         let axes = axes.map(|(axis, inertia)| ModelAxis {

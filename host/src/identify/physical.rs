@@ -52,7 +52,7 @@ pub fn physical(study: &Study) -> Result<Identified> {
 }
 
 /// The study's terms; or proposed ones, and the sentence that says so.
-fn base_terms(study: &Study) -> Result<(Vec<Bound>, Option<String>)> {
+pub(crate) fn base_terms(study: &Study) -> Result<(Vec<Bound>, Option<String>)> {
     let axes: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
     let mut terms = study.base_terms.clone();
     let mut proposed = None;

@@ -20,6 +20,8 @@ pub(crate) struct Records<'a> {
     axes: usize,
     taps: &'a [f64],
     every: usize,
+    /// Thinned rows per second.
+    pub(crate) thinned_rate_hz: f64,
     /// Thinned rows of each record.
     pub(crate) rows: Vec<usize>,
     /// The largest displacement and velocity of each axis, and the RMS of its force: what parameters are relative to.
@@ -50,6 +52,7 @@ impl<'a> Records<'a> {
             axes: axes.len(),
             taps: low_pass,
             every,
+            thinned_rate_hz: rate / every as f64,
             rows: Vec::new(),
             references: References {
                 force: [1.0; 2],
@@ -134,6 +137,24 @@ impl<'a> Records<'a> {
                 })
             })
             .collect()
+    }
+
+    /// The force of a term with all of its parameters, SI.
+    pub(crate) fn force(&self, bound: &Bound, values: &[f64]) -> Vec<f64> {
+        let parameters = law_parameters(bound.entry, values);
+        let law = bound.entry.real;
+        self.column(bound, |course, own, other| {
+            course.along(
+                law,
+                &parameters,
+                bound.axis,
+                |v| v,
+                |_, [f, g]| {
+                    own.push(f);
+                    other.push(g);
+                },
+            );
+        })
     }
 
     /// How the force of a term changes with the logarithm of one of its shape parameters.

@@ -69,18 +69,68 @@ pub fn fit_effects(
         ));
     }
     let records = Records::new(axes, motions, low_pass);
-    let shapes = unknowns::shapes(terms, &records.references);
-    check_rows(&records, terms, &shapes)?;
-    check_forces(&records, axes)?;
+    let fit = solve(&records, axes, terms, None)?;
+    assemble(
+        axes,
+        &fit.problem(&records, terms),
+        fit.solved.clone(),
+        fit.stopped,
+    )
+}
 
+/// A sum of terms at its best, before it is put into words.
+pub(crate) struct Solution {
+    /// The shape unknowns.
+    pub(crate) shapes: Vec<ShapeUnknown>,
+    /// One over the standard deviation of each axis's residual.
+    pub(crate) weights: Vec<f64>,
+    /// Values and residual.
+    pub(crate) solved: Solved,
+    /// Why the search stopped.
+    pub(crate) stopped: Stopped,
+}
+
+impl Solution {
+    /// The problem that this solves.
+    pub(crate) fn problem<'a>(
+        &'a self,
+        records: &'a Records<'a>,
+        terms: &'a [Bound],
+    ) -> Problem<'a> {
+        Problem {
+            records,
+            terms,
+            shapes: &self.shapes,
+            weights: self.weights.clone(),
+        }
+    }
+}
+
+/// Fits terms to records. `from` has starting values of every shape, in the order of the terms' unknowns; without it
+/// every effect's own starts are scanned.
+///
+/// # Errors
+/// One sentence: too few rows for the parameters, a force that never changes.
+pub(crate) fn solve(
+    records: &Records<'_>,
+    axes: &[Axis],
+    terms: &[Bound],
+    from: Option<Vec<f64>>,
+) -> Result<Solution> {
+    let shapes = unknowns::shapes(terms, &records.references);
+    check_rows(records, terms, &shapes)?;
+    check_forces(records, axes)?;
     let mut weights: Vec<f64> = (0..axes.len())
         .map(|axis| 1.0 / records.references.force[axis])
         .collect();
-    let mut from = starts::starts(&records, terms, &shapes, axes.len());
+    let mut from = match from {
+        Some(start) => vec![start],
+        None => starts::starts(records, terms, &shapes, axes.len()),
+    };
     let mut best: Option<(Solved, Stopped)> = None;
     for _ in 0..WEIGHINGS {
         let problem = Problem {
-            records: &records,
+            records,
             terms,
             shapes: &shapes,
             weights: weights.clone(),
@@ -97,19 +147,18 @@ pub fn fit_effects(
         }
         if let Some((solved, _)) = &best {
             from = vec![problem.shapes_of(solved)];
-            weights = residual_weights(&records, &solved.residual);
+            weights = residual_weights(records, &solved.residual);
         }
     }
     let Some((solved, stopped)) = best else {
         return Err(Error::failed("the search for the effects found no start"));
     };
-    let problem = Problem {
-        records: &records,
-        terms,
-        shapes: &shapes,
+    Ok(Solution {
+        shapes,
         weights,
-    };
-    assemble(axes, &problem, solved, stopped)
+        solved,
+        stopped,
+    })
 }
 
 /// One over the standard deviation of each axis's residual.

@@ -1,0 +1,118 @@
+//! How much an effect explains on stretches of the records that it was not fitted to.
+
+use super::candidates::Beside;
+use crate::fit::effects::columns::Records;
+use crate::fit::effects::projection::product;
+use crate::fit::normal_equations::Cholesky;
+use faer::Mat;
+
+/// Length of a block, s: longer than a cycle of the slowest motion that matters.
+const BLOCK_S: f64 = 1.0;
+/// Fewer blocks than this say nothing.
+pub(crate) const LEAST_BLOCKS: usize = 6;
+
+/// Held-out errors, block by block.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct HeldOut {
+    /// `[block][axis]`: Σ (weighted residual)² of the rows that were left out.
+    pub(crate) errors: Vec<Vec<f64>>,
+}
+
+impl HeldOut {
+    /// Over all blocks, per axis.
+    pub(crate) fn per_axis(&self) -> Vec<f64> {
+        let axes = self.errors.first().map_or(0, Vec::len);
+        (0..axes)
+            .map(|axis| self.errors.iter().map(|block| block[axis]).sum())
+            .collect()
+    }
+
+    /// By how much the errors of `other` exceed these: sum over blocks and axes, and its standard error.
+    pub(crate) fn better_than(&self, other: &Self) -> (f64, f64) {
+        let differences: Vec<f64> = other
+            .errors
+            .iter()
+            .zip(&self.errors)
+            .map(|(b, a)| b.iter().sum::<f64>() - a.iter().sum::<f64>())
+            .collect();
+        let count = differences.len() as f64;
+        let sum: f64 = differences.iter().sum();
+        let mean = sum / count;
+        let variance: f64 = differences.iter().map(|d| (d - mean) * (d - mean)).sum();
+        (sum, (variance * count / (count - 1.0).max(1.0)).sqrt())
+    }
+}
+
+/// The rows of every block, `(start, count)` within one axis.
+pub(crate) fn blocks(records: &Records<'_>) -> Vec<(usize, usize)> {
+    let rows = (BLOCK_S * records.thinned_rate_hz).round().max(1.0) as usize;
+    let mut blocks = Vec::new();
+    let mut start = 0;
+    for &count in &records.rows {
+        let parts = (count / rows).max(1);
+        for part in 0..parts {
+            let (from, to) = (part * count / parts, (part + 1) * count / parts);
+            blocks.push((start + from, to - from));
+        }
+        start += count;
+    }
+    blocks
+}
+
+/// Fits the residual with the model's own columns and `more` ones on all blocks but one, in turn.
+///
+/// Nothing when the columns depend on each other.
+pub(crate) fn held_out(
+    records: &Records<'_>,
+    beside: &Beside<'_>,
+    more: Option<&Mat<f64>>,
+    axes: usize,
+) -> Option<HeldOut> {
+    let own = beside.own.ncols();
+    let extra = more.map_or(0, Mat::ncols);
+    let rows = records.rows_per_axis();
+    let design = Mat::from_fn(axes * rows, own + extra + 1, |r, c| {
+        if c < own {
+            beside.own[(r, c)]
+        } else if c < own + extra {
+            more.map_or(0.0, |more| more[(r, c - own)])
+        } else {
+            beside.residual[(r, 0)]
+        }
+    });
+    let unknowns = own + extra;
+    let grams: Vec<Vec<Mat<f64>>> = blocks(records)
+        .into_iter()
+        .map(|(start, count)| {
+            (0..axes)
+                .map(|axis| {
+                    let part = design.subrows(axis * rows + start, count).to_owned();
+                    product(&part, &part)
+                })
+                .collect()
+        })
+        .collect();
+    let mut total = Mat::<f64>::zeros(unknowns + 1, unknowns + 1);
+    grams.iter().flatten().for_each(|gram| total += gram);
+    let mut errors = Vec::new();
+    for block in &grams {
+        let mut rest = total.clone();
+        block.iter().for_each(|gram| rest -= gram);
+        let mut matrix = rest.submatrix(0, 0, unknowns, unknowns).to_owned();
+        for c in 0..unknowns {
+            matrix[(c, c)] += 1e-9;
+        }
+        let mut factors = rest.submatrix(0, unknowns, unknowns, 1).to_owned();
+        Cholesky::new(matrix)?.solve(factors.as_mut());
+        let error = |gram: &Mat<f64>| {
+            let inner = gram.submatrix(0, 0, unknowns, unknowns) * &factors;
+            let mut error = gram[(unknowns, unknowns)];
+            for c in 0..unknowns {
+                error += factors[(c, 0)] * (inner[(c, 0)] - 2.0 * gram[(c, unknowns)]);
+            }
+            error.max(0.0)
+        };
+        errors.push(block.iter().map(error).collect());
+    }
+    Some(HeldOut { errors })
+}

@@ -1,0 +1,234 @@
+//! Which physical effects a model lacks: search, add, search again, until nothing is missing.
+
+use super::candidates::{Beside, Candidate, REFINED};
+use super::held_out::{HeldOut, LEAST_BLOCKS, blocks, held_out};
+use crate::error::{Error, Result};
+use crate::fit::effects::columns::Records;
+use crate::fit::effects::{Solution, solve};
+use crate::model::effects::Bound;
+use crate::motion::Motion;
+use crate::study::Axis;
+use jointwatch_shared::effect::Acts;
+
+/// What an effect has to add to the force of its axis, RMS beside RMS, to be called missing: any model of a real joint is
+/// wrong by some thousandths, and that is no missing effect.
+const LEAST_SHARE: f64 = 0.006;
+/// The part of the residual's held-out power that it has to take away.
+const LEAST_PART: f64 = 0.12;
+/// Standard errors by which the held-out errors have to fall.
+const LEAST_SIGNIFICANCE: f64 = 3.5;
+/// A law with fewer parameters is preferred when this part of what is explained is lost at most.
+const PARSIMONY: f64 = 0.01;
+/// Two laws whose contributions agree to this cannot be told apart by these records.
+const LIKENESS: f64 = 0.985;
+/// The most effects that are added.
+const MOST_ADDED: usize = 4;
+
+/// A candidate with what it is worth.
+#[derive(Clone, Debug)]
+pub(crate) struct Judged {
+    pub(crate) candidate: Candidate,
+    /// Held-out Σ (weighted residual)² that it takes away, with its standard error.
+    pub(crate) gain: f64,
+    pub(crate) gain_error: f64,
+    /// Part of the held-out power of the residual that it takes away.
+    pub(crate) part: f64,
+    /// RMS of what it adds beside the RMS of the force, on the axis where that is most.
+    pub(crate) share: f64,
+    /// Held-out Σ (weighted residual)² on its axis, without and with it.
+    pub(crate) power_before: f64,
+    pub(crate) power_after: f64,
+    /// RMS force of its axis, N or N·m.
+    pub(crate) reference_force: f64,
+    /// Names of laws that do the same on these records.
+    pub(crate) equivalent: Vec<&'static str>,
+}
+
+impl Judged {
+    /// Whether it is missing, rather than a way to fit noise or a model's small faults.
+    pub(crate) fn is_missing(&self) -> bool {
+        self.share >= LEAST_SHARE
+            && self.part >= LEAST_PART
+            && self.gain > LEAST_SIGNIFICANCE * self.gain_error
+    }
+}
+
+/// One round: the model as it stood, and what was found to be missing.
+pub(crate) struct Round {
+    /// The terms of the model.
+    pub(crate) terms: Vec<Bound>,
+    /// Their best values.
+    pub(crate) solution: Solution,
+    /// Candidates, best first; the first is missing if anything is.
+    pub(crate) ranked: Vec<Judged>,
+}
+
+/// Searches for missing effects. The last round is the one in which nothing more was found.
+///
+/// # Errors
+/// As the fit of the terms; records too short to hold out blocks.
+pub(crate) fn search(
+    axes: &[Axis],
+    motions: &[&Motion],
+    low_pass: &[f64],
+    base: &[Bound],
+) -> Result<Vec<Round>> {
+    let records = Records::new(axes, motions, low_pass);
+    let count = blocks(&records).len();
+    if count < LEAST_BLOCKS {
+        return Err(Error::data(format!(
+            "the training records make {count} blocks of a second where {LEAST_BLOCKS} are needed to tell an effect from chance: \
+             record longer"
+        )));
+    }
+    let mut terms = base.to_vec();
+    let mut rounds: Vec<Round> = Vec::new();
+    let mut solution = solve(&records, axes, &terms, None)?;
+    loop {
+        let ranked = if rounds.len() > MOST_ADDED {
+            Vec::new()
+        } else {
+            judge(&records, &terms, &solution, axes)?
+        };
+        let missing = ranked.first().filter(|best| best.is_missing());
+        let Some(best) = missing else {
+            rounds.push(Round {
+                terms,
+                solution,
+                ranked,
+            });
+            return Ok(rounds);
+        };
+        let bound = best.candidate.bound;
+        let mut wider = terms.clone();
+        wider.push(bound);
+        let from = starts(&records, &terms, &solution, &wider, &best.candidate);
+        let next = solve(&records, axes, &wider, Some(from))?;
+        rounds.push(Round {
+            terms: std::mem::replace(&mut terms, wider),
+            solution: std::mem::replace(&mut solution, next),
+            ranked,
+        });
+    }
+}
+
+/// Shapes to start the wider model from: the model's own, and the candidate's.
+fn starts(
+    records: &Records<'_>,
+    terms: &[Bound],
+    solution: &Solution,
+    wider: &[Bound],
+    candidate: &Candidate,
+) -> Vec<f64> {
+    let unknowns = crate::fit::effects::unknowns::shapes(wider, &records.references);
+    let value = |(term, index): (usize, usize)| {
+        if term < terms.len() {
+            solution.solved.values[term][index]
+        } else {
+            candidate.values[index]
+        }
+    };
+    unknowns.iter().map(|u| value(u.places[0])).collect()
+}
+
+/// Candidates with what they are worth on held-out blocks, best first.
+fn judge(
+    records: &Records<'_>,
+    terms: &[Bound],
+    solution: &Solution,
+    axes: &[Axis],
+) -> Result<Vec<Judged>> {
+    let Some(beside) = Beside::new(records, terms, solution) else {
+        return Ok(Vec::new());
+    };
+    let Some(without) = held_out(records, &beside, None, axes.len()) else {
+        return Ok(Vec::new());
+    };
+    let candidates = beside.search(axes.len())?;
+    let mut judged: Vec<(Judged, HeldOut)> = candidates
+        .into_iter()
+        .take(REFINED)
+        .filter_map(|candidate| {
+            let columns = beside.columns_of(&candidate);
+            let with = held_out(records, &beside, Some(&columns), axes.len())?;
+            Some((worth(records, solution, candidate, &with, &without), with))
+        })
+        .collect();
+    judged.sort_by(|a, b| b.0.gain.total_cmp(&a.0.gain));
+    prefer_fewer_parameters(&mut judged);
+    let mut ranked: Vec<Judged> = judged.into_iter().map(|(judged, _)| judged).collect();
+    name_equivalents(&mut ranked);
+    Ok(ranked)
+}
+
+fn worth(
+    records: &Records<'_>,
+    solution: &Solution,
+    candidate: Candidate,
+    with: &HeldOut,
+    without: &HeldOut,
+) -> Judged {
+    let (gain, gain_error) = with.better_than(without);
+    let (before, after) = (without.per_axis(), with.per_axis());
+    let rows = records.rows_per_axis();
+    // What matters happens on one axis; an effect on both is judged where it does most.
+    let own =
+        |axis: usize| candidate.bound.entry.acts == Acts::BothAxes || axis == candidate.bound.axis;
+    let (mut part, mut share) = (0.0_f64, 0.0_f64);
+    for axis in (0..before.len()).filter(|&axis| own(axis)) {
+        let drop = before[axis] - after[axis];
+        part = part.max(drop / before[axis].max(f64::MIN_POSITIVE));
+        let rms = (drop.max(0.0) / rows as f64).sqrt() / solution.weights[axis];
+        share = share.max(rms / records.references.force[axis]);
+    }
+    let axis = candidate.bound.axis;
+    Judged {
+        power_before: before[axis],
+        power_after: after[axis],
+        reference_force: records.references.force[axis],
+        candidate,
+        gain,
+        gain_error,
+        part,
+        share,
+        equivalent: Vec::new(),
+    }
+}
+
+/// Among laws that explain nearly as much as the best, the one with the fewest parameters comes first.
+fn prefer_fewer_parameters(judged: &mut [(Judged, HeldOut)]) {
+    let Some(best) = judged.first() else { return };
+    let parameters = |j: &Judged| j.candidate.bound.entry.parameters().len();
+    let as_good = |(other, held): &(Judged, HeldOut)| {
+        let (lost, error) = best.1.better_than(held);
+        other.gain >= (1.0 - PARSIMONY) * best.0.gain || lost < error
+    };
+    let chosen = judged
+        .iter()
+        .enumerate()
+        .filter(|(_, j)| as_good(j))
+        .min_by_key(|(at, j)| (parameters(&j.0), *at))
+        .map(|(at, _)| at);
+    if let Some(chosen) = chosen {
+        judged[..=chosen].rotate_right(1);
+    }
+}
+
+/// Notes for every candidate which others do the same on these records.
+fn name_equivalents(ranked: &mut [Judged]) {
+    let likeness = |a: &[f64], b: &[f64]| {
+        let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+        let length = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        dot / (length(a) * length(b)).max(f64::MIN_POSITIVE)
+    };
+    for at in 0..ranked.len() {
+        let mine = &ranked[at].candidate;
+        let same = ranked.iter().enumerate().filter(|(other, judged)| {
+            *other != at
+                && judged.candidate.bound.axis == mine.bound.axis
+                && likeness(&mine.explained, &judged.candidate.explained) > LIKENESS
+        });
+        let names = same.map(|(_, judged)| judged.candidate.bound.entry.about.name);
+        ranked[at].equivalent = names.collect();
+    }
+}
