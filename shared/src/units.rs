@@ -97,12 +97,24 @@ impl Dimension {
         displacement: -1,
         ..Self::NONE
     };
+    /// kg or kg·m²: force per acceleration.
+    pub const INERTIA: Self = Self {
+        force: 1,
+        displacement: -1,
+        time: 2,
+        ..Self::NONE
+    };
     /// N·s/m or N·m·s/rad.
     pub const DAMPING: Self = Self {
         force: 1,
         velocity: -1,
         ..Self::NONE
     };
+
+    /// Whether a quantity of the other axis is part of it.
+    pub const fn has_other_axis(self) -> bool {
+        self.other_force != 0 || self.other_displacement != 0 || self.other_velocity != 0
+    }
 
     /// The dimension of one over the quantity.
     pub const fn inverse(self) -> Self {
@@ -167,21 +179,40 @@ impl Dimension {
             }
         }
         unit.second += self.time;
+        let force_ratio = Self {
+            force: 1,
+            other_force: -1,
+            ..Self::NONE
+        };
+        // The newtons cancel, and 1/m would not tell a reader what is divided by what.
+        unit.force_ratio = (self == force_ratio && own != other).then_some(own);
         unit
     }
 }
 
-/// A unit as exponents of N, m, rad and s; prints as `N·s/(m·rad)`.
+/// A unit as exponents of N, m, rad and s; prints as `N·s/(m·rad)`, an inertia as `kg` or `kg·m²`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Unit {
     newton: i8,
     metre: i8,
     radian: i8,
     second: i8,
+    /// Of a force per force of the other kind of axis: the kind of the first.
+    force_ratio: Option<AxisKind>,
 }
 
 impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.force_ratio {
+            Some(AxisKind::Translation) => return f.write_str("N/(N·m)"),
+            Some(AxisKind::Rotation) => return f.write_str("N·m/N"),
+            None => {}
+        }
+        match [self.newton, self.metre, self.radian, self.second] {
+            [1, -1, 0, 2] => return f.write_str("kg"),
+            [1, 1, -1, 2] => return f.write_str("kg·m²"),
+            _ => {}
+        }
         let parts = [
             ("N", self.newton),
             ("m", self.metre),

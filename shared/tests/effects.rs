@@ -2,7 +2,7 @@
 
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::effect::{
-    Acts, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, MAX_STATES,
+    Acts, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, MAX_STATES, Seat,
 };
 use jointwatch_shared::model::axis::AxisKind::{Rotation, Translation};
 use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
@@ -52,6 +52,28 @@ fn parameters(entry: &Entry, seed: &[f64; MAX_PARAMETERS]) -> Vec<f64> {
         .collect()
 }
 
+/// Readings of the instruments in the given scales: mixtures of the random motion that resemble none of its states.
+fn readings<S: Scalar>(
+    row: usize,
+    [x, v, phi, omega]: [f64; 4],
+    scales: &References,
+    lift: impl Fn(f64) -> S,
+) -> Instrument<S> {
+    let acceleration = scales.displacement[0] / (scales.time * scales.time);
+    Instrument {
+        time: lift(row as f64 * scales.time),
+        acceleration: lift((0.3 * v - 0.8 * x) * acceleration),
+        force: lift((0.5 * x + 0.4 * phi) * scales.force[0]),
+        force_rate: lift((0.6 * v - 0.3 * omega) * scales.force[0] / scales.time),
+        other_force: lift((0.7 * omega + 0.2 * x) * scales.force[1]),
+    }
+}
+
+/// The effects of the joint, which the device evaluates.
+fn of_the_joint() -> impl Iterator<Item = &'static Entry> {
+    EFFECTS.iter().filter(|e| e.seat == Seat::Joint)
+}
+
 /// The forces of a law along a motion.
 fn run<S: Scalar>(
     law: jointwatch_shared::effect::Law<S>,
@@ -62,7 +84,8 @@ fn run<S: Scalar>(
 ) -> Vec<[S; 2]> {
     let mut states = [S::zero(); MAX_STATES];
     let mut before = None;
-    let forces = rows.iter().map(|[x, v, phi, omega]| {
+    let forces = rows.iter().enumerate().map(|(row, state)| {
+        let [x, v, phi, omega] = state;
         let displacement = x * scales.displacement[0];
         let at = Kinematics {
             displacement: lift(displacement),
@@ -71,7 +94,7 @@ fn run<S: Scalar>(
             other_displacement: lift(phi * scales.displacement[1]),
             other_velocity: lift(omega * scales.velocity[1]),
             period: lift(scales.time),
-            instrument: Instrument::silent(),
+            instrument: readings(row, *state, scales, &lift),
         };
         before = Some(displacement);
         law(&taken, &at, &mut states)
@@ -106,6 +129,11 @@ fn numbers_in_blobs_never_change() {
         (5, "coulomb"),
         (6, "cubic_hardening"),
         (7, "preload"),
+        (19, "stiffness_drift"),
+        (20, "inertia_error"),
+        (21, "force_gain"),
+        (22, "time_delay"),
+        (23, "crosstalk"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);
@@ -160,6 +188,14 @@ fn units_read_as_engineers_write_them() {
     assert_eq!(unit("viscous", 0, Translation, Rotation), "N·s/m");
     assert_eq!(unit("viscous", 0, Rotation, Translation), "N·m·s/rad");
     assert_eq!(unit("cubic_hardening", 0, Translation, Rotation), "N/m³");
+    assert_eq!(unit("stiffness_drift", 0, Translation, Rotation), "N/(m·s)");
+    assert_eq!(unit("inertia_error", 0, Translation, Rotation), "kg");
+    assert_eq!(unit("inertia_error", 0, Rotation, Translation), "kg·m²");
+    assert_eq!(unit("force_gain", 0, Translation, Rotation), "–");
+    assert_eq!(unit("time_delay", 0, Rotation, Translation), "s");
+    assert_eq!(unit("crosstalk", 0, Translation, Rotation), "N/(N·m)");
+    assert_eq!(unit("crosstalk", 0, Rotation, Translation), "N·m/N");
+    assert_eq!(unit("crosstalk", 0, Translation, Translation), "–");
     assert_eq!(
         unit("clearance_coupling", 0, Translation, Rotation),
         "N·s/(m·rad)"
@@ -339,7 +375,7 @@ proptest! {
     ) {
         let header = header(2);
         let rows = motion(seed, 500);
-        for entry in EFFECTS {
+        for entry in of_the_joint() {
             let axis = if entry.acts == Acts::BothAxes { 0 } else { axis };
             let term = term(entry, axis, &p);
             let model = Model::from_effects(header.clone(), std::slice::from_ref(&term), &[]).unwrap();
@@ -400,7 +436,7 @@ proptest! {
 #[test]
 fn bounds_are_a_part_in_a_million_of_the_force() {
     let header = header(2);
-    for entry in EFFECTS {
+    for entry in of_the_joint() {
         let term = term(entry, 0, &[0.5; MAX_PARAMETERS]);
         let model = Model::from_effects(header.clone(), &[term], &[]).unwrap();
         let output = model.outputs()[0];
@@ -430,4 +466,20 @@ fn a_model_of_effects_is_refused_where_it_cannot_be() {
     let mut mad = term(Entry::named("coulomb").unwrap(), 0, &half);
     mad.values[1] = 1e-14;
     assert!(refused(header(2), vec![mad], &[]).contains("too large or too small"));
+}
+
+#[test]
+fn what_is_not_of_the_joint_is_refused_on_the_device_with_the_reason() {
+    let mut refused = 0;
+    for entry in EFFECTS.iter().filter(|e| e.seat != Seat::Joint) {
+        let term = term(entry, 0, &[0.5; MAX_PARAMETERS]);
+        let reason = match entry.seat {
+            Seat::Instrument => "corrects an instrument",
+            _ => "time since a record began",
+        };
+        let refusal = Model::from_effects(header(2), &[term], &[]).unwrap_err();
+        assert!(refusal.to_string().contains(reason), "{refusal}");
+        refused += 1;
+    }
+    assert!(refused >= 5);
 }

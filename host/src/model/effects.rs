@@ -128,9 +128,9 @@ impl Bound {
             )));
         };
         let axis = match (entry.acts, axis) {
-            (Acts::BothAxes, _) if axes.len() < 2 => {
+            (_, _) if entry.needs_two_axes() && axes.len() < 2 => {
                 return Err(Error::data(format!(
-                    "{name} acts on two axes, and this study has one: leave it out"
+                    "{name} needs two axes, and this study has one: leave it out"
                 )));
             }
             (Acts::BothAxes, Some(axis)) => {

@@ -7,9 +7,14 @@ pub mod about;
 mod clearance;
 mod clearance_coupling;
 mod coulomb;
+mod crosstalk;
 mod cubic_hardening;
+mod force_gain;
+mod inertia_error;
 mod preload;
 mod stiffness;
+mod stiffness_drift;
+mod time_delay;
 mod viscous;
 
 use crate::scalar::Scalar;
@@ -195,6 +200,13 @@ impl Entry {
         EFFECTS.iter().find(|entry| entry.about.name == name)
     }
 
+    /// Whether it needs a joint of two axes: it acts on both, or its parameters are measured against the other axis's.
+    #[cfg(feature = "fit")]
+    pub fn needs_two_axes(&self) -> bool {
+        let crosses = |parameter: &Parameter| parameter.dimension.has_other_axis();
+        self.acts == Acts::BothAxes || self.about.parameters.iter().any(crosses)
+    }
+
     /// Its parameters.
     #[cfg(feature = "fit")]
     pub fn parameters(&self) -> &'static [Parameter] {
@@ -211,4 +223,9 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<coulomb::Coulomb>(),
     Entry::of::<cubic_hardening::CubicHardening>(),
     Entry::of::<preload::Preload>(),
+    Entry::of::<stiffness_drift::StiffnessDrift>(),
+    Entry::of::<inertia_error::InertiaError>(),
+    Entry::of::<force_gain::ForceGain>(),
+    Entry::of::<time_delay::TimeDelay>(),
+    Entry::of::<crosstalk::Crosstalk>(),
 ];

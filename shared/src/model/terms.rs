@@ -166,10 +166,19 @@ impl Terms {
 
 /// Refuses an effect that the device does not evaluate, and an axis that the model or the effect has not.
 fn check_place(entry: &Entry, axis: u8, axes: usize) -> Result<(), Error> {
-    if entry.seat != Seat::Joint {
+    let fault = match entry.seat {
+        Seat::Joint => None,
+        Seat::JointOverTime => Some(
+            "depends on the time since a record began, which a device that never stops does not know",
+        ),
+        Seat::Instrument => Some(
+            "corrects an instrument: it belongs to the rig and is no part of the joint's model",
+        ),
+    };
+    if let Some(fault) = fault {
         return Err(Error::Effect {
             tag: entry.tag,
-            fault: "is no part of a model on the device",
+            fault,
         });
     }
     let most = match entry.acts {

@@ -1,0 +1,39 @@
+//! A wrong inertia in the study: part of the inertia force is taken for restoring force.
+
+use super::about::{About, Parameter};
+use super::{Effect, Kinematics, Parameters, Seat, States};
+use crate::scalar::Scalar;
+use crate::units::Dimension;
+
+/// r_measured − r = Δm·s·a: with r = s·(F − m·a), an inertia that is stated too small by Δm leaves this.
+pub(super) struct InertiaError;
+
+impl Effect for InertiaError {
+    const TAG: u8 = 20;
+    const SEAT: Seat = Seat::Instrument;
+
+    const ABOUT: About = About {
+        name: "inertia_error",
+        title: "wrong inertia in the study",
+        equation: "r_measured − r = Δm·s·a, s = ±1 as r = s·(F − m·a)",
+        source: "equation of motion, Tasbihgoo, Caffrey, Masri 2007, Eqs. (8) and (9)",
+        absence: "the residual follows the acceleration, on every record and at every frequency alike",
+        separated_by: "Weigh the moving body, or shake it with the joint taken out: then force over acceleration is its inertia. A wrong \
+                       force gain scales the spring force too; near a resonance the two look alike.",
+        parameters: &[Parameter::linear(
+            "inertia_error",
+            "Δm",
+            "true inertia minus the stated one",
+            Dimension::INERTIA,
+            false,
+        )],
+    };
+
+    fn law<S: Scalar>(
+        &[missing, ..]: &Parameters<S>,
+        at: &Kinematics<S>,
+        _: &mut States<S>,
+    ) -> [S; 2] {
+        [missing * at.instrument.acceleration, S::zero()]
+    }
+}
