@@ -1,6 +1,7 @@
 //! Jointwatch on the host: learn a joint's restoring force from rig logs, compare it with measurements, export it.
 #![forbid(unsafe_code)]
 
+pub mod add;
 pub mod cli;
 pub mod compare;
 pub mod device;

@@ -1,5 +1,6 @@
 //! The command line: its subcommands, its global options, its exit codes.
 
+mod add;
 mod compare;
 mod demo;
 mod diagnose;
@@ -61,6 +62,8 @@ enum Command {
     /// Say which physical effect a model lacks, how sure that is, and where it fails; or that nothing is missing, that it
     /// is something unknown, or that the data are at fault.
     Diagnose(diagnose::Diagnose),
+    /// Add physical effects to a model, find all values anew, and show the errors before and after.
+    Add(add::Add),
     /// Turn a model into the blob that the device evaluates.
     Export(export::Export),
     /// Show what a model or a blob holds.
@@ -165,6 +168,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Identify(command) => command.run(&console),
         Command::Compare(command) => command.run(&console),
         Command::Diagnose(command) => command.run(&console),
+        Command::Add(command) => command.run(&console),
         Command::Export(command) => command.run(&console),
         Command::Inspect(command) => command.run(&console),
         Command::Replay(command) => command.run(&console),

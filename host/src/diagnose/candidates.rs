@@ -103,7 +103,10 @@ impl<'a> Beside<'a> {
             };
             bounds.extend(places.map(|axis| Bound { entry, axis }));
         }
-        bounds.retain(|bound| !self.terms.contains(bound));
+        bounds.retain(|bound| {
+            let rival = self.terms.iter().any(|term| bound.rules_out(term));
+            !rival && !self.terms.contains(bound) && self.can_act(bound)
+        });
         let mut found: Vec<Candidate> = bounds
             .par_iter()
             .filter_map(|bound| self.scan(bound))
@@ -121,6 +124,12 @@ impl<'a> Beside<'a> {
             candidate.explained = self.explained(candidate);
         }
         Ok(all)
+    }
+
+    /// With an inertia that is not stated, a wrong one and a wrong force scale are already part of the fit.
+    fn can_act(&self, bound: &Bound) -> bool {
+        let identified = self.records.accelerations[bound.axis].is_some();
+        !(identified && matches!(bound.entry.about.name, "inertia_error" | "force_gain"))
     }
 
     /// The shapes of a candidate; those that are tied to a shape of the model are not its own to choose.

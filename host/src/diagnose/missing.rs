@@ -63,7 +63,7 @@ pub(crate) struct Round {
     pub(crate) ranked: Vec<Judged>,
 }
 
-/// Searches for missing effects. The last round is the one in which nothing more was found.
+/// Searches for missing effects beside a base, whose fit starts from `values` where they are known. The last round is the one in which nothing more was found.
 ///
 /// # Errors
 /// As the fit of the terms; records too short to hold out blocks.
@@ -72,6 +72,7 @@ pub(crate) fn search(
     motions: &[&Motion],
     low_pass: &[f64],
     base: &[Bound],
+    values: Option<Vec<Vec<f64>>>,
 ) -> Result<Vec<Round>> {
     let records = Records::new(axes, motions, low_pass);
     let count = blocks(&records).len();
@@ -83,7 +84,8 @@ pub(crate) fn search(
     }
     let mut terms = base.to_vec();
     let mut rounds: Vec<Round> = Vec::new();
-    let mut solution = solve(&records, axes, &terms, None)?;
+    let from = values.map(|values| shapes_of(&records, base, &values));
+    let mut solution = solve(&records, axes, &terms, from)?;
     loop {
         let ranked = if rounds.len() > MOST_ADDED {
             Vec::new()
@@ -102,7 +104,9 @@ pub(crate) fn search(
         let bound = best.candidate.bound;
         let mut wider = terms.clone();
         wider.push(bound);
-        let from = starts(&records, &terms, &solution, &wider, &best.candidate);
+        let mut values = solution.solved.values.clone();
+        values.push(best.candidate.values.clone());
+        let from = shapes_of(&records, &wider, &values);
         let next = solve(&records, axes, &wider, Some(from))?;
         rounds.push(Round {
             terms: std::mem::replace(&mut terms, wider),
@@ -112,23 +116,11 @@ pub(crate) fn search(
     }
 }
 
-/// Shapes to start the wider model from: the model's own, and the candidate's.
-fn starts(
-    records: &Records<'_>,
-    terms: &[Bound],
-    solution: &Solution,
-    wider: &[Bound],
-    candidate: &Candidate,
-) -> Vec<f64> {
-    let unknowns = crate::fit::effects::unknowns::shapes(wider, &records.references);
-    let value = |(term, index): (usize, usize)| {
-        if term < terms.len() {
-            solution.solved.values[term][index]
-        } else {
-            candidate.values[index]
-        }
-    };
-    unknowns.iter().map(|u| value(u.places[0])).collect()
+/// The shape unknowns of terms, read from their parameters.
+fn shapes_of(records: &Records<'_>, terms: &[Bound], values: &[Vec<f64>]) -> Vec<f64> {
+    let unknowns = crate::fit::effects::unknowns::shapes(terms, &records.references);
+    let owners = unknowns.iter().map(|u| u.places[0]);
+    owners.map(|(term, index)| values[term][index]).collect()
 }
 
 /// Candidates with what they are worth on held-out blocks, best first.

@@ -3,7 +3,7 @@
 mod candidates;
 mod held_out;
 mod missing;
-mod noise;
+pub(crate) mod noise;
 mod verdict;
 pub mod where_it_fails;
 

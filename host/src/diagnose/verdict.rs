@@ -118,9 +118,9 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     let validation = prepared.validation(study);
     let low_pass = &model.filters.band;
     let mut notes = Vec::new();
-    let base = base_of(study, model, &mut notes)?;
+    let (base, values) = base_of(study, model, &mut notes)?;
 
-    let rounds = missing::search(&study.axes, &training, low_pass, &base)?;
+    let rounds = missing::search(&study.axes, &training, low_pass, &base, values)?;
     let (Some(first), Some(last)) = (rounds.first(), rounds.last()) else {
         return Err(Error::failed("the diagnosis ended before it began"));
     };
@@ -203,8 +203,12 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     })
 }
 
-/// The physical terms to search beside.
-fn base_of(study: &Study, model: &ModelFile, notes: &mut Vec<String>) -> Result<Vec<Bound>> {
+/// The physical terms to search beside, and where they are known from a fit, their values.
+fn base_of(
+    study: &Study,
+    model: &ModelFile,
+    notes: &mut Vec<String>,
+) -> Result<(Vec<Bound>, Option<Vec<Vec<f64>>>)> {
     let names: Vec<&str> = model.axes.iter().map(|a| a.name.as_str()).collect();
     if let Base::None(_) = model.base {
         let terms = model
@@ -219,7 +223,7 @@ fn base_of(study: &Study, model: &ModelFile, notes: &mut Vec<String>) -> Result<
         model.base.name()
     ));
     notes.extend(proposed);
-    Ok(terms)
+    Ok((terms, None))
 }
 
 /// RMS error over RMS force per axis on other records, with the values that a round found.

@@ -5,8 +5,8 @@ mod physical;
 mod polynomial;
 
 pub use network::{Training, network};
-pub(crate) use physical::base_terms;
 pub use physical::physical;
+pub(crate) use physical::{base_terms, effect_terms};
 pub use polynomial::polynomial;
 
 use crate::compare;

@@ -172,9 +172,26 @@ impl Bound {
                     bound.name(axes)
                 )));
             }
+            if let Some(rival) = all.iter().find(|other| bound.rules_out(other)) {
+                return Err(Error::data(format!(
+                    "{} and {} cannot be told apart on one axis: keep one",
+                    rival.name(axes),
+                    bound.name(axes)
+                )));
+            }
             all.push(bound);
         }
         Ok(all)
+    }
+
+    /// Whether it contributes to the force of an axis.
+    pub fn acts_on(&self, axis: usize) -> bool {
+        self.axis == axis || self.entry.acts == Acts::BothAxes
+    }
+
+    /// Whether a model cannot have both on the same axis.
+    pub fn rules_out(&self, other: &Self) -> bool {
+        self.axis == other.axis && self.entry.never_with.contains(&other.entry.about.name)
     }
 
     /// `effect@axis`, or the effect's name alone when it acts on both axes.

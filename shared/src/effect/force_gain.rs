@@ -12,6 +12,7 @@ impl Effect for ForceGain {
     const TAG: u8 = 21;
     const SEAT: Seat = Seat::Instrument;
 
+    const NEVER_WITH: &'static [&'static str] = &["inertia_error"];
     const ABOUT: About = About {
         name: "force_gain",
         title: "wrong gain of the force channel",

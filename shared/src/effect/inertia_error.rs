@@ -12,6 +12,7 @@ impl Effect for InertiaError {
     const TAG: u8 = 20;
     const SEAT: Seat = Seat::Instrument;
 
+    const NEVER_WITH: &'static [&'static str] = &["force_gain"];
     const ABOUT: About = About {
         name: "inertia_error",
         title: "wrong inertia in the study",

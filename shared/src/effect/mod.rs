@@ -118,6 +118,8 @@ pub trait Effect {
     const ACTS: Acts = Acts::OwnAxis;
     /// Where it belongs.
     const SEAT: Seat = Seat::Joint;
+    /// Effects that a model cannot have on the same axis beside this one, because only their sum shows.
+    const NEVER_WITH: &'static [&'static str] = &[];
     /// Largest magnitude of each internal state, which has no unit; empty for a law without memory.
     const STATE_BOUNDS: &'static [i32] = &[];
     /// What it is called, what it means, what it needs.
@@ -158,6 +160,9 @@ pub struct Entry {
     /// The law that bounds.
     #[cfg(feature = "fit")]
     pub interval: Law<Interval>,
+    /// [`Effect::NEVER_WITH`].
+    #[cfg(feature = "fit")]
+    pub never_with: &'static [&'static str],
     /// [`Effect::ABOUT`].
     #[cfg(feature = "fit")]
     pub about: About,
@@ -184,6 +189,8 @@ impl Entry {
             dual: E::law::<Dual>,
             #[cfg(feature = "fit")]
             interval: E::law::<Interval>,
+            #[cfg(feature = "fit")]
+            never_with: E::NEVER_WITH,
             #[cfg(feature = "fit")]
             about: E::ABOUT,
         }

@@ -1,0 +1,101 @@
+//! `jointwatch add`: add physical effects to a model, and see the error fall.
+
+use super::Console;
+use crate::add::{self, Added};
+use crate::error::{Error, Result};
+use crate::model::effects;
+use crate::model_file::ModelFile;
+use crate::study::{Role, Study};
+use crate::table::Table;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Options of `jointwatch add`.
+#[derive(Args)]
+pub(crate) struct Add {
+    /// The study: its study.toml, or the folder that holds it.
+    study: PathBuf,
+    /// The model that `identify` or `add` wrote.
+    model: PathBuf,
+    /// The effects to add, e.g. coulomb@x.
+    #[arg(required = true, value_name = "EFFECT@AXIS")]
+    effects: Vec<String>,
+    /// Where to write the wider model; the model's own name with -added when left out.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Keep an effect that does not help.
+    #[arg(long)]
+    force: bool,
+}
+
+impl Add {
+    pub(super) fn run(self, console: &Console) -> Result<()> {
+        let working = console.working("reading the records");
+        let model = ModelFile::read(&self.model)?;
+        let study = Study::read(&self.study)?;
+        working.set_message("finding all values anew");
+        let added = add::add(&study, &model, &self.effects)?;
+        working.finish_and_clear();
+        say(console, &added)?;
+        let output = self.output.unwrap_or_else(|| {
+            let stem = self.model.file_stem().unwrap_or_default();
+            let name = format!("{}-added.json", stem.to_string_lossy());
+            self.model.with_file_name(name)
+        });
+        if !added.helps && !self.force {
+            return Err(Error::failed(format!(
+                "{} does not help: no error falls by as much as a hundredth, so nothing was written; --force keeps it all the same",
+                self.effects.join(", ")
+            )));
+        }
+        added.model.write(&output)?;
+        console.say(format!("\nModel written to {}.", output.display()))?;
+        console.json(&serde_json::json!({
+            "model": output, "helps": added.helps, "changes": added.changes, "effects": added.model.effects,
+        }))
+    }
+}
+
+fn say(console: &Console, added: &Added) -> Result<()> {
+    console.say(effects::table(&added.model.effects).to_string())?;
+    for (role, heading) in [
+        (Role::Train, "Verification (records it was learnt from)"),
+        (Role::Validate, "Validation (records it has not seen)"),
+    ] {
+        let changes = added.changes.iter().filter(|c| c.role == role && !c.rests);
+        let mut table = Table::new(&[
+            "record",
+            "axis",
+            "NMSE before",
+            "after",
+            "relative error before",
+            "after",
+            "noise floor",
+        ]);
+        let mut any = false;
+        for change in changes {
+            any = true;
+            table.row(vec![
+                change.file.clone(),
+                change.axis.clone(),
+                format!("{:.3} %", change.before_nmse_percent),
+                format!("{:.3} %", change.after_nmse_percent),
+                format!("{:.4}", change.before),
+                format!("{:.4}", change.after),
+                format!("{:.4}", change.noise_floor),
+            ]);
+        }
+        if any {
+            console.say(format!("\n{heading}:\n{table}"))?;
+        }
+    }
+    if !added.floors_at_rest {
+        console.say(
+            "Note: an axis rests in no record, so its noise floor is taken from high frequencies and may be too low.",
+        )?;
+    }
+    for warning in &added.model.warnings {
+        console.say(format!("Warning: {warning}."))?;
+    }
+    Ok(())
+}
