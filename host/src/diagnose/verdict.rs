@@ -215,7 +215,8 @@ fn base_of(
             .effects
             .iter()
             .map(|e| Bound::parse(&e.name(), &names));
-        return terms.collect();
+        let values = model.effects_in_si()?.into_iter().map(|e| e.values);
+        return Ok((terms.collect::<Result<_>>()?, Some(values.collect())));
     }
     let (terms, proposed) = base_terms(study)?;
     notes.push(format!(
