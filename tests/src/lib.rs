@@ -2,6 +2,7 @@
 
 pub mod coverage;
 pub mod elf;
+pub mod hidden;
 pub mod log;
 pub mod program;
 pub mod story;

@@ -203,12 +203,15 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     })
 }
 
+/// Every parameter of every term, SI.
+type Values = Vec<Vec<f64>>;
+
 /// The physical terms to search beside, and where they are known from a fit, their values.
 fn base_of(
     study: &Study,
     model: &ModelFile,
     notes: &mut Vec<String>,
-) -> Result<(Vec<Bound>, Option<Vec<Vec<f64>>>)> {
+) -> Result<(Vec<Bound>, Option<Values>)> {
     let names: Vec<&str> = model.axes.iter().map(|a| a.name.as_str()).collect();
     if let Base::None(_) = model.base {
         let terms = model

@@ -1,0 +1,253 @@
+//! What can be hidden: every effect of the library, and effects outside of it, with forms drawn to suit a motion.
+
+use super::laws::Form;
+use super::rig::Base;
+use super::sensors::Fault;
+use rand::{Rng, RngExt};
+use std::f64::consts::TAU;
+
+/// What a subject is to the diagnosis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A term that a user may have left out of the base.
+    BaseTerm,
+    /// Another effect of the joint that the library knows.
+    Joint,
+    /// An effect of the instruments that the library knows.
+    Instrument,
+    /// Outside the library: the verdict should be "unknown".
+    Outside,
+}
+
+/// Something that can be hidden.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Subject {
+    /// The library's name, or a phrase for what is outside of it.
+    pub name: &'static str,
+    /// What it is to the diagnosis.
+    pub kind: Kind,
+    /// Whether it takes two axes.
+    pub takes_two_axes: bool,
+    /// Whether it acts on both axes at once.
+    pub acts_on_both: bool,
+}
+
+const fn subject(name: &'static str, kind: Kind) -> Subject {
+    Subject {
+        name,
+        kind,
+        takes_two_axes: false,
+        acts_on_both: false,
+    }
+}
+
+const fn coupling(name: &'static str, kind: Kind, acts_on_both: bool) -> Subject {
+    Subject {
+        name,
+        kind,
+        takes_two_axes: true,
+        acts_on_both,
+    }
+}
+
+/// Everything that can be hidden.
+pub const SUBJECTS: [Subject; 30] = [
+    subject("stiffness", Kind::BaseTerm),
+    subject("viscous", Kind::BaseTerm),
+    subject("clearance", Kind::BaseTerm),
+    coupling("clearance_coupling", Kind::BaseTerm, true),
+    subject("coulomb", Kind::Joint),
+    subject("stribeck", Kind::Joint),
+    subject("quadratic_drag", Kind::Joint),
+    subject("cubic_hardening", Kind::Joint),
+    subject("bilinear", Kind::Joint),
+    subject("end_stop", Kind::Joint),
+    subject("bouc_wen", Kind::Joint),
+    subject("jenkins", Kind::Joint),
+    subject("dahl", Kind::Joint),
+    subject("lugre", Kind::Joint),
+    subject("maxwell", Kind::Joint),
+    subject("cogging", Kind::Joint),
+    subject("preload", Kind::Joint),
+    coupling("cross_coupling", Kind::Joint, true),
+    subject("stiffness_drift", Kind::Joint),
+    subject("inertia_error", Kind::Instrument),
+    subject("force_gain", Kind::Instrument),
+    subject("time_delay", Kind::Instrument),
+    coupling("crosstalk", Kind::Instrument, false),
+    subject("mains_hum", Kind::Instrument),
+    subject("softening with the largest excursion", Kind::Outside),
+    subject("friction that comes and goes", Kind::Outside),
+    subject("delayed feedback of the displacement", Kind::Outside),
+    subject("unmeasured force", Kind::Outside),
+    subject("stiffness that swings in time", Kind::Outside),
+    subject(
+        "damping that grows with the displacement squared",
+        Kind::Outside,
+    ),
+];
+
+/// Size of the motion that an axis makes without the hidden effect.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Scale {
+    /// RMS displacement over the rows that move.
+    pub displacement: f64,
+    /// Its largest magnitude.
+    pub reach: f64,
+    /// RMS velocity.
+    pub velocity: f64,
+}
+
+/// A subject made ready for a rig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Planted {
+    /// A law in the joint.
+    Law(Form),
+    /// A fault of an instrument.
+    Fault(Fault),
+}
+
+impl Subject {
+    /// The subject of this name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        SUBJECTS.iter().find(|s| s.name == name)
+    }
+
+    /// The sign of its strength: negative only where that means something.
+    pub fn sign(&self, rng: &mut impl Rng) -> f64 {
+        let either = [
+            "preload",
+            "cross_coupling",
+            "stiffness_drift",
+            "inertia_error",
+            "force_gain",
+            "crosstalk",
+            "delayed feedback of the displacement",
+        ];
+        if either.contains(&self.name) && rng.random() {
+            -1.0
+        } else {
+            1.0
+        }
+    }
+
+    /// Draws its form to suit a motion of the given size; `base` is the whole joint before anything was taken from it.
+    pub fn plant(
+        &self,
+        axis: usize,
+        base: &Base,
+        scale: &Scale,
+        longest_s: f64,
+        rng: &mut impl Rng,
+    ) -> Planted {
+        let (x, v) = (scale.displacement, scale.velocity);
+        // Friction turns within a speed that no differentiated encoder resolves.
+        let edge = 0.004 * v;
+        let phase = rng.random_range(0.0..TAU);
+        let mut within = |low: f64, high: f64| low * (high / low).powf(rng.random::<f64>());
+        let form = match self.name {
+            "stiffness" => Form::Spring,
+            "viscous" => Form::Damper,
+            "clearance" => Form::Play {
+                gap: base.gap[axis],
+            },
+            "clearance_coupling" => Form::ContactCoupling {
+                gaps: base.gap,
+                ratio: base.coupling[1] / base.coupling[0],
+                lever: base.lever,
+            },
+            "coulomb" => Form::Dry { edge },
+            "stribeck" => Form::Stribeck {
+                ratio: within(1.4, 2.4),
+                speed: v * within(0.1, 0.4),
+                edge,
+            },
+            "quadratic_drag" => Form::Drag,
+            "cubic_hardening" => Form::Duffing,
+            "bilinear" => Form::OneSided,
+            "end_stop" => Form::Stop {
+                at: (scale.reach * within(0.5, 0.75)).max(1.4 * base.gap[axis]),
+            },
+            "bouc_wen" => Form::Wen {
+                saturation: x * within(0.2, 0.8),
+                roundness: within(0.5, 0.9),
+                exponent: within(1.0, 2.0),
+            },
+            "jenkins" => Form::SpringSlider {
+                slip: x * within(0.2, 0.8),
+            },
+            "dahl" => Form::Dahl {
+                saturation: x * within(0.1, 0.5),
+            },
+            "lugre" => {
+                let deflection = x * within(0.03, 0.15);
+                Form::Bristles {
+                    deflection,
+                    ratio: within(1.2, 1.8),
+                    speed: v * within(0.1, 0.4),
+                    damping_s: deflection / v * within(0.2, 1.0),
+                }
+            }
+            "maxwell" => Form::SpringDamper {
+                relaxation_s: within(0.003, 0.025),
+            },
+            "cogging" => Form::Teeth {
+                pitch: x * within(0.7, 2.5),
+                phase,
+            },
+            "preload" => Form::Constant,
+            "cross_coupling" => Form::CrossSpring,
+            "stiffness_drift" => Form::GrowingSpring {
+                duration_s: longest_s,
+            },
+            "inertia_error" => return Planted::Fault(Fault::WrongInertia),
+            "force_gain" => return Planted::Fault(Fault::WrongGain),
+            "time_delay" => return Planted::Fault(Fault::Late),
+            "crosstalk" => return Planted::Fault(Fault::Crosstalk),
+            "mains_hum" => {
+                let nominal = if within(1.0, 4.0) < 2.0 { 60.0 } else { 50.0 };
+                return Planted::Fault(Fault::Hum {
+                    frequency_hz: nominal * within(0.999, 1.001),
+                    phase,
+                });
+            }
+            "softening with the largest excursion" => Form::Softening {
+                excursion: scale.reach,
+            },
+            "friction that comes and goes" => Form::FrictionInBouts {
+                edge,
+                period_s: within(0.8, 4.0),
+                phase,
+            },
+            "delayed feedback of the displacement" => Form::LateSpring {
+                delay_s: within(0.008, 0.025),
+            },
+            "unmeasured force" => Form::Unlogged,
+            "stiffness that swings in time" => Form::SwingingSpring {
+                frequency_hz: within(3.0, 40.0),
+                phase,
+            },
+            "damping that grows with the displacement squared" => Form::SqueezeFilm,
+            name => unreachable!("{name} is in the list of subjects but has no form"),
+        };
+        Planted::Law(form)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use jointwatch_shared::effect::EFFECTS;
+
+    #[test]
+    fn every_effect_of_the_library_can_be_hidden() {
+        for entry in EFFECTS {
+            let subject = Subject::named(entry.about.name);
+            let name = entry.about.name;
+            assert!(subject.is_some_and(|s| s.kind != Kind::Outside), "{name}");
+        }
+        for (i, subject) in SUBJECTS.iter().enumerate() {
+            assert_eq!(Subject::named(subject.name), Some(&SUBJECTS[i]));
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! Diagnosing a case as a user would, from its files alone, and holding the verdict against what was hidden.
+
+use super::cases::Case;
+use super::catalogue::Kind;
+use super::study::{axis_name, write, write_truth};
+use crate::program::run;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+/// The verdict that a case deserves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Expected {
+    /// Nothing is missing.
+    Nothing,
+    /// What is missing is outside the library.
+    Unknown,
+    /// An effect of the library is missing.
+    Effect,
+}
+
+impl Expected {
+    /// The word of the contract.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Nothing => "none",
+            Self::Unknown => "unknown",
+            Self::Effect => "effect",
+        }
+    }
+}
+
+/// What a case deserves to hear.
+pub fn expected(case: &Case) -> Expected {
+    if case.hidden.is_empty() {
+        Expected::Nothing
+    } else if case.hidden.iter().any(|h| h.subject.kind == Kind::Outside) {
+        Expected::Unknown
+    } else {
+        Expected::Effect
+    }
+}
+
+/// An effect on an axis, as a verdict names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Named {
+    /// The library's name.
+    pub effect: String,
+    /// The axis, or "both".
+    pub axis: String,
+}
+
+impl Named {
+    fn read(value: &Value) -> Option<Self> {
+        let text = |key: &str| Some(value.get(key)?.as_str()?.to_owned());
+        Some(Self {
+            effect: text("effect")?,
+            axis: text("axis")?,
+        })
+    }
+
+    /// The hidden effect of a case.
+    fn hidden(case: &Case, index: usize) -> Self {
+        let hidden = &case.hidden[index];
+        let both = hidden.subject.acts_on_both;
+        Self {
+            effect: hidden.subject.name.into(),
+            axis: if both { "both" } else { axis_name(hidden.axis) }.into(),
+        }
+    }
+
+    /// Whether a verdict's entry names this truth: same effect, same axis. What acts on both axes may be bound to either.
+    fn is(&self, said: &Self) -> bool {
+        self.effect == said.effect && self.on_axis_of(said)
+    }
+
+    fn on_axis_of(&self, said: &Self) -> bool {
+        self.axis == "both" || self.axis == said.axis
+    }
+
+    /// As [`Named::is`], or one of the effects that measurements cannot tell from it in general.
+    fn is_or_equals(&self, said: &Self) -> bool {
+        let equals = EQUIVALENTS
+            .iter()
+            .any(|(hidden, named)| *hidden == self.effect && *named == said.effect);
+        self.is(said) || (equals && self.on_axis_of(said))
+    }
+}
+
+/// What was hidden, and what may be named for it without being wrong: an inertia error is a gain error of the force seen
+/// from the other side; Dahl's law is Wen's with exponent 1; Jenkin's element is a sharp Wen loop; the kinetic part of
+/// Stribeck's curve is Coulomb's.
+const EQUIVALENTS: [(&str, &str); 6] = [
+    ("inertia_error", "force_gain"),
+    ("force_gain", "inertia_error"),
+    ("dahl", "bouc_wen"),
+    ("jenkins", "bouc_wen"),
+    ("bouc_wen", "jenkins"),
+    ("stribeck", "coulomb"),
+];
+
+impl std::fmt::Display for Named {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}@{}", self.effect, self.axis)
+    }
+}
+
+/// A verdict as `diagnose --json` writes it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Verdict {
+    /// "effect", "none", "unknown" or "data".
+    pub word: String,
+    /// Everything that is missing.
+    pub found: Vec<Named>,
+    /// Candidates for the first of them.
+    pub ranked: Vec<Named>,
+    /// Axis, relative validation error before and after adding, and noise floor, where the verdict has them.
+    pub errors: Vec<(String, [Option<f64>; 3])>,
+}
+
+impl Verdict {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// When the text does not keep the contract.
+    pub fn read(text: &str) -> Result<Self, String> {
+        let value: Value = serde_json::from_str(text).map_err(|e| format!("no JSON: {e}"))?;
+        let names = |key: &str| -> Result<Vec<Named>, String> {
+            let list = value.get(key).and_then(Value::as_array);
+            let list = list.ok_or(format!("the verdict has no list '{key}'"))?;
+            let read = |entry| {
+                Named::read(entry).ok_or(format!("an entry of '{key}' names no effect and axis"))
+            };
+            list.iter().map(read).collect()
+        };
+        let word = value.get("verdict").and_then(Value::as_str);
+        let word = word.filter(|w| ["effect", "none", "unknown", "data"].contains(w));
+        let keys = [
+            "relative_error_before",
+            "relative_error_after",
+            "noise_floor",
+        ];
+        let before = value.get(keys[0]).and_then(Value::as_object);
+        let axes = before
+            .ok_or("the verdict has no 'relative_error_before' per axis")?
+            .keys();
+        Ok(Self {
+            word: word.ok_or("the verdict is none of the four words")?.into(),
+            found: names("found")?,
+            ranked: names("ranked")?,
+            errors: axes
+                .map(|axis| {
+                    let of = |key: &str| value.get(key)?.get(axis)?.as_f64();
+                    (axis.clone(), keys.map(of))
+                })
+                .collect(),
+        })
+    }
+}
+
+/// How a verdict stands against the truth.
+#[derive(Clone, Debug, Default)]
+pub struct Judgement {
+    /// What was hidden, for the table: a name, "none", or two names.
+    pub subject: String,
+    /// The verdict that the case deserves.
+    pub expected: Option<Expected>,
+    /// The whole verdict is right: nothing, unknown, or the right effect on the right axis first (with two: exactly both found).
+    pub right: bool,
+    /// As `right`, an equivalent effect counted as right.
+    pub right_or_equivalent: bool,
+    /// The right effect is among the first two candidates (or `right`).
+    pub in_first_two: bool,
+    /// As `in_first_two`, an equivalent effect counted as right.
+    pub in_first_two_or_equivalent: bool,
+    /// The verdict was "unknown".
+    pub unknown: bool,
+    /// The verdict was "effect".
+    pub effect: bool,
+    /// Relative error after adding over the noise floor, on the axis where the effect was hidden.
+    pub error_over_floor: Option<f64>,
+    /// Relative error before adding over that after it, on the same axis.
+    pub error_drop: Option<f64>,
+    /// Wall-clock time of `identify` and `diagnose`, s.
+    pub identify_s: f64,
+    /// The second of them.
+    pub diagnose_s: f64,
+    /// What was said, for the list of failures: the first candidates, or the message with which a command failed.
+    pub said: String,
+    /// What the case was.
+    pub case: String,
+}
+
+/// One line on what a case is.
+pub fn describe(case: &Case) -> String {
+    let hidden: Vec<String> = (0..case.hidden.len())
+        .map(|i| {
+            let shares = &case.hidden[i].shares;
+            format!(
+                "{} {:.1} % ({:.2} % beyond the base)",
+                Named::hidden(case, i),
+                100.0 * shares.whole,
+                100.0 * shares.visible
+            )
+        })
+        .collect();
+    let snr = case.snr_db.map_or("no noise".into(), |d| format!("{d} dB"));
+    let hidden = if hidden.is_empty() {
+        "nothing".into()
+    } else {
+        hidden.join(" and ")
+    };
+    format!(
+        "{hidden}, {snr}, {} axes, {} s",
+        case.axes, case.shaking.duration_s
+    )
+}
+
+/// Holds a verdict against the truth.
+pub fn judge(case: &Case, verdict: &Verdict) -> Judgement {
+    let expected = expected(case);
+    let truths: Vec<Named> = (0..case.hidden.len())
+        .map(|i| Named::hidden(case, i))
+        .collect();
+    let effect = verdict.word == "effect";
+    let rated = |same: &dyn Fn(&Named, &Named) -> bool, places: usize| match expected {
+        Expected::Nothing | Expected::Unknown => verdict.word == expected.word(),
+        Expected::Effect if truths.len() == 1 => {
+            let mut first = verdict.ranked.iter().take(places);
+            effect && first.any(|said| same(&truths[0], said))
+        }
+        Expected::Effect => {
+            let of = |truth: &Named| verdict.found.iter().any(|said| same(truth, said));
+            let stray = |said: &Named| !truths.iter().any(|truth| same(truth, said));
+            effect && truths.iter().all(of) && !verdict.found.iter().any(stray)
+        }
+    };
+    let strict = |truth: &Named, said: &Named| truth.is(said);
+    let loose = |truth: &Named, said: &Named| truth.is_or_equals(said);
+    let axis = case.hidden.first().map(|h| axis_name(h.axis));
+    let errors = verdict
+        .errors
+        .iter()
+        .find(|(name, _)| Some(name.as_str()) == axis);
+    let ratio = |above: usize, below: usize| {
+        let (_, errors) = errors?;
+        Some(errors[above]? / errors[below]?)
+    };
+    let said: Vec<String> = verdict
+        .ranked
+        .iter()
+        .take(3)
+        .map(Named::to_string)
+        .collect();
+    let found: Vec<String> = verdict.found.iter().map(Named::to_string).collect();
+    Judgement {
+        right: rated(&strict, 1),
+        right_or_equivalent: rated(&loose, 1),
+        in_first_two: rated(&strict, 2),
+        in_first_two_or_equivalent: rated(&loose, 2),
+        unknown: verdict.word == "unknown",
+        effect,
+        error_over_floor: ratio(1, 2),
+        error_drop: ratio(0, 1),
+        said: format!(
+            "{}; found [{}]; ranked [{}]",
+            verdict.word,
+            found.join(", "),
+            said.join(", ")
+        ),
+        ..unjudged(case)
+    }
+}
+
+/// What holds before anything was said.
+fn unjudged(case: &Case) -> Judgement {
+    let names: Vec<&str> = case.hidden.iter().map(|h| h.subject.name).collect();
+    Judgement {
+        subject: match names.as_slice() {
+            [] => "none".into(),
+            names => names.join(" + "),
+        },
+        expected: Some(expected(case)),
+        case: describe(case),
+        ..Default::default()
+    }
+}
+
+/// Writes the case's study below `folder`, runs `identify` and `diagnose` on it on one thread, and judges what they say.
+/// A command that fails is a wrong verdict, and its message is kept.
+///
+/// # Errors
+/// When the study cannot be written.
+pub fn diagnose(case: &Case, folder: &Path, keep_truth: bool) -> std::io::Result<Judgement> {
+    fs::create_dir_all(folder)?;
+    write(case, folder)?;
+    if keep_truth {
+        write_truth(case, folder)?;
+    }
+    let mut seconds = [0.0; 2];
+    let commands: [&[&str]; 2] = [
+        &[
+            "identify",
+            "study.toml",
+            "--model",
+            "physical",
+            "-o",
+            "model.json",
+        ],
+        &[
+            "diagnose",
+            "study.toml",
+            "model.json",
+            "--json",
+            "verdict.json",
+        ],
+    ];
+    for (command, seconds) in commands.iter().zip(&mut seconds) {
+        let begin = Instant::now();
+        let output = run(folder, &[*command, &["--threads", "1"]].concat());
+        *seconds = begin.elapsed().as_secs_f64();
+        if !output.status.success() {
+            let message = String::from_utf8_lossy(&output.stderr);
+            let message = message.lines().next().unwrap_or("no message").to_owned();
+            return Ok(Judgement {
+                said: format!("{} failed: {message}", command[0]),
+                identify_s: *seconds,
+                ..unjudged(case)
+            });
+        }
+    }
+    let text = fs::read_to_string(folder.join("verdict.json"));
+    let verdict = text
+        .map_err(|e| e.to_string())
+        .and_then(|text| Verdict::read(&text));
+    let judgement = match verdict {
+        Ok(verdict) => judge(case, &verdict),
+        Err(message) => Judgement {
+            said: format!("verdict.json breaks the contract: {message}"),
+            ..unjudged(case)
+        },
+    };
+    Ok(Judgement {
+        identify_s: seconds[0],
+        diagnose_s: seconds[1],
+        ..judgement
+    })
+}

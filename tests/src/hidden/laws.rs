@@ -1,0 +1,297 @@
+//! The force laws that can be hidden in the joint, written from the literature in other parameters than the library's.
+//!
+//! Every law gives a force of `strength` times a shape, and moves its memory by differential equations that are
+//! integrated together with the bodies. Positive force pulls body 2 towards body 3 as a spring does when x > 0.
+
+use super::rig::JointState;
+
+/// Memory of one law: what its differential equations integrate.
+pub type Memory = [f64; 2];
+
+/// What a law sees besides the joint's state.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Surroundings {
+    /// Time since the record began, s.
+    pub time_s: f64,
+    /// Displacement of the law's own axis a fixed while ago.
+    pub delayed: f64,
+    /// Largest |displacement| of the law's own axis in this record so far.
+    pub largest: f64,
+    /// A force that nobody logs, of RMS 1.
+    pub unlogged: f64,
+}
+
+/// A law's form; lengths and speeds are in the units of its axis (m, rad, m/s, rad/s).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Form {
+    /// Hooke's spring.
+    Spring,
+    /// Linear damper.
+    Damper,
+    /// A spring beyond half the free play `gap` on either side.
+    Play {
+        /// Half the free play.
+        gap: f64,
+    },
+    /// The paper's Eq. (16): friction in one axis's contact that depends on the other axis.
+    ContactCoupling {
+        /// Half the free play of both axes, translation first.
+        gaps: [f64; 2],
+        /// Coefficient of the second product over that of the first.
+        ratio: f64,
+        /// Lever arm through which the same force turns the body, m.
+        lever: f64,
+    },
+    /// Dry friction that changes sign within `edge` of rest.
+    Dry {
+        /// Speed at which friction has 71 % of its full size.
+        edge: f64,
+    },
+    /// Stribeck curve with a Gaussian: static over kinetic friction `ratio`, decaying over `speed`.
+    Stribeck {
+        /// Static over kinetic friction.
+        ratio: f64,
+        /// Speed at which the excess has fallen to 1/e.
+        speed: f64,
+        /// As in [`Form::Dry`].
+        edge: f64,
+    },
+    /// Turbulent drag v·|v|.
+    Drag,
+    /// Duffing's x³.
+    Duffing,
+    /// A spring that only acts for x > 0.
+    OneSided,
+    /// A spring beyond a far stop on either side.
+    Stop {
+        /// Where the stop is.
+        at: f64,
+    },
+    /// Wen's hysteresis ż = v − |v|·|z|ⁿ⁻¹·z·β − v·|z|ⁿ·γ with (β + γ)·z_yⁿ = 1; force z/z_y.
+    Wen {
+        /// z_y, where the loop saturates.
+        saturation: f64,
+        /// β/(β + γ).
+        roundness: f64,
+        /// n.
+        exponent: f64,
+    },
+    /// A spring in series with a dry slider (Jenkin's element).
+    SpringSlider {
+        /// Extension at which it slips.
+        slip: f64,
+    },
+    /// Dahl's pre-sliding friction with exponent 1: dz/dx = 1 − z/z_c·sign v.
+    Dahl {
+        /// z_c.
+        saturation: f64,
+    },
+    /// LuGre: bristles of mean deflection z, ż = v − |v|·z/(z_c·g(v)), force z/z_c + damping·ż.
+    Bristles {
+        /// z_c, the deflection under kinetic friction.
+        deflection: f64,
+        /// Static over kinetic friction.
+        ratio: f64,
+        /// Stribeck speed.
+        speed: f64,
+        /// σ₁·z_c over the kinetic friction, s.
+        damping_s: f64,
+    },
+    /// A spring in series with a damper.
+    SpringDamper {
+        /// Damper over spring, s.
+        relaxation_s: f64,
+    },
+    /// A force periodic in the displacement.
+    Teeth {
+        /// Length of one period.
+        pitch: f64,
+        /// Phase at x = 0, rad.
+        phase: f64,
+    },
+    /// A constant force.
+    Constant,
+    /// A spring between the two axes: energy strength·x·φ.
+    CrossSpring,
+    /// A spring that grows in proportion to the time since the record began.
+    GrowingSpring {
+        /// Time after which it has its full strength, s.
+        duration_s: f64,
+    },
+    /// Outside the library: a spring lost in proportion to the largest excursion so far.
+    Softening {
+        /// Excursion at which its full strength is lost.
+        excursion: f64,
+    },
+    /// Outside the library: dry friction that comes and goes with time.
+    FrictionInBouts {
+        /// As in [`Form::Dry`].
+        edge: f64,
+        /// Time from one onset to the next, s.
+        period_s: f64,
+        /// Phase, rad.
+        phase: f64,
+    },
+    /// Outside the library: a spring that acts on where the joint was.
+    LateSpring {
+        /// How long ago, s.
+        delay_s: f64,
+    },
+    /// Outside the library: a force from outside that the log does not hold.
+    Unlogged,
+    /// Outside the library: a spring that swings in time, as a shaft with unequal stiffness does when it turns.
+    SwingingSpring {
+        /// Frequency, Hz.
+        frequency_hz: f64,
+        /// Phase, rad.
+        phase: f64,
+    },
+    /// Outside the library: damping that grows with the square of the displacement.
+    SqueezeFilm,
+}
+
+/// A law at work on an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law {
+    /// Its form.
+    pub form: Form,
+    /// 0 for the translation, 1 for the rotation.
+    pub axis: usize,
+    /// Scale of its force.
+    pub strength: f64,
+}
+
+/// Sign of a velocity with an edge: v/√(v² + e²).
+fn direction(v: f64, edge: f64) -> f64 {
+    v / v.hypot(edge)
+}
+
+/// Static over kinetic friction at a speed, by the Gaussian of Armstrong-Hélouvry.
+fn excess(v: f64, ratio: f64, speed: f64) -> f64 {
+    1.0 + (ratio - 1.0) * (-(v / speed).powi(2)).exp()
+}
+
+/// What is left of a displacement beyond a gap on either side.
+pub(super) fn beyond(x: f64, gap: f64) -> f64 {
+    (x.abs() - gap).max(0.0).copysign(x)
+}
+
+impl Law {
+    /// The force on the law's own axis and on the other one, N or N·m.
+    pub fn force(&self, joint: &JointState, memory: &Memory, around: &Surroundings) -> [f64; 2] {
+        let ([x, v], [other, _]) = (joint[self.axis], joint[1 - self.axis]);
+        let z = memory[0];
+        let own = match self.form {
+            Form::Spring => x,
+            Form::Damper => v,
+            Form::Play { gap } => beyond(x, gap),
+            Form::Stop { at } => beyond(x, at),
+            Form::ContactCoupling { gaps, ratio, lever } => {
+                let [[x, v], [turn, spin]] = *joint;
+                let touches = |u: f64, gap: f64| f64::from(u8::from(u.abs() >= gap));
+                let g = -(v * turn * touches(x, gaps[0])
+                    + ratio * spin * x * touches(turn, gaps[1]))
+                    / 3.0
+                    * self.strength;
+                return if self.axis == 0 {
+                    [g, lever * g]
+                } else {
+                    [lever * g, g]
+                };
+            }
+            Form::Dry { edge } => direction(v, edge),
+            Form::Stribeck { ratio, speed, edge } => excess(v, ratio, speed) * direction(v, edge),
+            Form::Drag => v * v.abs(),
+            Form::Duffing => x.powi(3),
+            Form::OneSided => x.max(0.0),
+            Form::Wen { saturation, .. } | Form::Dahl { saturation } => z / saturation,
+            Form::SpringSlider { slip } => (z / slip).clamp(-1.0, 1.0),
+            Form::Bristles {
+                deflection,
+                damping_s,
+                ..
+            } => z / deflection + damping_s / deflection * self.rates(joint, memory)[0],
+            Form::SpringDamper { .. } => z,
+            Form::Teeth { pitch, phase } => (std::f64::consts::TAU * x / pitch + phase).sin(),
+            Form::Constant => 1.0,
+            Form::CrossSpring => return [self.strength * other, self.strength * x],
+            Form::GrowingSpring { duration_s } => x * around.time_s / duration_s,
+            Form::Softening { excursion } => -x * around.largest / excursion,
+            Form::FrictionInBouts {
+                edge,
+                period_s,
+                phase,
+            } => {
+                let course = (std::f64::consts::TAU * around.time_s / period_s + phase).sin();
+                direction(v, edge) * 0.5 * (1.0 + (8.0 * course).tanh())
+            }
+            Form::LateSpring { .. } => around.delayed,
+            Form::Unlogged => around.unlogged,
+            Form::SwingingSpring {
+                frequency_hz,
+                phase,
+            } => x * (std::f64::consts::TAU * frequency_hz * around.time_s + phase).sin(),
+            Form::SqueezeFilm => x * x * v,
+        };
+        [self.strength * own, 0.0]
+    }
+
+    /// How fast its memory changes, per second.
+    pub fn rates(&self, joint: &JointState, memory: &Memory) -> Memory {
+        let v = joint[self.axis][1];
+        let z = memory[0];
+        let rate = match self.form {
+            Form::Wen {
+                saturation,
+                roundness,
+                exponent,
+            } => {
+                let full = (z / saturation).abs().powf(exponent);
+                let closing = if v * z >= 0.0 { 1.0 } else { -1.0 };
+                v * (1.0 - full * (roundness * closing + 1.0 - roundness))
+            }
+            Form::Dahl { saturation } => v - v.abs() * z / saturation,
+            Form::SpringSlider { slip } => {
+                if z.abs() >= slip && z * v > 0.0 {
+                    0.0
+                } else {
+                    v
+                }
+            }
+            Form::Bristles {
+                deflection,
+                ratio,
+                speed,
+                ..
+            } => v - v.abs() * z / (deflection * excess(v, ratio, speed)),
+            Form::SpringDamper { relaxation_s } => v - z / relaxation_s,
+            _ => 0.0,
+        };
+        [rate, 0.0]
+    }
+
+    /// The fastest rate that the law brings into the equations of motion, 1/s: explicit steps must be shorter than its inverse.
+    pub fn fastest_rate(&self, moving_inertia: f64, top_speed: f64) -> f64 {
+        let s = self.strength.abs();
+        let spring = |stiffness: f64| (stiffness / moving_inertia).sqrt();
+        match self.form {
+            Form::Dry { edge } | Form::FrictionInBouts { edge, .. } => s / (edge * moving_inertia),
+            Form::Stribeck { ratio, edge, .. } => ratio * s / (edge * moving_inertia),
+            Form::Spring | Form::Play { .. } | Form::Stop { .. } | Form::OneSided => spring(s),
+            Form::SpringSlider { slip } => spring(s / slip),
+            Form::Wen { saturation, .. } | Form::Dahl { saturation } => {
+                spring(s / saturation).max(2.0 * top_speed / saturation)
+            }
+            Form::Bristles {
+                deflection,
+                damping_s,
+                ..
+            } => spring(s / deflection)
+                .max(top_speed / deflection)
+                .max(s * damping_s / (deflection * moving_inertia)),
+            Form::SpringDamper { relaxation_s } => spring(s) + 1.0 / relaxation_s,
+            Form::Teeth { pitch, .. } => spring(s * std::f64::consts::TAU / pitch),
+            _ => 0.0,
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! Studies of joints with a hidden effect, simulated apart from the program, and a judge of what the program says of them.
+
+pub mod bodies;
+pub mod cases;
+pub mod catalogue;
+pub mod drive;
+pub mod judge;
+pub mod laws;
+pub mod rig;
+pub mod sensors;
+pub mod strength;
+pub mod study;
+pub mod table;
