@@ -3,6 +3,7 @@
 
 pub mod cli;
 pub mod compare;
+pub mod corrections;
 pub mod device;
 pub mod diagnose;
 pub mod error;

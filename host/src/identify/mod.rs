@@ -9,6 +9,7 @@ pub use physical::physical;
 pub use polynomial::polynomial;
 
 use crate::compare;
+use crate::corrections::missing_inertia;
 use crate::error::{Error, Result};
 use crate::fit::coverage;
 use crate::fit::inertia::Inertia;
@@ -115,7 +116,7 @@ impl Prepared {
         let axes = axes.map(|(axis, inertia)| ModelAxis {
             name: axis.name.clone(),
             kind: axis.kind,
-            inertia: inertia.value,
+            inertia: inertia.value + missing_inertia(&learnt.effects, &axis.name),
             inertia_identified: inertia.identified,
             restoring_force: axis.restoring_force,
         });
