@@ -1,5 +1,6 @@
 //! A model held against measurements: error figures per record and axis, and where the error sits.
 
+use crate::corrections;
 use crate::diagnose::where_it_fails::{self, ErrorRecord, Place, StateName};
 use crate::error::{Error, Result};
 use crate::model_file::{AxisError, ModelFile};
@@ -130,15 +131,31 @@ fn ratio(part: f64, whole: f64) -> f64 {
 /// [`crate::error::Kind::Data`] when the study is not one the model can be evaluated on.
 pub fn compare(study: &Study, model: &ModelFile) -> Result<Comparison> {
     model.check_fits(study)?;
-    let motions = motion::motions(study, &model.filters)?;
-    compare_motions(study, model, &motions)
+    let study = model.corrected(study)?;
+    let motions = motion::motions(&study, &model.filters)?;
+    compare_corrected(&study, model, &motions)
 }
 
-/// The same on motions that are already there.
+/// The same on motions of the study, as it was logged, that are already there.
 ///
 /// # Errors
 /// [`crate::error::Kind::Data`] when a record is shorter than the low-pass.
 pub fn compare_motions(study: &Study, model: &ModelFile, motions: &[Motion]) -> Result<Comparison> {
+    let corrections = model.corrections()?;
+    if corrections.is_none() {
+        return compare_corrected(study, model, motions);
+    }
+    let corrected = |motion: &Motion| {
+        let record = &study.records[motion.record];
+        let record = corrections.record(record, study.sample_rate_hz);
+        motion::motion(study, motion.record, &record, &model.filters)
+    };
+    let motions: Vec<Motion> = motions.iter().map(corrected).collect::<Result<_>>()?;
+    compare_corrected(study, model, &motions)
+}
+
+/// The comparison with motions in which the instruments are right.
+fn compare_corrected(study: &Study, model: &ModelFile, motions: &[Motion]) -> Result<Comparison> {
     let band = &model.filters.band;
     let mut evaluated = Vec::new();
     for motion in motions {
@@ -362,6 +379,9 @@ pub fn say_summary(
 /// The text that `jointwatch compare` prints.
 pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
     let mut text = String::new();
+    for correction in corrections::in_words(&model.effects) {
+        text.push_str(&format!("Corrected in the study's data: {correction}.\n"));
+    }
     for (role, heading) in [
         (
             Role::Train,

@@ -1,10 +1,12 @@
 //! From a model in newtons to the blob that the device evaluates, and back.
 
+use crate::corrections::of_the_joint;
 use crate::error::{Error, Result};
 use crate::model::Network;
 use crate::model_file::{Base, ModelFile};
 use crate::study::Convention;
 use jointwatch_shared::blob::{self, BLOB_LEN};
+use jointwatch_shared::effect::Seat;
 use jointwatch_shared::fixed::q31_to_f64;
 use jointwatch_shared::model::axis::{self, Axis, Name};
 use jointwatch_shared::model::network_quantise::Weights;
@@ -111,7 +113,15 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
         .iter()
         .map(|fit| budget * fit.training_force_rms)
         .collect();
-    let effects = file.effects_in_si()?;
+    let effects = of_the_joint(&file.effects_in_si()?);
+    if let Some(term) = effects.iter().find(|t| t.entry.seat == Seat::JointOverTime) {
+        return Err(Error::data(format!(
+            "{} depends on the time since a record began, and a device that never stops does not know when that was: learn a \
+             model without it for export",
+            term.entry.about.name
+        )));
+    }
+    let corrections = file.corrections()?;
     let model = match &file.base {
         Base::Polynomial(polynomial) => {
             let coefficients: Vec<&[f64]> =
@@ -123,7 +133,9 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
             .and_then(|model| model.adding_effects(&effects, &budgets)),
         Base::None(_) => Model::from_effects(header, &effects, &budgets),
     };
-    let model = model.map_err(refuse)?;
+    let model = model
+        .and_then(|model| model.correcting(corrections.force))
+        .map_err(refuse)?;
 
     let largest = largest_errors(file, &model)?;
     let axes = file

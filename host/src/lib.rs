@@ -4,6 +4,7 @@
 pub mod add;
 pub mod cli;
 pub mod compare;
+pub mod corrections;
 pub mod device;
 pub mod diagnose;
 pub mod error;

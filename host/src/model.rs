@@ -55,7 +55,7 @@ pub struct ModelAxis {
     pub name: String,
     /// Translation or rotation.
     pub kind: AxisKind,
-    /// kg or kg·m².
+    /// kg or kg·m²: as stated or identified, put right where the model holds an `inertia_error`.
     pub inertia: f64,
     /// True when the inertia was identified from the records, false when the study gave it.
     pub inertia_identified: bool,

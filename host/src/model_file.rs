@@ -1,5 +1,6 @@
 //! `model.json`: a learnt model with everything needed to evaluate it on another record and to export it.
 
+use crate::corrections::{Corrections, of_the_joint};
 use crate::error::{Error, Result};
 use crate::model::check_states;
 use crate::model::effects::{Course, add_forces};
@@ -9,6 +10,7 @@ use crate::output;
 use crate::study::Study;
 use jointwatch_shared::model::terms::InSi;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::path::Path;
 
 /// What the first key of every model file says.
@@ -137,7 +139,7 @@ pub struct ModelFile {
     pub axes: Vec<ModelAxis>,
     /// What the force is made of.
     pub base: Base,
-    /// Physical effects, which add to it.
+    /// Physical effects: those of the joint add to the base, those of the instruments correct the study's data.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectTerm>,
     /// How it was fitted: `ridge`, `least-squares` or `select`; `Levenberg-Marquardt` for a network, `variable projection` for effects alone.
@@ -243,15 +245,37 @@ impl ModelFile {
         self.effects.iter().map(|e| e.in_si(&self.axes)).collect()
     }
 
+    /// What its effects say is wrong with the study's force channels.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`] when a correction is too large to be one.
+    pub fn corrections(&self) -> Result<Corrections> {
+        Corrections::of(&self.effects_in_si()?, self.axes.len())
+    }
+
+    /// The study with its force channels put right; itself when they are.
+    ///
+    /// # Errors
+    /// As [`ModelFile::corrections`].
+    pub fn corrected<'a>(&self, study: &'a Study) -> Result<Cow<'a, Study>> {
+        let corrections = self.corrections()?;
+        Ok(if corrections.is_none() {
+            Cow::Borrowed(study)
+        } else {
+            Cow::Owned(corrections.study(study))
+        })
+    }
+
     /// Restoring force per axis, in N or N·m, along a record with the states [x, ẋ] or [x, ẋ, φ, φ̇] in SI.
     ///
-    /// Rows have to follow each other at the model's sample rate, because effects may have memory.
+    /// Rows have to follow each other at the model's sample rate, because effects may have memory. Effects of the instrument
+    /// are no part of it: they correct what it is held against ([`ModelFile::corrected`]).
     ///
     /// # Errors
     /// [`crate::error::Kind::Data`] when the states are not those of the model's inputs.
     pub fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
         let mut forces = self.base.predict(states)?;
-        let effects = self.effects_in_si()?;
+        let effects = of_the_joint(&self.effects_in_si()?);
         let period_s = 1.0 / self.filters.sample_rate_hz;
         add_forces(&effects, &Course::of_states(states, period_s), &mut forces);
         Ok(forces)

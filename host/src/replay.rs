@@ -1,11 +1,13 @@
 //! The device's integer code run on a logged record: from raw counts to the residual, with the device's own bits.
 
 use crate::compare::{Sums, peak};
+use crate::corrections::Corrections;
 use crate::error::{Error, Result};
 use crate::motion::{self, Filters, Motion, low_pass};
 use crate::signal;
 use crate::study::{Channels, Convention, Record, Study};
 use jointwatch_shared::model::Model;
+use jointwatch_shared::model::corrections::ForceCorrection;
 use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawAxis, RawSample};
 use jointwatch_shared::rig::{Rig, RigAxis};
 use jointwatch_shared::selftest::Digest;
@@ -49,7 +51,8 @@ pub struct RecordReplay {
     pub axes: BTreeMap<String, AxisReplay>,
 }
 
-/// What each sensor's count means on the rig that a study describes, as the device would be configured for it.
+/// What each sensor's count means on the rig that a study describes, as the device would be configured for it if every force
+/// channel were right; [`corrected`] is the rig as it is.
 ///
 /// # Errors
 /// [`crate::error::Kind::Data`] when the study does not fit the model.
@@ -81,6 +84,8 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
             inertia_minus_force: axis.restoring_force == Convention::InertiaMinusForce,
             ground_stiffness: axis.ground_stiffness,
             ground_damping: axis.ground_damping,
+            force_cross: 0.0,
+            force_delay_samples: 0.0,
         };
         axes.push(rig_axis)
             .map_err(|_| Error::data("a study has at most two axes".to_string()))?;
@@ -95,6 +100,17 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
     })
 }
 
+/// The rig with what the model knows to be wrong with its force channels put right.
+pub fn corrected(rig: &Rig, corrections: &[ForceCorrection; 2]) -> Rig {
+    let mut rig = rig.clone();
+    for (axis, correction) in rig.axes.iter_mut().zip(corrections) {
+        axis.force_step *= 1.0 - correction.excess;
+        axis.force_cross = correction.cross;
+        axis.force_delay_samples = correction.delay_s * rig.sample_rate_hz;
+    }
+    rig
+}
+
 fn largest<'a>(series: impl Iterator<Item = Option<&'a Vec<f64>>>) -> f64 {
     series
         .flatten()
@@ -102,7 +118,7 @@ fn largest<'a>(series: impl Iterator<Item = Option<&'a Vec<f64>>>) -> f64 {
         .fold(0.0, |most: f64, value| most.max(value.abs()))
 }
 
-/// A record as the sensors would have counted it.
+/// A record as the sensors would have counted it; `rig` is what their converters are set to, not what is put right afterwards.
 pub fn raw_counts(record: &Record, rig: &Rig) -> Vec<RawSample> {
     (0..record.rows)
         .map(|row| {
@@ -148,8 +164,10 @@ pub struct Replayed {
 
 /// The device as it would be set up for one study and one model.
 pub struct SetUp {
-    /// What each count means.
+    /// What each count means, force channels put right.
     pub rig: Rig,
+    /// What the converters are set to.
+    converters: Rig,
     /// The integers that follow from it.
     pub chain: Chain,
     filters: Filters,
@@ -170,15 +188,18 @@ impl SetUp {
         )?;
         let filters =
             Filters::for_bands(study.sample_rate_hz, header.band_hz, header.state_band_hz)?;
-        let rig = rig(study, model, &filters)?;
+        let converters = rig(study, model, &filters)?;
+        let rig = corrected(&converters, model.corrections());
         let chain = Chain::new(model, &rig).map_err(|e| {
             Error::data(format!(
-                "{}: this rig cannot run on the device's integers ({e}); check the study's units and encoder_step",
+                "{}: this rig cannot run on the device's integers ({e}); check the study's units, encoder_step, and what corrects \
+                 its force channels",
                 study.path.display()
             ))
         })?;
         Ok(Self {
             rig,
+            converters,
             chain,
             filters,
         })
@@ -195,10 +216,14 @@ impl SetUp {
     /// # Errors
     /// [`crate::error::Kind::Data`] when the record is shorter than the filters.
     pub fn replay(&self, study: &Study, record: &Record, model: &Model) -> Result<Replayed> {
-        let (rig, chain) = (&self.rig, &self.chain);
-        let motion = motion::motion(study, 0, record, &self.filters)?;
+        let chain = &self.chain;
+        let corrections = Corrections {
+            force: *model.corrections(),
+        };
+        let record_corrected = corrections.record(record, study.sample_rate_hz);
+        let motion = motion::motion(study, 0, &record_corrected, &self.filters)?;
         let mut state = ChainState::default();
-        let outputs: Vec<Output> = raw_counts(record, rig)
+        let outputs: Vec<Output> = raw_counts(record, &self.converters)
             .iter()
             .filter_map(|raw| chain.step(&mut state, model, raw))
             .collect();
@@ -229,7 +254,7 @@ fn summarise(
         // The outputs begin where the motion does: both lose half the derivatives' length.
         let measured = motion.measured_force(
             index,
-            axis.inertia.unwrap_or(0.0),
+            axis.inertia.map_or(0.0, |_| model.header().axes[index].inertia),
             axis.inertia.is_none(),
             axis.restoring_force,
         );

@@ -5,6 +5,7 @@
 //! whatever it cannot prove: a decoded [`Model`] evaluates without overflow for every input.
 
 mod base;
+mod corrections;
 mod effects;
 
 use crate::error::Error;
@@ -21,8 +22,8 @@ pub const BLOB_LEN: usize = 4096;
 pub const BLOB_VERSION: u16 = 1;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
-/// Bytes of header, base and effects; what follows up to the checksum is zero.
-pub const MESSAGE_LEN: usize = effects::OFFSET + effects::LEN;
+/// Bytes of header, base, effects and corrections; what follows up to the checksum is zero.
+pub const MESSAGE_LEN: usize = corrections::OFFSET + corrections::LEN;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
 
@@ -74,7 +75,9 @@ pub fn encode(model: &Model) -> [u8; BLOB_LEN] {
     let mut blob = [0; BLOB_LEN];
     let (header, rest) = blob.split_at_mut(base::OFFSET);
     let (base, rest) = rest.split_at_mut(base::LEN);
-    let effects = effects::write(&model.terms, rest);
+    let (terms, rest) = rest.split_at_mut(effects::LEN);
+    let effects = effects::write(&model.terms, terms);
+    corrections::write(&model.corrections, rest);
     // The message has a fixed length, that of the header, which a test pins.
     let _ = postcard::to_slice(&Message::of(model, effects), header);
     base::write(&model.base, base);
@@ -117,9 +120,11 @@ pub fn decode(blob: &[u8]) -> Result<Model, Error> {
     let (message, rest): (Message, _) =
         postcard::take_from_bytes(content).map_err(|_| wrong_length)?;
     let (base, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
-    let (effects, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
+    let (effects, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
+    let (corrections, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
     unless_zero(MESSAGE_LEN, padding)?;
-    message.model(base, effects)
+    let corrections = corrections::read(message.axes, corrections)?;
+    message.model(base, effects)?.correcting(corrections)
 }
 
 /// Refuses the first byte that is not zero; `offset` is where `bytes` begin.

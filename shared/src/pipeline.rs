@@ -3,19 +3,22 @@
 //! ```text
 //! displacement counts ─┬─ delay D ──────── scale ─ u (position)  ┐
 //!                      └─ slope FIR ────── scale ─ u (velocity)  ┴─ model ─ predicted ┐
-//! acceleration, force ──── delay D ─────── scale ─ measured force ────────────────────┴─ residual ─ low-pass FIR
+//! acceleration ─────────── delay D ─────── scale ─┬─ measured force ──────────────────┴─ residual ─ low-pass FIR
+//! forces ───────────────── delay D − lag ─ scale ─┘
 //! ```
 //!
 //! The derivative filters are linear-phase with an odd number N of taps, so what they give belongs to the sample
 //! D = (N − 1)/2 ago. Everything else is delayed by the same D: state, force and residual of one [`Output`] belong to
-//! one instant. The low-pass over the residual adds its own (M − 1)/2 samples.
+//! one instant. A force channel that is late waits that much less, and is read between its samples; what it reads of the
+//! other axis's force is taken off. The low-pass over the residual adds its own (M − 1)/2 samples.
 //!
 //! Setting up ([`Chain::new`]) turns SI values into integers once, in `f64`; [`Chain::step`] uses integers only, does
 //! not panic and takes the same path whatever the data.
 
 use crate::error::Error;
-use crate::filter::{Delay, History, curvature, low_pass, shift_round, slope};
+use crate::filter::{Delay, History, MAX_DELAY, curvature, low_pass, shift_round, slope};
 use crate::fixed::round_shift;
+use crate::interpolate::{Between, mix};
 use crate::model::Model;
 use crate::model::axis::Axis;
 use crate::model::terms::Memory;
@@ -99,8 +102,48 @@ struct AxisChain {
     curvature_shift: i8,
     /// Binary exponent between the body's slope sum and `damping`'s input.
     body_velocity_shift: i8,
-    /// What acceleration, force, body position and body velocity contribute to the measured force.
-    terms: [Term; 4],
+    /// What acceleration, force, body position, body velocity and the other axis's force contribute to the measured force.
+    terms: [Term; 5],
+    force: ForceChannel,
+}
+
+/// Where a force channel is read: how many samples ago, and between which ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ForceChannel {
+    /// Age of the oldest of the four samples.
+    oldest: usize,
+    weights: [i32; 4],
+}
+
+impl ForceChannel {
+    /// The channel that is late by so many samples, in a chain that waits `delay` samples.
+    fn new(late: f64, delay: usize) -> Result<Self, Error> {
+        let between = Between::at(late);
+        let weights = between.integer_weights();
+        let most = MAX_DELAY as i64;
+        let oldest = delay as i64 + 1 - i64::from(between.whole);
+        // A sample with weight 0 need not be there.
+        let ages = (0..4).zip(weights).filter(|(_, weight)| *weight != 0);
+        let reached = ages.map(|(place, _)| oldest - place);
+        if let Some(age) = reached.into_iter().find(|age| !(0..=most).contains(age)) {
+            return Err(Error::OutOfRange {
+                quantity: "age of the force sample that the delay of its channel asks for",
+                seen: age as f64,
+                least: 0.0,
+                most: most as f64,
+            });
+        }
+        Ok(Self {
+            oldest: oldest.clamp(0, most + 1) as usize,
+            weights,
+        })
+    }
+
+    /// The channel's count at the chain's instant.
+    fn read(&self, force: &Delay) -> i32 {
+        let counts = [0, 1, 2, 3].map(|place| force.delayed(self.oldest.saturating_sub(place)));
+        mix(&self.weights, counts)
+    }
 }
 
 /// A gain in force units per count, as a multiplier of 28 to 29 bits and a shift; no contribution when the multiplier is 0.
@@ -124,7 +167,7 @@ impl Term {
         Ok(Self { multiplier, shift })
     }
 
-    /// The contribution of a count, in force units times 2^[`TERM_PLACES`]; under 2⁶¹ whatever the count.
+    /// The contribution of a count, in force units times 2^[`TERM_PLACES`]; under 2⁶⁰ whatever the count, so that five add up.
     fn of(self, counts: i32) -> i64 {
         let product = i64::from(self.multiplier) * i64::from(counts);
         round_shift(
@@ -207,7 +250,13 @@ fn power_of_two(shift: i8) -> f64 {
 }
 
 impl AxisChain {
-    fn new(axis: &RigAxis, learnt: &Axis, force_per_lsb: f64, rig: &Rig) -> Result<Self, Error> {
+    fn new(
+        axis: &RigAxis,
+        other: Option<&RigAxis>,
+        learnt: &Axis,
+        force_per_lsb: f64,
+        rig: &Rig,
+    ) -> Result<Self, Error> {
         let (x, v) = (&learnt.displacement, &learnt.velocity);
         let full_scale = (1_u64 << 31) as f64;
         let position = Scale::new(
@@ -243,7 +292,7 @@ impl AxisChain {
         } else {
             axis.displacement_step
         };
-        let mut gains = [0.0; 4];
+        let mut gains = [0.0; 5];
         let mut curvature_shift = 1;
         match acceleration {
             Acceleration::None => {}
@@ -270,7 +319,9 @@ impl AxisChain {
                 -sign,
             )?;
         }
-        let [inertia, force, stiffness, damping] = gains.map(Term::new);
+        let cross = other.map_or(0.0, |other| axis.force_cross * other.force_step);
+        gains[4] = -sign * cross / force_per_lsb;
+        let [inertia, force, stiffness, damping, cross] = gains.map(Term::new);
         Ok(Self {
             difference: axis.displacement_difference,
             has_body,
@@ -280,7 +331,8 @@ impl AxisChain {
             acceleration,
             curvature_shift,
             body_velocity_shift,
-            terms: [inertia?, force?, stiffness?, damping?],
+            terms: [inertia?, force?, stiffness?, damping?, cross?],
+            force: ForceChannel::new(axis.force_delay_samples, rig.velocity.taps.len() / 2)?,
         })
     }
 
@@ -297,6 +349,7 @@ impl AxisChain {
     fn measured(
         &self,
         state: &AxisState,
+        [own_force, other_force]: [i32; 2],
         delay: usize,
         velocity: &Taps,
         acceleration: &Taps,
@@ -308,16 +361,17 @@ impl AxisChain {
                 shift_round(curvature(acceleration, &state.body), self.curvature_shift)
             }
         };
-        let [inertia, force, stiffness, damping] = self.terms;
+        let [inertia, force, stiffness, damping, cross] = self.terms;
         let damper = if damping.multiplier == 0 {
             0
         } else {
             shift_round(slope(velocity, &state.body), self.body_velocity_shift)
         };
         inertia.of(a)
-            + force.of(state.force.delayed(delay))
+            + force.of(own_force)
             + stiffness.of(state.body.delayed(delay))
             + damping.of(damper)
+            + cross.of(other_force)
     }
 }
 
@@ -337,13 +391,23 @@ impl Chain {
             });
         }
         let mut axes = heapless::Vec::new();
+        // From the first axis the other one is the second, from the second the first.
+        let others = rig.axes.get(1).into_iter().chain(rig.axes.first());
+        let mut others = others.map(Some).chain([None]);
         for (axis, (learnt, output)) in rig
             .axes
             .iter()
             .zip(model.header().axes.iter().zip(model.outputs()))
         {
+            let other = others.next().flatten().filter(|_| rig.axes.len() == 2);
             // Two axes at most, as the rig's own list.
-            let _ = axes.push(AxisChain::new(axis, learnt, output.force_per_lsb, rig)?);
+            let _ = axes.push(AxisChain::new(
+                axis,
+                other,
+                learnt,
+                output.force_per_lsb,
+                rig,
+            )?);
         }
         Ok(Self {
             axes,
@@ -392,6 +456,10 @@ impl Chain {
 
         let delay = self.delay();
         let mut output = Output::default();
+        let mut forces = [0; 2];
+        for (force, (axis, moving)) in forces.iter_mut().zip(self.axes.iter().zip(&state.axes)) {
+            *force = axis.force.read(&moving.force);
+        }
         for (index, (axis, moving)) in self.axes.iter().zip(&state.axes).enumerate() {
             let states = axis.state(moving, delay, &self.velocity);
             for (offset, (value, outside)) in states.into_iter().enumerate() {
@@ -401,7 +469,9 @@ impl Chain {
                 }
                 output.outside |= u8::from(outside) << (input & 7);
             }
-            let measured = axis.measured(moving, delay, &self.velocity, &self.acceleration);
+            let measured = axis.measured(moving, forces, delay, &self.velocity, &self.acceleration);
+            let [own, other] = forces;
+            forces = [other, own];
             let measured = shift_round(measured, TERM_PLACES);
             output.saturated |= at_rail(measured) << (index & 7);
             if let Some(slot) = output.measured.get_mut(index) {

@@ -43,6 +43,10 @@ pub struct RigAxis {
     pub ground_stiffness: f64,
     /// N·s/m or N·m·s/rad of a known damper from the body to ground.
     pub ground_damping: f64,
+    /// What this force channel reads per newton or newton-metre on the other axis, and is taken off; 0 on one axis.
+    pub force_cross: f64,
+    /// By how many samples the force channel is late; negative when it is early.
+    pub force_delay_samples: f64,
 }
 
 /// The rig: one or two axes, the sample rate, and the filters that host and device share.
@@ -165,6 +169,21 @@ impl Rig {
             within("inertia", axis.inertia, 0.0, 1e60)?;
             within("ground stiffness", axis.ground_stiffness, 0.0, 1e60)?;
             within("ground damping", axis.ground_damping, 0.0, 1e60)?;
+            let most = if self.axes.len() == 2 { 1e60 } else { 0.0 };
+            within(
+                "cross-talk of the force channel",
+                axis.force_cross,
+                -most,
+                most,
+            )?;
+            // The chain says by how much it can make up for with its filters.
+            let most = MAX_TAPS as f64;
+            within(
+                "force delay in samples",
+                axis.force_delay_samples,
+                -most,
+                most,
+            )?;
         }
         Ok(())
     }

@@ -4,6 +4,7 @@
 //! digests mean equal bits. Integers only, so that the check itself cannot depend on the machine.
 
 use crate::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
+use crate::model::corrections::ForceCorrection;
 use crate::model::polynomial::{BLOCKS, Block, Blocks, PolynomialModel};
 use crate::model::terms::{Memory, Terms};
 use crate::model::{Base, Header, Model, Output};
@@ -141,6 +142,7 @@ static REFERENCE: Model = Model {
         shifts: [1, 2],
         blocks: reference_blocks(),
     }),
+    corrections: [ForceCorrection::NONE; 2],
 };
 
 /// The bounds of the reference model's error, in its force units; a test compares them with the computed ones.

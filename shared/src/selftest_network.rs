@@ -1,5 +1,6 @@
 //! A fixed network for the self-test: 40 neurons for two axes, made from a fixed seed by integers alone; it lies in flash.
 
+use crate::model::corrections::ForceCorrection;
 use crate::model::network::{HALF, NEURONS, NetworkModel, Neuron};
 use crate::model::terms::Terms;
 use crate::model::{Base, Model, Output};
@@ -30,6 +31,7 @@ static REFERENCE: Model = Model {
         neurons: Vec::from_array(reference_neurons()),
         output_bias: [(-3 << 56) + HALF, (1 << 58) + HALF],
     }),
+    corrections: [ForceCorrection::NONE; 2],
 };
 
 /// The bounds of the reference network's error, in its force units; a test compares them with the computed ones.

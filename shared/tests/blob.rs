@@ -5,6 +5,7 @@ mod wide;
 use jointwatch_shared::blob::{BLOB_LEN, BLOB_VERSION, CHECKSUM_OFFSET, decode, encode};
 use jointwatch_shared::error::Error;
 use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name, Validation};
+use jointwatch_shared::model::corrections::ForceCorrection;
 use jointwatch_shared::model::network_quantise::Weights;
 use jointwatch_shared::model::{Base, Header, Model};
 use jointwatch_shared::selftest::{self, CORNER_POINTS, Digest, Points, corner};
@@ -39,6 +40,26 @@ fn header(axes: usize) -> Header {
     }
 }
 
+/// The model for a rig whose force channels are wrong in every way that its number of axes allows.
+fn corrected(model: Model) -> Model {
+    let wrong = |axis: usize| ForceCorrection {
+        excess: 0.03 - 0.1 * axis as f64,
+        cross: if model.axes() == 2 {
+            0.25 + axis as f64
+        } else {
+            0.0
+        },
+        delay_s: 8e-4 - 1e-3 * axis as f64,
+    };
+    let second = if model.axes() == 2 {
+        wrong(1)
+    } else {
+        ForceCorrection::NONE
+    };
+    let corrections = [wrong(0), second];
+    model.correcting(corrections).unwrap()
+}
+
 /// A polynomial with a different value in every field.
 fn polynomial(axes: usize, seed: u64) -> Model {
     let mut points = Points::new(seed);
@@ -50,7 +71,8 @@ fn polynomial(axes: usize, seed: u64) -> Model {
         })
         .collect();
     let slices: Vec<&[f64]> = coefficients.iter().map(Vec::as_slice).collect();
-    Model::from_polynomial(header(axes), &[3; 4][..2 * axes], &slices, &[1e-4; 2]).unwrap()
+    let model = Model::from_polynomial(header(axes), &[3; 4][..2 * axes], &slices, &[1e-4; 2]);
+    corrected(model.unwrap())
 }
 
 /// A network with a different value in every field, of weights of up to 2 and forces of up to some hundred newtons.
@@ -360,6 +382,9 @@ fn documented_bytes(model: &Model, axis: usize, name: &str, length: usize) -> Ve
         "error_bound" => output.error_bound.to_le_bytes().to_vec(),
         "nmse_percent" => validation(|v| v.nmse_percent).to_le_bytes().to_vec(),
         "relative_error" => validation(|v| v.relative_error).to_le_bytes().to_vec(),
+        "excess" => model.corrections()[axis].excess.to_le_bytes().to_vec(),
+        "cross" => model.corrections()[axis].cross.to_le_bytes().to_vec(),
+        "delay" => model.corrections()[axis].delay_s.to_le_bytes().to_vec(),
         "blocks" => blocks(model, axis),
         "checksum" => sealed(encode(model))[CHECKSUM_OFFSET..].to_vec(),
         unknown => panic!("docs/blob.md has the field {unknown}, which this test does not know"),

@@ -43,6 +43,8 @@ fn rig(acceleration_step: f64, body_step: f64, ground: [f64; 2], convention: boo
         inertia_minus_force: convention,
         ground_stiffness: ground[0],
         ground_damping: ground[1],
+        force_cross: 0.0,
+        force_delay_samples: 0.0,
     };
     let mut axes = Bounded::new();
     axes.push(axis(2e-6, 1e-5, 0.6)).unwrap();
@@ -54,6 +56,16 @@ fn rig(acceleration_step: f64, body_step: f64, ground: [f64; 2], convention: boo
         acceleration,
         band,
     }
+}
+
+/// Force channels that are late, early, and hear each other.
+fn wrong_channels() -> Rig {
+    let mut rig = rig(4e-5, 0.0, [0.0; 2], true);
+    rig.axes[0].force_cross = -12.0;
+    rig.axes[0].force_delay_samples = 0.6;
+    rig.axes[1].force_cross = 0.004;
+    rig.axes[1].force_delay_samples = -0.3;
+    rig
 }
 
 fn model() -> Model {
@@ -125,6 +137,23 @@ fn run(chain: &Chain, model: &Model, samples: &[RawSample]) -> Vec<Output> {
         .collect()
 }
 
+/// A force channel read as much later as it is late: the parabola's neighbour of third degree, by Neville's scheme.
+fn force_between(samples: &[RawSample], n: usize, axis: usize, rig: &Rig) -> f64 {
+    let a = &rig.axes[axis];
+    let place = n as f64 + a.force_delay_samples;
+    let first = place.floor() as usize - 1;
+    let mut p: Vec<f64> = (first..first + 4)
+        .map(|row| f64::from(samples[row.min(samples.len() - 1)][axis].force) * a.force_step)
+        .collect();
+    for order in 1..4 {
+        for i in 0..4 - order {
+            let t = (place - (first + i) as f64) / order as f64;
+            p[i] += t * (p[i + 1] - p[i]);
+        }
+    }
+    p[0]
+}
+
 /// The same in f64: states and measured force at row `n`.
 fn reference(
     samples: &[RawSample],
@@ -167,8 +196,10 @@ fn reference(
     };
     let ground =
         a.ground_stiffness * body(n) + a.ground_damping * convolve(&real(&rig.velocity), &body);
-    let force =
-        f64::from(samples[n][axis].force) * a.force_step - a.inertia * acceleration - ground;
+    let force = force_between(samples, n, axis, rig)
+        - a.force_cross * force_between(samples, n, 1 - axis, rig)
+        - a.inertia * acceleration
+        - ground;
     let learnt = &model.header().axes[axis];
     let states = [
         learnt.displacement.normalise(relative(n)),
@@ -187,6 +218,7 @@ fn the_chain_is_its_formula_to_a_few_units() {
         rig(0.0, 2e-6, [0.0, 0.7], true),
         // Without a body encoder the relative displacement stands in for the body, as on a joint held to ground.
         rig(0.0, 0.0, [350.0, 1.2], false),
+        wrong_channels(),
     ];
     for (number, rig) in rigs.iter().enumerate() {
         let chain = Chain::new(&model, rig).unwrap();
@@ -228,7 +260,16 @@ fn the_chain_is_its_formula_to_a_few_units() {
             );
             // Multipliers are right to 2⁻²⁹ of a force near full scale, and a derivative that enters the force is
             // rounded to 16..32 units.
-            let allowed = [4.0, 20.0, 36.0, 36.0][number];
+            // A channel read between its samples is rounded to a count.
+            let half_a_count = |axis: usize| {
+                let [own, other] = [axis, 1 - axis].map(|axis| &rig.axes[axis]);
+                let counts = own.force_step + own.force_cross.abs() * other.force_step;
+                0.5 * counts / model.outputs()[axis].force_per_lsb
+            };
+            let allowed = match number {
+                4 => 8.0 + half_a_count(0).max(half_a_count(1)),
+                _ => [4.0, 20.0, 36.0, 36.0][number],
+            };
             assert!(
                 largest[1] < allowed,
                 "forces are off by {} of 2³¹ units",
@@ -322,6 +363,8 @@ fn a_rig_that_does_not_fit_is_refused_with_the_quantity() {
     assert!(refused(&|r| r.velocity.taps[0] += 1).contains("velocity filter"));
     assert!(refused(&|r| r.acceleration.taps[2] += 1).contains("acceleration filter"));
     assert!(refused(&|r| r.axes[0].displacement_step = 1e-3).contains("displacement"));
+    assert!(refused(&|r| r.axes[0].force_delay_samples = 1.5).contains("delay of its channel"));
+    assert!(refused(&|r| r.axes[0].force_cross = f64::NAN).contains("cross-talk"));
     assert!(refused(&|r| r.axes[1].force_step = f64::NAN).contains("force per count"));
     assert!(refused(&|r| r.axes[1].displacement_step = -1.0).contains("displacement step"));
     assert!(refused(&|r| r.sample_rate_hz = 0.0).contains("sample rate"));

@@ -34,7 +34,7 @@ impl Respond {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("simulating the response");
         let model = ModelFile::read(&self.model)?;
-        let study = Study::read(&self.study)?;
+        let study = model.corrected(&Study::read(&self.study)?)?.into_owned();
         let options = Options {
             record: self.record,
             restart_s: self.restart,

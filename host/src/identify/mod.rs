@@ -10,6 +10,7 @@ pub(crate) use physical::{base_terms, effect_terms};
 pub use polynomial::polynomial;
 
 use crate::compare;
+use crate::corrections::missing_inertia;
 use crate::error::{Error, Result};
 use crate::fit::coverage;
 use crate::fit::inertia::Inertia;
@@ -129,7 +130,7 @@ impl Prepared {
         let axes = axes.map(|(axis, inertia)| ModelAxis {
             name: axis.name.clone(),
             kind: axis.kind,
-            inertia: inertia.value,
+            inertia: inertia.value + missing_inertia(&learnt.effects, &axis.name),
             inertia_identified: inertia.identified,
             restoring_force: axis.restoring_force,
         });

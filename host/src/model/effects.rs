@@ -1,6 +1,7 @@
 //! The physical effects of a model on the host: how they stand in `model.json`, and the force they give along a record.
 
 use super::ModelAxis;
+use crate::corrections::is_correction;
 use crate::error::{Error, Result};
 use crate::motion::Motion;
 use crate::study::Convention;
@@ -77,7 +78,14 @@ impl EffectTerm {
 
 /// Every parameter of a model's effects, in a table.
 pub fn table(effects: &[EffectTerm]) -> Table {
-    let mut table = Table::new(&["effect", "parameter", "value", "95 % interval", "unit"]);
+    let mut table = Table::new(&[
+        "effect",
+        "parameter",
+        "value",
+        "95 % interval",
+        "unit",
+        "is part of",
+    ]);
     for effect in effects {
         for (index, parameter) in effect.parameters.iter().enumerate() {
             let name = if index == 0 {
@@ -94,6 +102,11 @@ pub fn table(effects: &[EffectTerm]) -> Table {
                 format!("{:.5e}", parameter.value),
                 interval,
                 parameter.unit.clone(),
+                if is_correction(&effect.effect) {
+                    "the instruments: corrects the data".into()
+                } else {
+                    "the joint".into()
+                },
             ]);
         }
     }

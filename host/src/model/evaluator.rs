@@ -2,6 +2,7 @@
 
 use super::effects::law_parameters;
 use super::{InputRange, Network, Polynomial, exponents};
+use crate::corrections::of_the_joint;
 use crate::error::Result;
 use crate::model_file::{Base, ModelFile};
 use jointwatch_shared::effect::{Instrument, Kinematics, Law as EffectLaw, Parameters, States};
@@ -93,7 +94,7 @@ impl Evaluator {
     /// # Errors
     /// [`crate::error::Kind::Data`] naming the effect that this version does not know.
     pub fn new(model: &ModelFile) -> Result<Self> {
-        let effects = model.effects_in_si()?;
+        let effects = of_the_joint(&model.effects_in_si()?);
         let mut evaluator = Self::of_base(&model.base);
         evaluator.effects = effects.iter().map(EffectPoint::new).collect();
         evaluator.step_s = 1.0 / model.filters.sample_rate_hz;

@@ -4,6 +4,7 @@
 //! units of that axis's `force_per_lsb`. Everything in here is calibrated and does not move while it is evaluated.
 
 pub mod axis;
+pub mod corrections;
 pub mod network;
 pub mod network_quantise;
 pub mod polynomial;
@@ -16,6 +17,7 @@ use crate::error::Error;
 use crate::fixed::{round_shift, saturate};
 use crate::scalar::q::Q;
 use axis::{Axis, MAGNITUDE};
+use corrections::ForceCorrection;
 use heapless::Vec;
 use network::NetworkModel;
 use network_quantise::Weights;
@@ -73,6 +75,7 @@ pub struct Model {
     /// By how many places the base's force is shifted right, so that the effects fit beside it.
     pub(crate) base_shifts: [u8; 2],
     pub(crate) terms: Terms,
+    pub(crate) corrections: [ForceCorrection; 2],
 }
 
 /// The most that a base may be shifted.
@@ -172,7 +175,30 @@ impl Model {
             base,
             base_shifts,
             terms,
+            corrections: [ForceCorrection::NONE; 2],
         })
+    }
+
+    /// The same model for a rig whose force channels are known to be wrong; one correction per axis.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a correction that is not usable, or of an axis that the model has not.
+    pub fn correcting(mut self, corrections: [ForceCorrection; 2]) -> Result<Self, Error> {
+        let axes = self.axes();
+        for correction in &corrections {
+            correction.check(axes)?;
+        }
+        if let ([_], [_, second]) = (&self.header.axes[..], &corrections) {
+            let wrong = u8::from(!second.is_none());
+            Error::unless_within(
+                "corrections of an axis that is not there",
+                f64::from(wrong),
+                0.0,
+                0.0,
+            )?;
+        }
+        self.corrections = corrections;
+        Ok(self)
     }
 
     /// Brings a polynomial learnt in `f64` to fixed point.
@@ -257,6 +283,11 @@ impl Model {
     /// The effects that add to the base.
     pub fn terms(&self) -> &Terms {
         &self.terms
+    }
+
+    /// What is known to be wrong with the force channels of the rig that the model was learnt on; one per axis.
+    pub fn corrections(&self) -> &[ForceCorrection; 2] {
+        &self.corrections
     }
 
     /// The force on each axis, in units of its [`Output::force_per_lsb`], for the normalised inputs [x, ẋ, φ, φ̇] in Q31

@@ -68,6 +68,7 @@ pub fn fit_effects(
             "a physical model needs at least one effect: give [base] terms in study.toml, e.g. terms = [\"stiffness@x\", \"viscous@x\"]",
         ));
     }
+    check_inertias(axes, terms)?;
     let records = Records::new(axes, motions, low_pass);
     let fit = solve(&records, axes, terms, None)?;
     assemble(
@@ -187,6 +188,22 @@ fn check_rows(records: &Records<'_>, terms: &[Bound], shapes: &[ShapeUnknown]) -
         )));
     }
     Ok(())
+}
+
+/// An inertia that is found anyway cannot be wrong beside.
+fn check_inertias(axes: &[Axis], terms: &[Bound]) -> Result<()> {
+    let doubled = |t: &&Bound| {
+        t.entry.about.name == "inertia_error"
+            && axes.get(t.axis).is_some_and(|a| a.inertia.is_none())
+    };
+    match terms.iter().find(doubled) {
+        Some(term) => Err(Error::data(format!(
+            "the inertia of axis {} is identified, so inertia_error would be found twice: state the inertia in study.toml, or \
+             leave the effect out",
+            axes[term.axis].name
+        ))),
+        None => Ok(()),
+    }
 }
 
 fn check_forces(records: &Records<'_>, axes: &[Axis]) -> Result<()> {

@@ -1,0 +1,61 @@
+//! The corrections' part of a blob: three numbers per force channel behind the effects, all zero where nothing is wrong.
+
+use super::unless_zero;
+use crate::error::Error;
+use crate::model::corrections::ForceCorrection;
+use serde::{Deserialize, Serialize};
+
+/// Where the corrections begin.
+pub(super) const OFFSET: usize = super::effects::OFFSET + super::effects::LEN;
+/// Bytes of both channels.
+pub(super) const LEN: usize = 2 * CorrectionMessage::LEN;
+
+/// One force channel.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct CorrectionMessage {
+    excess: f64,
+    cross: f64,
+    delay_s: f64,
+}
+
+impl CorrectionMessage {
+    const LEN: usize = 24;
+}
+
+/// Writes the corrections to the beginning of `bytes`, which are [`LEN`] zeros.
+pub(super) fn write(corrections: &[ForceCorrection; 2], bytes: &mut [u8]) {
+    for (place, correction) in bytes.chunks_mut(CorrectionMessage::LEN).zip(corrections) {
+        let message = CorrectionMessage {
+            excess: correction.excess,
+            cross: correction.cross,
+            delay_s: correction.delay_s,
+        };
+        // A message always fills its place exactly.
+        let _ = postcard::to_slice(&message, place);
+    }
+}
+
+/// The corrections in `bytes`, for a model of so many axes; what they hold is checked with the model.
+pub(super) fn read(axes: u8, bytes: &[u8; LEN]) -> Result<[ForceCorrection; 2], Error> {
+    let mut corrections = [ForceCorrection::NONE; 2];
+    let places = bytes.chunks(CorrectionMessage::LEN).enumerate();
+    for (correction, (number, place)) in corrections.iter_mut().zip(places) {
+        let offset = OFFSET + number * CorrectionMessage::LEN;
+        if number >= usize::from(axes) {
+            unless_zero(offset, place)?;
+            continue;
+        }
+        // Every field has a fixed width and takes any bytes, so a whole place is always read.
+        let message: CorrectionMessage =
+            postcard::from_bytes(place).map_err(|_| Error::BlobLength {
+                seen: offset,
+                wanted: super::BLOB_LEN,
+            })?;
+        *correction = ForceCorrection {
+            excess: message.excess,
+            cross: message.cross,
+            delay_s: message.delay_s,
+        };
+    }
+    Ok(corrections)
+}
