@@ -1,134 +1,41 @@
 //! The blob: it comes back as it went, damage never passes, and nothing that passes can overflow.
 
+mod sample_models;
 mod wide;
 
 use jointwatch_shared::blob::{BLOB_LEN, BLOB_VERSION, CHECKSUM_OFFSET, decode, encode};
+use jointwatch_shared::effect::{Acts, EFFECTS};
 use jointwatch_shared::error::Error;
-use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name, Validation};
-use jointwatch_shared::model::corrections::ForceCorrection;
-use jointwatch_shared::model::network_quantise::Weights;
-use jointwatch_shared::model::{Base, Header, Model};
+use jointwatch_shared::model::terms::MAX_TERMS;
+use jointwatch_shared::model::{Base, Model};
 use jointwatch_shared::selftest::{self, CORNER_POINTS, Digest, Points, corner};
 use jointwatch_shared::selftest_network::reference_network;
+use sample_models::{network, physical, polynomial, sealed, with_effects};
 
-/// A header with a different value in every field.
-fn header(axes: usize) -> Header {
-    let axis = |number: u8| Axis {
-        name: Name::new(number, ["x", "phi"][usize::from(number)]).unwrap(),
-        kind: [AxisKind::Translation, AxisKind::Rotation][usize::from(number)],
-        convention: [Convention::InertiaMinusForce, Convention::ForceMinusInertia]
-            [usize::from(number)],
-        inertia: 1.6947 + f64::from(number),
-        displacement: InputRange {
-            center: -1e-5 + f64::from(number),
-            half_range: 2.5e-3 + f64::from(number),
-        },
-        velocity: InputRange {
-            center: 1e-4 + f64::from(number),
-            half_range: 0.3 + f64::from(number),
-        },
-        validation: (number == 0).then_some(Validation {
-            nmse_percent: 1.4,
-            relative_error: 0.12,
-        }),
-    };
-    Header {
-        sample_rate_hz: 2000.0,
-        band_hz: 120.0,
-        state_band_hz: 400.0,
-        axes: (0..axes as u8).map(axis).collect(),
-    }
-}
-
-/// The model for a rig whose force channels are wrong in every way that its number of axes allows.
-fn corrected(model: Model) -> Model {
-    let wrong = |axis: usize| ForceCorrection {
-        excess: 0.03 - 0.1 * axis as f64,
-        cross: if model.axes() == 2 {
-            0.25 + axis as f64
-        } else {
-            0.0
-        },
-        delay_s: 8e-4 - 1e-3 * axis as f64,
-    };
-    let second = if model.axes() == 2 {
-        wrong(1)
-    } else {
-        ForceCorrection::NONE
-    };
-    let corrections = [wrong(0), second];
-    model.correcting(corrections).unwrap()
-}
-
-/// A polynomial with a different value in every field.
-fn polynomial(axes: usize, seed: u64) -> Model {
-    let mut points = Points::new(seed);
-    let coefficients: Vec<Vec<f64>> = (0..axes)
-        .map(|_| {
-            (0..16_u32.pow(axes as u32))
-                .map(|_| f64::from(points.next_word()) * 1e-8)
-                .collect()
-        })
-        .collect();
-    let slices: Vec<&[f64]> = coefficients.iter().map(Vec::as_slice).collect();
-    let model = Model::from_polynomial(header(axes), &[3; 4][..2 * axes], &slices, &[1e-4; 2]);
-    corrected(model.unwrap())
-}
-
-/// A network with a different value in every field, of weights of up to 2 and forces of up to some hundred newtons.
-fn network(axes: usize, neurons: usize, seed: u64) -> Model {
-    let mut points = Points::new(seed);
-    let mut draw = |count: usize, size: f64| -> Vec<f64> {
-        let unit = |word| size * f64::from(word) / 2_f64.powi(31);
-        (0..count).map(|_| unit(points.next_word())).collect()
-    };
-    let hidden = draw(2 * axes * neurons, 2.0);
-    let hidden_bias = draw(neurons, 2.0);
-    let output: Vec<Vec<f64>> = (0..axes).map(|_| draw(neurons, 37.0)).collect();
-    let output: Vec<&[f64]> = output.iter().map(Vec::as_slice).collect();
-    let weights = Weights {
-        hidden: &hidden,
-        hidden_bias: &hidden_bias,
-        output: &output,
-        output_bias: &draw(axes, 11.0),
-    };
-    Model::from_network(header(axes), &weights, &[1e-4; 2]).unwrap()
-}
-
-/// One of every base and number of axes, and a network that does not use all its places.
-fn models(seed: u64) -> [Model; 5] {
+/// One of every base and number of axes, a network that does not use all its places, and effects on every base.
+fn models(seed: u64) -> [Model; 8] {
     [
         polynomial(1, seed),
         polynomial(2, seed + 1),
         network(1, 40, seed + 2),
         network(2, 40, seed + 3),
         network(2, 7, seed + 4),
+        physical(2, seed + 5),
+        with_effects(polynomial(1, seed + 6), seed + 6),
+        with_effects(network(2, 40, seed + 7), seed + 7),
     ]
 }
 
 /// What a failing test calls a model.
 fn named(model: &Model) -> String {
-    match model.base() {
-        Base::Network(network) => format!(
-            "network of {} neurons, {} axes",
-            network.neurons().len(),
-            model.axes()
-        ),
-        _ => format!("polynomial, {} axes", model.axes()),
-    }
-}
-
-/// The blob with its checksum made right, by a CRC-32 of its own.
-fn sealed(mut blob: [u8; BLOB_LEN]) -> [u8; BLOB_LEN] {
-    let mut crc = u32::MAX;
-    for &byte in &blob[..CHECKSUM_OFFSET] {
-        crc ^= u32::from(byte);
-        for _ in 0..8 {
-            crc = (crc >> 1) ^ (0xedb8_8320 * (crc & 1));
-        }
-    }
-    blob[CHECKSUM_OFFSET..].copy_from_slice(&(!crc).to_le_bytes());
-    blob
+    let base = match model.base() {
+        Base::Network(network) => format!("network of {} neurons", network.neurons().len()),
+        Base::Polynomial(_) => "polynomial".into(),
+        Base::None { .. } => "no base".into(),
+        other => panic!("a base this test does not know: {other:?}"),
+    };
+    let effects = model.terms().list().len();
+    format!("{base}, {} axes, {effects} effects", model.axes())
 }
 
 #[test]
@@ -177,13 +84,15 @@ fn every_flipped_bit_is_refused() {
 fn assert_no_overflow(model: &Model, what: &str, points: u32) {
     let seed = 11;
     let mut random = Points::new(seed);
+    // Byte 39 of the documented layout.
+    let shifts = encode(model)[39];
     // The full corners, where sums are largest, then random points.
     let corners = (0..CORNER_POINTS).map(corner).filter(|u| !u.contains(&0));
     for u in corners.chain((0..points).map(|_| random.next_point())) {
         let forces = model.evaluate(&u).map(i128::from);
         assert_eq!(
             forces,
-            wide::evaluate(model, &u),
+            wide::evaluate(model, [shifts & 15, shifts >> 4], &u),
             "{what}, seed {seed}, u = {u:?}"
         );
     }
@@ -253,7 +162,14 @@ fn refusals_of_a_network_say_what_was_seen() {
         with(6, &[9]),
         "the blob's kind of base is 9, which this program does not know"
     );
-    for (offset, value) in [(32, 3), (37, 1), (236 + 7 * 36, 1), (1676, 1), (2392, 9)] {
+    for (offset, value) in [
+        (32, 3),
+        (37, 1),
+        (236 + 7 * 36, 1),
+        (1676, 1),
+        (2392, 9),
+        (2888, 1),
+    ] {
         assert_eq!(
             with(offset, &[value]),
             format!("byte {offset} of the blob is {value}, but has to be 0")
@@ -297,6 +213,64 @@ fn refusals_of_a_network_say_what_was_seen() {
 }
 
 #[test]
+fn refusals_of_effects_say_what_was_seen() {
+    let blob = encode(&physical(2, 9));
+    let with = |offset: usize, bytes: &[u8]| refusal_with(blob, offset, bytes);
+    let count = blob[38];
+    assert_eq!(usize::from(count), EFFECTS.len().min(MAX_TERMS));
+    assert_eq!(
+        with(38, &[9]),
+        "number of effects is 9, but has to lie between 0 and 8"
+    );
+    // One effect fewer: what was the last one's place then has to be empty.
+    let last = 2392 + 56 * (usize::from(count) - 1);
+    assert!(with(38, &[count - 1]).starts_with(&format!("byte {last} of the blob is")));
+    assert!(
+        with(2392, &[99]).contains("effect number 99"),
+        "{}",
+        with(2392, &[99])
+    );
+    assert!(
+        with(2392, &[0]).contains("effect number 0"),
+        "{}",
+        with(2392, &[0])
+    );
+    assert_eq!(
+        with(2393, &[2]),
+        "axis of an effect is 2, but has to lie between 0 and 1"
+    );
+    for (offset, value) in [
+        (2394, 1),
+        (216, 1),
+        (2391, 1),
+        (32, 3),
+        (37, 1),
+        (2888, 7),
+        (4091, 1),
+    ] {
+        assert_eq!(
+            with(offset, &[value]),
+            format!("byte {offset} of the blob is {value}, but has to be 0")
+        );
+    }
+    // The first effect of the table backwards, a preload, has one parameter.
+    assert!(with(2392 + 8 + 40, &[1]).contains("where it has no parameter"));
+    // A shift that no effect asks for.
+    assert_eq!(
+        refusal_with(encode(&polynomial(2, 9)), 39, &[1]),
+        "shift of the model's base is 1, but has to lie between 0 and 0"
+    );
+    // An effect on an axis that a one-axis model has not, and one that needs two.
+    let blob = encode(&physical(1, 9));
+    assert_eq!(
+        refusal_with(blob, 2393, &[1]),
+        "axis of an effect is 1, but has to lie between 0 and 0"
+    );
+    let both = EFFECTS.iter().find(|e| e.acts == Acts::BothAxes).unwrap();
+    assert!(refusal_with(blob, 2392, &[both.tag]).contains("two axes"));
+}
+
+#[test]
 fn refusals_say_what_was_seen() {
     let blob = encode(&polynomial(2, 9));
     let with = |offset: usize, bytes: &[u8]| refusal_with(blob, offset, bytes);
@@ -332,150 +306,6 @@ fn refusals_say_what_was_seen() {
         with(216 + 64, &(-1_i32).to_le_bytes()),
         "the coefficient of x^0 x'^0 phi^0 phi'^0 of axis 0 is -1, which the model cannot hold"
     );
-}
-
-/// The offset, the length and the name of every row of the tables of docs/blob.md: the blob, and a network's base.
-fn documented_fields() -> [Vec<(usize, usize, String)>; 2] {
-    let page = include_str!("../../docs/blob.md");
-    let (blob, network) = page.split_once("## A network").unwrap();
-    [blob, network].map(|text| {
-        let rows = text.lines().filter_map(|line| {
-            let mut cells = line.trim_matches('|').split('|').map(str::trim);
-            let offset = cells.next()?.parse().ok()?;
-            let length = cells.next()?.parse().ok()?;
-            Some((offset, length, cells.next()?.to_owned()))
-        });
-        rows.collect()
-    })
-}
-
-/// The bytes that the row `name` of the table of the whole blob states for a two-axis model of seed 10.
-fn documented_bytes(model: &Model, axis: usize, name: &str, length: usize) -> Vec<u8> {
-    let header = model.header();
-    let (of, output) = (&header.axes[axis], &model.outputs()[axis]);
-    let validation = |value: fn(Validation) -> f32| of.validation.map_or(0.0, value);
-    let (tag, orders, shifts) = match model.base() {
-        Base::Polynomial(polynomial) => (1, [3; 4], polynomial.shifts()),
-        _ => (2, [0; 4], [0; 2]),
-    };
-    match name {
-        "magic" => b"JWMB".to_vec(),
-        "version" => vec![1, 0],
-        "base" => vec![tag],
-        "axes" => vec![2],
-        "sample_rate_hz" => header.sample_rate_hz.to_le_bytes().to_vec(),
-        "band_hz" => header.band_hz.to_le_bytes().to_vec(),
-        "state_band_hz" => header.state_band_hz.to_le_bytes().to_vec(),
-        "orders" => orders.to_vec(),
-        "shifts" => shifts.to_vec(),
-        "effects" | "reserved" | "padding" => vec![0; length],
-        "name" => format!("{:\0<16}", of.name.as_str()).into_bytes(),
-        "kind" => vec![axis as u8],
-        "convention" => vec![1 - axis as u8],
-        "validated" => vec![1 - axis as u8],
-        "inertia" => of.inertia.to_le_bytes().to_vec(),
-        "displacement center" => of.displacement.center.to_le_bytes().to_vec(),
-        "displacement half_range" => of.displacement.half_range.to_le_bytes().to_vec(),
-        "velocity center" => of.velocity.center.to_le_bytes().to_vec(),
-        "velocity half_range" => of.velocity.half_range.to_le_bytes().to_vec(),
-        "force_per_lsb" => output.force_per_lsb.to_le_bytes().to_vec(),
-        "error_bound" => output.error_bound.to_le_bytes().to_vec(),
-        "nmse_percent" => validation(|v| v.nmse_percent).to_le_bytes().to_vec(),
-        "relative_error" => validation(|v| v.relative_error).to_le_bytes().to_vec(),
-        "excess" => model.corrections()[axis].excess.to_le_bytes().to_vec(),
-        "cross" => model.corrections()[axis].cross.to_le_bytes().to_vec(),
-        "delay" => model.corrections()[axis].delay_s.to_le_bytes().to_vec(),
-        "blocks" => blocks(model, axis),
-        "checksum" => sealed(encode(model))[CHECKSUM_OFFSET..].to_vec(),
-        unknown => panic!("docs/blob.md has the field {unknown}, which this test does not know"),
-    }
-}
-
-/// The words and gains of one axis of a polynomial.
-fn blocks(model: &Model, axis: usize) -> Vec<u8> {
-    let Base::Polynomial(polynomial) = model.base() else {
-        panic!("only a polynomial has blocks");
-    };
-    let blocks = polynomial.blocks()[axis].iter();
-    let words = blocks.flat_map(|b| b.words.into_iter().chain([b.gain]));
-    words.flat_map(i32::to_le_bytes).collect()
-}
-
-#[test]
-fn the_documented_bytes_are_the_written_bytes() {
-    let [whole, base] = documented_fields();
-    for model in [polynomial(2, 10), network(2, 40, 10)] {
-        let blob = encode(&model);
-        let mut next = 0;
-        for (offset, length, field) in &whole {
-            assert_eq!(*offset, next, "{field} does not follow the row above");
-            next = offset + length;
-            if field.ends_with("blocks") && matches!(model.base(), Base::Network(_)) {
-                continue;
-            }
-            let (axis, name) = match field.strip_prefix("axis 1 ") {
-                Some(rest) => (1, rest),
-                None => (0, field.strip_prefix("axis 0 ").unwrap_or(field)),
-            };
-            let wanted = documented_bytes(&model, axis, name, *length);
-            assert_eq!(blob[*offset..next], wanted, "{field}");
-        }
-        assert_eq!(next, BLOB_LEN, "the table ends before the blob does");
-    }
-    assert_eq!(
-        whole
-            .iter()
-            .find(|row| row.2 == "axis 0 blocks")
-            .map(|row| row.0),
-        base.first().map(|row| row.0)
-    );
-}
-
-#[test]
-fn the_documented_bytes_of_a_network_are_the_written_bytes() {
-    let model = network(2, 40, 11);
-    let blob = encode(&model);
-    let Base::Network(network) = model.base() else {
-        panic!("made above");
-    };
-    let [whole, base] = documented_fields();
-    let (padding, ..) = whole.iter().find(|row| row.2 == "padding").unwrap();
-    let mut next = 216;
-    for (offset, length, field) in base {
-        assert_eq!(offset, next, "{field} does not follow the row above");
-        next = offset + length;
-        let neuron = &network.neurons()[0];
-        let words = |words: &[i32]| words.iter().flat_map(|w| w.to_le_bytes()).collect();
-        let wanted: Vec<u8> = match field.as_str() {
-            "neurons" => vec![40, 0, 0, 0],
-            "axis 0 bias" => network.output_bias()[0].to_le_bytes().to_vec(),
-            "axis 1 bias" => network.output_bias()[1].to_le_bytes().to_vec(),
-            "neuron 0 weights" => words(&neuron.weights),
-            "neuron 0 outputs" => words(&neuron.outputs),
-            "neuron 0 bias" => neuron.bias.to_le_bytes().to_vec(),
-            "neuron 0 steps" => neuron.steps.to_le_bytes().to_vec(),
-            "neurons 1 to 39" => network.neurons()[1..]
-                .iter()
-                .flat_map(|n| {
-                    let sums: Vec<u8> = words(&n.weights);
-                    let outputs: Vec<u8> = words(&n.outputs);
-                    [
-                        sums,
-                        outputs,
-                        n.bias.to_le_bytes().to_vec(),
-                        n.steps.to_le_bytes().to_vec(),
-                    ]
-                    .concat()
-                })
-                .collect(),
-            "rest" => vec![0; length],
-            unknown => {
-                panic!("docs/blob.md has the field {unknown}, which this test does not know")
-            }
-        };
-        assert_eq!(blob[offset..next], wanted, "{field}");
-    }
-    assert_eq!(next, *padding, "the table ends before the base does");
 }
 
 /// Changed bytes mean a new format version: blobs in the field have to stay readable or be refused by their version.

@@ -4,8 +4,10 @@
 
 use jointwatch::device::{self, Board, SelfTestReport, SlotState};
 use jointwatch_shared::blob::{self, BLOB_LEN};
+use jointwatch_shared::effect::Entry;
 use jointwatch_shared::model::network::NEURONS;
 use jointwatch_shared::model::network_quantise::Weights;
+use jointwatch_shared::model::terms::InSi;
 use jointwatch_shared::model::{Header, Model};
 use jointwatch_shared::selftest::{self, Points, reference_model};
 use jointwatch_shared::selftest_chain::chain_digest;
@@ -20,6 +22,8 @@ use tempfile::NamedTempFile;
 const MOST_OF_POLYNOMIAL: u32 = 1300;
 /// The same of a network with four inputs, 40 neurons and two outputs.
 const MOST_OF_NETWORK: u32 = 1800;
+/// The most that the effects of a full model, eight of them at most, may add.
+const MOST_OF_EFFECTS: u32 = 2000;
 
 fn image(board: Board) -> PathBuf {
     device::selftest(board).unwrap_or_else(|why| panic!("{why}"))
@@ -73,6 +77,68 @@ fn network(axes: usize, neurons: usize, seed: u64) -> Model {
     };
     let any = vec![f64::INFINITY; axes];
     Model::from_network(header(axes), &weights, &any).expect("a sound model")
+}
+
+/// The effects with which the device begins, on every axis: values of a joint that fills the reference models' range.
+fn effects(axes: usize) -> Vec<InSi> {
+    let header = header(axes);
+    let mut terms = Vec::new();
+    for (at, axis) in (0..).zip(&header.axes) {
+        let (x, v) = (axis.displacement.half_range, axis.velocity.half_range);
+        let values = [
+            ("stiffness", vec![30.0 / x]),
+            ("viscous", vec![7.0 / v]),
+            ("clearance", vec![500.0 / x, 0.6 * x]),
+            ("coulomb", vec![11.0, 0.01 * v]),
+            ("cubic_hardening", vec![17.0 / x.powi(3)]),
+            ("preload", vec![-3.0]),
+        ];
+        // Eight effects are the most that a model holds: on two axes each gets every other one.
+        let mine = values
+            .into_iter()
+            .enumerate()
+            .filter(|(number, _)| axes == 1 || (number + usize::from(at)) % 2 == 0);
+        for (_, (name, values)) in mine {
+            let entry = Entry::named(name).expect("an effect of the table");
+            assert_eq!(entry.parameters().len(), values.len(), "{name}");
+            let axis = at;
+            terms.push(InSi {
+                entry,
+                axis,
+                values,
+            });
+        }
+    }
+    if let [first, second] = &header.axes[..] {
+        let entry = Entry::named("clearance_coupling").expect("an effect of the table");
+        let [v, omega] = [first, second].map(|axis| axis.velocity.half_range);
+        let [x, phi] = [first, second].map(|axis| axis.displacement.half_range);
+        let values = vec![
+            5.0 / (v * phi),
+            0.4 / (omega * x),
+            9.0 / omega,
+            0.8 / v,
+            0.3 * x,
+            0.5 * phi,
+        ];
+        terms.push(InSi {
+            entry,
+            axis: 0,
+            values,
+        });
+    }
+    terms
+}
+
+/// A model of effects alone.
+fn physical(axes: usize) -> Model {
+    Model::from_effects(header(axes), &effects(axes), &[]).expect("a sound model")
+}
+
+/// A model with effects beside its base.
+fn with_effects(base: Model) -> Model {
+    let terms = effects(base.axes());
+    base.adding_effects(&terms, &[]).expect("a sound model")
 }
 
 /// The header of the reference models, or that of their first axis alone.
@@ -169,6 +235,29 @@ fn instructions_are_few_and_do_not_depend_on_the_input() {
 }
 
 #[test]
+fn effects_add_few_instructions() {
+    // What `docs/numerics.md` states; a law's branches make the count depend on the input.
+    for (what, slot, most) in [
+        ("physical, 1 axis", physical(1), MOST_OF_EFFECTS),
+        ("physical, 2 axes", physical(2), MOST_OF_EFFECTS),
+        (
+            "polynomial and effects, 2 axes",
+            with_effects(model(2, 19)),
+            MOST_OF_POLYNOMIAL + MOST_OF_EFFECTS,
+        ),
+    ] {
+        let report = run(Board::Stm32f405, Some(&blob::encode(&slot)), 0);
+        assert!(report.passed, "{report:?}");
+        let counted = report.model("a").and_then(|model| model.instructions);
+        let counted = counted.unwrap_or_else(|| panic!("no count: {report:?}"));
+        let effects = slot.terms().list().len();
+        println!("{what}, {effects} effects: {counted:?}");
+        assert!(counted.least > 10 * effects as u32, "{what}: {counted:?}");
+        assert!(counted.most <= most, "{what}: {counted:?}");
+    }
+}
+
+#[test]
 fn a_good_blob_in_the_slot_is_taken_and_gives_the_hosts_bits() {
     let models = [
         model(1, 5),
@@ -177,6 +266,10 @@ fn a_good_blob_in_the_slot_is_taken_and_gives_the_hosts_bits() {
         network(1, NEURONS, 14),
         network(2, NEURONS, 15),
         network(2, 9, 16),
+        physical(1),
+        physical(2),
+        with_effects(model(2, 17)),
+        with_effects(network(1, NEURONS, 18)),
     ];
     for (number, model) in models.iter().enumerate() {
         let report = run(Board::Stm32f405, Some(&blob::encode(model)), 20_000);

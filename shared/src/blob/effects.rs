@@ -67,5 +67,6 @@ pub(super) fn read(header: &Header, count: u8, bytes: &[u8; LEN]) -> Result<Term
         // As many places as the list holds.
         let _ = stored.push((message.tag, message.axis, parameters));
     }
-    Terms::new(header, stored)
+    // Not by value: the list's own iterator would bring a path to a panic into the flashed image.
+    Terms::new(header, stored.iter().copied())
 }

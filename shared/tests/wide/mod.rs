@@ -2,6 +2,7 @@
 
 use jointwatch_shared::model::network::NetworkModel;
 use jointwatch_shared::model::polynomial::PolynomialModel;
+use jointwatch_shared::model::terms::Memory;
 use jointwatch_shared::model::{Base, Model};
 use jointwatch_shared::tanh::tanh_scaled;
 
@@ -33,13 +34,26 @@ fn block(words: &[i32; 16], first: &[i128; 4], second: &[i128; 4]) -> i128 {
     nested(&rows, first)
 }
 
-/// The outputs, without any limit on their size.
-pub(crate) fn evaluate(model: &Model, u: &[i32; 4]) -> [i128; 2] {
-    match model.base() {
+/// The outputs, without any limit on their size but that of a sum with effects, which saturates.
+///
+/// `shifts` is by how many places the base's force is moved for the effects. Effects themselves are not written a second
+/// time: every operation of their numbers saturates, which a test beside `Q` holds against 128 bits.
+pub(crate) fn evaluate(model: &Model, shifts: [u8; 2], u: &[i32; 4]) -> [i128; 2] {
+    let base = match model.base() {
         Base::Polynomial(polynomial) => of_polynomial(polynomial, u),
         Base::Network(network) => of_network(network, u),
+        Base::None { .. } => [0; 2],
         other => panic!("no wide kernel for {other:?}"),
+    };
+    if model.terms().list().is_empty() {
+        return base;
     }
+    let effects = model.terms().forces(&mut Memory::default(), u);
+    [0, 1].map(|axis| {
+        let base = round(base[axis], u32::from(shifts[axis]));
+        let sum = base + round(i128::from(effects[axis].raw()), 1);
+        sum.clamp(i128::from(i32::MIN), i128::from(i32::MAX))
+    })
 }
 
 /// Both layers as the high word of bias + Σ word·factor; an argument beyond 32 bits is an overflow and ends the test.
