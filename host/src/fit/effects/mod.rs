@@ -95,6 +95,10 @@ pub fn fit_effects(
                 best = Some(found);
             }
         }
+        best = match best {
+            Some((solved, stopped)) => Some((problem.settle(solved)?, stopped)),
+            None => None,
+        };
         if let Some((solved, _)) = &best {
             from = vec![problem.shapes_of(solved)];
             weights = residual_weights(&records, &solved.residual);
