@@ -157,8 +157,9 @@ fn a_measured_axis_gives_its_published_friction_and_mass() {
         println!("{role}: NMSE {nmse:.4} %, replayed {device:?} %");
         assert!(nmse <= most, "{role}: {nmse} %");
         let device = device.expect("the device's NMSE");
+        // The device leaves out the rows outside the training range, so its figure is not above the host's.
         assert!(
-            (device - nmse).abs() < 0.02 * nmse,
+            0.5 * nmse < device && device <= nmse,
             "{device} beside {nmse}"
         );
     }
