@@ -105,3 +105,62 @@ fn a_measured_axis_with_unknown_mass_is_identified() {
         nmse("validation")
     );
 }
+
+#[test]
+fn a_measured_axis_gives_its_published_friction_and_mass() {
+    let Some(data) = measurements("data/emps") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for file in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
+        fs::copy(data.join(file), folder.join(file)).unwrap();
+    }
+    fs::write(folder.join("study.toml"), STUDY).unwrap();
+    let identify = ["identify", "study.toml", "--model", "physical"];
+    succeed(folder, &[&identify[..], &["-o", "model.json"]].concat());
+    let model = figures(&fs::read_to_string(folder.join("model.json")).unwrap());
+    let value = |effect: &str, parameter: &str| {
+        let named = |list: &Value, key: &str, name: &str| {
+            let found = list.as_array().unwrap().iter();
+            found.clone().find(|v| v[key] == name).unwrap().clone()
+        };
+        let effect = named(&model["effects"], "effect", effect);
+        let found = named(&effect["parameters"], "name", parameter);
+        found["value"].as_f64().unwrap()
+    };
+    // Janot, Gautier, Brunot (2019).
+    for (what, seen, published) in [
+        (
+            "mass",
+            model["axes"][0]["inertia"].as_f64().unwrap(),
+            95.109,
+        ),
+        ("viscous friction", value("viscous", "damping"), 203.50),
+        ("dry friction", value("coulomb", "friction"), 20.394),
+        ("offset", value("preload", "force"), -3.165),
+    ] {
+        println!("{what}: {seen:.3}, published {published}");
+        assert!((seen / published - 1.0).abs() < 0.01, "{what}: {seen}");
+    }
+    let compare = ["compare", "study.toml", "model.json", "--json", "-"];
+    let compared = figures(&succeed(folder, &compare));
+    succeed(folder, &["export", "model.json", "-o", "model.bin"]);
+    let replay = ["replay", "model.bin", "study.toml", "--json", "-"];
+    let replayed = figures(&succeed(folder, &replay));
+    for (number, (role, most)) in [("verification", 0.15), ("validation", 0.65)]
+        .into_iter()
+        .enumerate()
+    {
+        let nmse = compared[role][0]["nmse_percent"].as_f64().unwrap();
+        let device = replayed["records"][number]["axes"]["x"]["nmse_percent"].as_f64();
+        println!("{role}: NMSE {nmse:.4} %, replayed {device:?} %");
+        assert!(nmse <= most, "{role}: {nmse} %");
+        let device = device.expect("the device's NMSE");
+        // The device leaves out the rows outside the training range, so its figure is not above the host's.
+        assert!(
+            0.5 * nmse < device && device <= nmse,
+            "{device} beside {nmse}"
+        );
+    }
+}

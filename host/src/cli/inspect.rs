@@ -3,7 +3,7 @@
 use super::Console;
 use crate::error::{Error, Result};
 use crate::export;
-use crate::model::effects;
+use crate::model::{EffectTerm, effects};
 use crate::model_file::{Base, ModelFile};
 use crate::study::AxisKind;
 use crate::table::Table;
@@ -115,6 +115,7 @@ fn blob_in_words(model: &Model) -> String {
             format!("polynomial, orders {orders:?}")
         }
         DeviceBase::Network(network) => format!("network, {} neurons", network.neurons().len()),
+        DeviceBase::None { .. } => "base none, the force is that of the effects alone".into(),
         _ => "a kind of base that this version cannot show".into(),
     };
     let mut text = format!(
@@ -150,6 +151,10 @@ fn blob_in_words(model: &Model) -> String {
         ]);
     }
     text.push_str(&table.to_string());
+    if !model.terms().list().is_empty() {
+        let effects = effects::table_of_values(&EffectTerm::of_device(model));
+        text.push_str(&format!("\n{effects}"));
+    }
     text
 }
 
@@ -186,9 +191,11 @@ fn blob_as_json(model: &Model) -> serde_json::Value {
         "band_hz": header.band_hz,
         "state_band_hz": header.state_band_hz,
         "axes": axes,
+        "effects": EffectTerm::of_device(model),
     });
     match model.base() {
         DeviceBase::Polynomial(_) => json["base"] = "polynomial".into(),
+        DeviceBase::None { .. } => json["base"] = "none".into(),
         DeviceBase::Network(network) => {
             json["base"] = "network".into();
             json["neurons"] = network.neurons().len().into();

@@ -4,11 +4,12 @@ use super::{Identified, Learnt, Prepared};
 use crate::error::{Error, Result};
 use crate::fit::effects::{EffectsFit, FoundTerm, fit_effects};
 use crate::fit::polynomial::input_ranges;
+use crate::model::EffectTerm;
 use crate::model::effects::Bound;
-use crate::model::{EffectTerm, ParameterValue};
 use crate::model_file::{AxisFit, Base, NoBase};
 use crate::study::{Axis, Study};
 use jointwatch_shared::effect::Acts;
+use jointwatch_shared::model::axis::AxisKind;
 
 /// What is believed of an axis when the study says nothing.
 const DEFAULT_TERMS: [&str; 3] = ["stiffness", "viscous", "preload"];
@@ -81,34 +82,10 @@ fn parameters_on(fit: &EffectsFit, axis: usize) -> usize {
 
 /// Found terms as the model file keeps them.
 pub(crate) fn effect_terms(axes: &[Axis], terms: &[FoundTerm]) -> Vec<EffectTerm> {
-    let kind = |index: usize| {
-        axes.get(index)
-            .map_or(jointwatch_shared::model::axis::AxisKind::Translation, |a| {
-                a.kind.into()
-            })
-    };
+    let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
+    let kinds: Vec<AxisKind> = axes.iter().map(|a| a.kind.into()).collect();
+    let terms = terms.iter();
     terms
-        .iter()
-        .map(|term| {
-            let Bound { entry, axis } = term.bound;
-            let listed = entry.parameters().iter();
-            let found = term.values.iter().zip(&term.intervals);
-            EffectTerm {
-                effect: entry.about.name.into(),
-                axis: (entry.acts == Acts::OwnAxis).then(|| axes[axis].name.clone()),
-                parameters: listed
-                    .zip(found)
-                    .map(|(parameter, (&value, &interval))| ParameterValue {
-                        name: parameter.name.into(),
-                        value,
-                        unit: parameter
-                            .dimension
-                            .unit(kind(axis), kind(1 - axis))
-                            .to_string(),
-                        interval,
-                    })
-                    .collect(),
-            }
-        })
+        .map(|term| EffectTerm::new(&term.bound, &names, &kinds, &term.values, &term.intervals))
         .collect()
 }

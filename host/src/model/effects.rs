@@ -7,10 +7,11 @@ use crate::motion::Motion;
 use crate::study::Convention;
 use crate::study::nearest::suggestion;
 use crate::table::Table;
+use jointwatch_shared::effect::about::Parameter;
 use jointwatch_shared::effect::{
     Acts, EFFECTS, Entry, Instrument, Kinematics, Law, Parameters, States,
 };
-use jointwatch_shared::model::terms::InSi;
+use jointwatch_shared::model::{Model, axis, terms::InSi};
 use jointwatch_shared::scalar::Scalar;
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +40,52 @@ pub struct ParameterValue {
 }
 
 impl EffectTerm {
+    /// An effect with its values in SI; `names` and `kinds` are those of the model's axes, `intervals` may be empty.
+    pub fn new(
+        bound: &Bound,
+        names: &[&str],
+        kinds: &[axis::AxisKind],
+        values: &[f64],
+        intervals: &[Option<[f64; 2]>],
+    ) -> Self {
+        let kind = |index: usize| {
+            kinds
+                .get(index)
+                .copied()
+                .unwrap_or(axis::AxisKind::Translation)
+        };
+        let (own, other) = (kind(bound.axis), kind(1 - bound.axis));
+        let listed = bound.entry.parameters().iter().zip(values).enumerate();
+        let parameter =
+            |(index, (parameter, &value)): (usize, (&Parameter, &f64))| ParameterValue {
+                name: parameter.name.into(),
+                value,
+                unit: parameter.dimension.unit(own, other).to_string(),
+                interval: intervals.get(index).copied().flatten(),
+            };
+        Self {
+            effect: bound.entry.about.name.into(),
+            axis: (bound.entry.acts == Acts::OwnAxis).then(|| names[bound.axis].into()),
+            parameters: listed.map(parameter).collect(),
+        }
+    }
+
+    /// The effects of a model on the device, in SI; a blob keeps no intervals.
+    pub fn of_device(model: &Model) -> Vec<Self> {
+        let header = model.header();
+        let names: Vec<&str> = header.axes.iter().map(|a| a.name.as_str()).collect();
+        let kinds: Vec<axis::AxisKind> = header.axes.iter().map(|a| a.kind).collect();
+        let terms = model.terms().in_si(header, model.outputs());
+        let term = |term: InSi| {
+            let bound = Bound {
+                entry: term.entry,
+                axis: usize::from(term.axis),
+            };
+            Self::new(&bound, &names, &kinds, &term.values, &[])
+        };
+        terms.into_iter().map(term).collect()
+    }
+
     /// `effect@axis`, or the effect's name alone when it acts on both axes.
     pub fn name(&self) -> String {
         match &self.axis {
@@ -107,6 +154,23 @@ pub fn table(effects: &[EffectTerm]) -> Table {
                 } else {
                     "the joint".into()
                 },
+            ]);
+        }
+    }
+    table
+}
+
+/// The same without intervals, for a model that keeps none.
+pub fn table_of_values(effects: &[EffectTerm]) -> Table {
+    let mut table = Table::new(&["effect", "parameter", "value", "unit"]);
+    for effect in effects {
+        let mut name = effect.name();
+        for parameter in &effect.parameters {
+            table.row(vec![
+                std::mem::take(&mut name),
+                parameter.name.clone(),
+                format!("{:.5e}", parameter.value),
+                parameter.unit.clone(),
             ]);
         }
     }

@@ -2,6 +2,7 @@
 
 mod logs;
 mod network;
+mod physical;
 mod study_file;
 
 use jointwatch::error::{Error, Kind};

@@ -146,6 +146,10 @@ pub(crate) fn solve(
                 best = Some(found);
             }
         }
+        best = match best {
+            Some((solved, stopped)) => Some((problem.settle(solved)?, stopped)),
+            None => None,
+        };
         if let Some((solved, _)) = &best {
             from = vec![problem.shapes_of(solved)];
             weights = residual_weights(records, &solved.residual);

@@ -43,6 +43,10 @@ pub enum Stopped {
 const MOST_STEPS: usize = 40;
 /// A step of the logarithms below this is no change.
 const SMALL_STEP: f64 = 1e-7;
+/// Gauss–Newton steps after a search.
+const MOST_SETTLING: usize = 12;
+/// The most that they may change a shape, as a part of it.
+const MOST_MOVED: f64 = 0.02;
 
 /// A sum of terms to be fitted to records.
 pub(crate) struct Problem<'a> {
@@ -180,6 +184,73 @@ impl Problem<'_> {
             .collect()
     }
 
+    /// Brings the shapes to where their slopes no longer see the residual, whether or not the cost falls on the way.
+    ///
+    /// A law that switches at a shape (`reaches`) makes the cost a staircase on top of the valley that the derivative
+    /// sees. The stairs are the rows nearest to the switch, and which of them lie beyond it is a matter of the
+    /// displacement's last count: a descent that stops at such a stair puts the shape where the counts fall.
+    pub(crate) fn settle(&self, found: Solved) -> Result<Solved> {
+        let before = self.shapes_of(&found);
+        let mut settled = found.clone();
+        let mut last = f64::INFINITY;
+        for _ in 0..MOST_SETTLING {
+            let step = self.newton(&settled)?;
+            let moved = step.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
+            if moved < SMALL_STEP {
+                break;
+            }
+            // Steps that no longer shrink go to and fro across one stair: the middle is as good as either side.
+            let part = if moved < 0.7 * last { 1.0 } else { 0.5 };
+            last = moved;
+            let shapes = self.shapes_of(&settled);
+            let tried: Vec<f64> = self
+                .shapes
+                .iter()
+                .zip(shapes.iter().zip(&step))
+                .map(|(unknown, (value, step))| unknown.clamp(value * (part * step).exp()))
+                .collect();
+            settled = self.solve(&tried, Some(&settled))?;
+        }
+        // This is for the last counts only: what leads out of the valley is not followed. The cost is no judge here, since
+        // records with little noise pay for a single row on the wrong side of a switch with several times their noise.
+        let shapes = self.shapes_of(&settled);
+        let near = shapes.iter().zip(&before);
+        let near = near.fold(0.0, |most: f64, (a, b)| most.max((a / b).ln().abs())) < MOST_MOVED;
+        Ok(if near { settled } else { found })
+    }
+
+    /// The Gauss–Newton step of the logarithms of the shapes.
+    fn newton(&self, solved: &Solved) -> Result<Vec<f64>> {
+        let (reduced, shapes) = self.reduced(solved)?;
+        let matrix = reduced.subcols(0, shapes).to_owned();
+        let right = reduced.subcols(shapes, 1).to_owned();
+        let step = normal_equations::solve(&matrix, &right)?.coefficients;
+        Ok((0..shapes).map(|i| step[(i, 0)]).collect())
+    }
+
+    /// JᵀJ and Jᵀe of the slopes with the columns projected out, beside each other, and the number of slopes.
+    fn reduced(&self, solved: &Solved) -> Result<(Mat<f64>, usize)> {
+        let slopes = self.slopes(solved);
+        let all: Vec<&[f64]> = solved
+            .columns
+            .iter()
+            .chain(&slopes)
+            .chain([&solved.residual])
+            .map(Vec::as_slice)
+            .collect();
+        let design = self.weighted(&all);
+        let products = product(&design, &design);
+        let (linear, shapes) = (solved.columns.len(), slopes.len());
+        let block = |r: usize, c: usize, rows: usize, cols: usize| {
+            products.submatrix(r, c, rows, cols).to_owned()
+        };
+        let between = block(0, linear, linear, shapes + 1);
+        let weights = normal_equations::solve(&block(0, 0, linear, linear), &between)?;
+        let reduced = block(linear, linear, shapes, shapes + 1)
+            - between.subcols(0, shapes).transpose() * &weights.coefficients;
+        Ok((reduced, shapes))
+    }
+
     /// Levenberg–Marquardt from the given shapes.
     pub(crate) fn search(&self, start: &[f64]) -> Result<(Solved, Stopped)> {
         let mut best = self.solve(start, None)?;
@@ -188,25 +259,7 @@ impl Problem<'_> {
         }
         let mut damping = 1e-3;
         for _ in 0..MOST_STEPS {
-            let slopes = self.slopes(&best);
-            let all: Vec<&[f64]> = best
-                .columns
-                .iter()
-                .chain(&slopes)
-                .chain([&best.residual])
-                .map(Vec::as_slice)
-                .collect();
-            let design = self.weighted(&all);
-            let products = product(&design, &design);
-            let (linear, shapes) = (best.columns.len(), slopes.len());
-            let block = |r: usize, c: usize, rows: usize, cols: usize| {
-                products.submatrix(r, c, rows, cols).to_owned()
-            };
-            // JᵀJ and Jᵀe of the slopes with the columns projected out, from products that are there.
-            let between = block(0, linear, linear, shapes + 1);
-            let weights = normal_equations::solve(&block(0, 0, linear, linear), &between)?;
-            let reduced = block(linear, linear, shapes, shapes + 1)
-                - between.subcols(0, shapes).transpose() * &weights.coefficients;
+            let (reduced, shapes) = self.reduced(&best)?;
             let mut improved = false;
             while damping < 1e10 {
                 let mut matrix = reduced.subcols(0, shapes).to_owned();

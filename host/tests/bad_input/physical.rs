@@ -1,0 +1,115 @@
+//! What `identify --model physical` refuses: one sentence, exit code 3, nothing written.
+
+use super::{HEADING, STUDY, write};
+use std::process::Command;
+use tempfile::TempDir;
+
+/// The study with these base terms.
+fn with_terms(study: &str, terms: &str) -> String {
+    format!("{study}\n[base]\nterms = {terms}\n")
+}
+
+/// Runs `identify` on a study; it must be refused in one sentence that contains all `parts`.
+fn refused(study: &str, one: &str, parts: &[&str]) {
+    let folder = TempDir::new().unwrap();
+    write(&folder, study, one);
+    let model = folder.path().join("model.json");
+    let output = Command::new(env!("CARGO_BIN_EXE_jointwatch"))
+        .arg("identify")
+        .arg(folder.path())
+        .args(["--model", "physical", "-o"])
+        .arg(&model)
+        .output()
+        .expect("the binary starts");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    println!("{error}");
+    assert_eq!(output.status.code(), Some(3), "{error}");
+    assert!(error.starts_with("jointwatch: ") && error.trim_end().lines().count() == 1);
+    assert!(output.stdout.is_empty() && !model.exists());
+    let left = std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(left, 3, "only the study and its two records");
+    for part in parts {
+        assert!(error.contains(part), "{error:?} lacks {part:?}");
+    }
+}
+
+/// A log of as many rows, one per millisecond, of a body that moves at two frequencies; its force from acceleration, m/s².
+fn log(rows: u32, force: impl Fn(f64) -> f64) -> String {
+    let line = |row: u32| {
+        let t = f64::from(row) * 1e-3;
+        let (slow, fast) = (60.0 * t, 97.0 * t + 0.4);
+        let x = 2e-4 * slow.sin() + 1e-4 * fast.sin();
+        let a = -2e-4 * 3600.0 * slow.sin() - 1e-4 * 9409.0 * fast.sin();
+        format!("{t},{:.9},{:.9},{a:.9},{:.9}", x, 2.0 * x, force(a))
+    };
+    let lines = (0..rows).map(line);
+    std::iter::once(HEADING.to_owned())
+        .chain(lines)
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+#[test]
+fn terms_that_contradict_or_do_not_exist() {
+    let good = log(4000, |a| 1.5 * a);
+    for (terms, parts) in [
+        (
+            r#"["stiffness@x", "stiffness@x"]"#,
+            &["stiffness@x stands twice", "[base] terms"][..],
+        ),
+        (r#"["stiffness@y"]"#, &["axis", "does not have", "x"]),
+        (r#"["stifness@x"]"#, &["no effect", "stiffness"]),
+        (r#"["viscous"]"#, &["needs the axis", "viscous@x"]),
+        (r#"["clearance_coupling"]"#, &["two axes", "has one"]),
+        (r#"["clearance_coupling@x"]"#, &["two axes", "has one"]),
+    ] {
+        refused(&with_terms(STUDY, terms), &good, parts);
+    }
+    let second = "[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = [\"x3_m\", \"x2_m\"]\n\
+                  acceleration = \"a2_m_s2\"\nforce = \"force_N\"\ninertia = 1.5\n\n[[record]]";
+    let two = STUDY.replacen("[[record]]", second, 1);
+    refused(
+        &with_terms(&two, r#"["clearance_coupling@x"]"#),
+        &good,
+        &["acts on both axes and takes no @x"],
+    );
+    refused(
+        &with_terms(&two, r#"["stiffness@ph"]"#),
+        &good,
+        &["axis", "does not have", "phi"],
+    );
+}
+
+#[test]
+fn records_that_determine_nothing() {
+    let short = log(430, |a| 0.7 * a);
+    refused(
+        &with_terms(STUDY, r#"["stiffness@x", "viscous@x", "preload@x"]"#),
+        &short,
+        &["too few", "parameters"],
+    );
+    let terms = with_terms(STUDY, r#"["viscous@x", "preload@x"]"#);
+    // A force that is inertia·acceleration and an offset: the joint's own force is the same everywhere.
+    refused(
+        &terms,
+        &log(4000, |a| 1.5 * a + 2.5),
+        &["force of axis x never changes"],
+    );
+    let unlearnt = terms.replace("role = \"train\"", "role = \"validate\"");
+    refused(
+        &unlearnt,
+        &log(4000, |a| 0.7 * a),
+        &["nothing to learn from"],
+    );
+}
+
+#[test]
+fn an_inertia_that_cannot_be() {
+    // The force with the wrong sign, on a body whose inertia is asked for.
+    let study = STUDY.replace("inertia = 1.5\n", "");
+    refused(
+        &with_terms(&study, r#"["viscous@x"]"#),
+        &log(4000, |a| -1.5 * a),
+        &["inertia of axis x", "cannot be", "sign"],
+    );
+}
