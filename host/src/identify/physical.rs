@@ -8,7 +8,6 @@ use crate::model::EffectTerm;
 use crate::model::effects::Bound;
 use crate::model_file::{AxisFit, Base, NoBase};
 use crate::study::{Axis, Study};
-use jointwatch_shared::effect::Acts;
 use jointwatch_shared::model::axis::AxisKind;
 
 /// What is believed of an axis when the study says nothing.

@@ -4,16 +4,27 @@
 //! device, the docs and the tests) walks the table.
 
 pub mod about;
+mod bilinear;
+mod bouc_wen;
 mod clearance;
 mod clearance_coupling;
+mod cogging;
 mod coulomb;
+mod cross_coupling;
 mod crosstalk;
 mod cubic_hardening;
+mod dahl;
+mod end_stop;
 mod force_gain;
 mod inertia_error;
+mod jenkins;
+mod lugre;
+mod maxwell;
 mod preload;
+mod quadratic_drag;
 mod stiffness;
 mod stiffness_drift;
+mod stribeck;
 mod time_delay;
 mod viscous;
 
@@ -68,6 +79,15 @@ pub struct Instrument<S> {
     pub other_force: S,
 }
 
+impl<S: Scalar> Kinematics<S> {
+    /// What the displacement has changed by since the sample before, in units of the length whose reciprocal is `per_length`.
+    ///
+    /// Its roundings do not add up along a path ([`Scalar::change`]).
+    pub fn travel(&self, per_length: S) -> S {
+        self.displacement.change(self.step, per_length)
+    }
+}
+
 impl<S: Scalar> Instrument<S> {
     /// Instruments that say nothing.
     pub fn silent() -> Self {
@@ -103,6 +123,24 @@ pub enum Acts {
     BothAxes,
 }
 
+/// The largest magnitude of an internal state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bound {
+    /// This number, whatever the input; the state has no unit.
+    Number(i32),
+    /// This many times half the range of the displacement; the state is a displacement.
+    Displacement(i32),
+}
+
+/// How the device's error of an internal state fades, so that a bound holds for any length of run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fading {
+    /// It never exceeds this many times what a sample at rest may add: proven for 1, measured for more (docs/numerics.md).
+    Within(i32),
+    /// Every sample keeps a share of it below 1, whatever the motion; the interval law says which.
+    WithTime,
+}
+
 /// Numbers of an effect's parameters, in the order in which it lists them; those it has not are 0.
 pub type Parameters<S> = [S; MAX_PARAMETERS];
 /// An effect's internal states; those it has not are 0.
@@ -120,8 +158,10 @@ pub trait Effect {
     const SEAT: Seat = Seat::Joint;
     /// Effects that a model cannot have on the same axis beside this one, because only their sum shows.
     const NEVER_WITH: &'static [&'static str] = &[];
-    /// Largest magnitude of each internal state, which has no unit; empty for a law without memory.
-    const STATE_BOUNDS: &'static [i32] = &[];
+    /// Largest magnitude of each internal state; empty for a law without memory.
+    const STATE_BOUNDS: &'static [Bound] = &[];
+    /// How the device's error of the internal states stays bounded.
+    const FADING: Fading = Fading::Within(1);
     /// What it is called, what it means, what it needs.
     const ABOUT: About;
 
@@ -148,7 +188,9 @@ pub struct Entry {
     /// How many parameters it has.
     pub parameter_count: u8,
     /// [`Effect::STATE_BOUNDS`].
-    pub state_bounds: &'static [i32],
+    pub state_bounds: &'static [Bound],
+    /// [`Effect::FADING`].
+    pub fading: Fading,
     /// The law on the device.
     pub device: Law<Q>,
     /// The law that predicts.
@@ -182,6 +224,7 @@ impl Entry {
             seat: E::SEAT,
             parameter_count: E::ABOUT.parameters.len() as u8,
             state_bounds: E::STATE_BOUNDS,
+            fading: E::FADING,
             device: E::law::<Q>,
             #[cfg(feature = "fit")]
             real: E::law::<f64>,
@@ -230,6 +273,17 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<coulomb::Coulomb>(),
     Entry::of::<cubic_hardening::CubicHardening>(),
     Entry::of::<preload::Preload>(),
+    Entry::of::<stribeck::Stribeck>(),
+    Entry::of::<quadratic_drag::QuadraticDrag>(),
+    Entry::of::<bilinear::Bilinear>(),
+    Entry::of::<end_stop::EndStop>(),
+    Entry::of::<bouc_wen::BoucWen>(),
+    Entry::of::<jenkins::Jenkins>(),
+    Entry::of::<dahl::Dahl>(),
+    Entry::of::<lugre::LuGre>(),
+    Entry::of::<maxwell::Maxwell>(),
+    Entry::of::<cogging::Cogging>(),
+    Entry::of::<cross_coupling::CrossCoupling>(),
     Entry::of::<stiffness_drift::StiffnessDrift>(),
     Entry::of::<inertia_error::InertiaError>(),
     Entry::of::<force_gain::ForceGain>(),

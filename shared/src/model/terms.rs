@@ -6,9 +6,9 @@
 use super::Header;
 #[cfg(feature = "fit")]
 use super::Output;
-#[cfg(feature = "fit")]
-use crate::effect::MAX_STATES;
 use crate::effect::{Acts, Entry, Instrument, Kinematics, Parameters, Seat, States};
+#[cfg(feature = "fit")]
+use crate::effect::{Bound, Fading, MAX_STATES};
 use crate::error::Error;
 use crate::scalar::Scalar;
 use crate::scalar::q::Q;
@@ -269,11 +269,58 @@ mod quantise {
                 instrument: Instrument::silent(),
             };
             let parameters = self.relative(references).map(Interval::stored);
-            let mut states = [zero; MAX_STATES];
-            for (state, bound) in states.iter_mut().zip(self.entry.state_bounds) {
-                *state = Interval::range(-f64::from(*bound), f64::from(*bound), 0.0);
+            let law = self.entry.interval;
+            let mut states = self.states(0.0, header, references);
+            let mut forces = law(&parameters, &at, &mut states);
+            if self.entry.state_bounds.is_empty() {
+                return forces;
             }
-            (self.entry.interval)(&parameters, &at, &mut states)
+            // The errors are those of a joint at rest, whose states hold what has gathered so far: what a moving sample adds
+            // besides it also takes back.
+            let rest = Kinematics {
+                step: Interval::range(0.0, 0.0, at.step.error),
+                ..at
+            };
+            let after = |error: f64| {
+                let mut states = self.states(error, header, references);
+                let forces = law(&parameters, &rest, &mut states);
+                let errors = states.map(|state| state.error);
+                (forces, errors.into_iter().fold(0.0, f64::max))
+            };
+            let added = after(0.0).1;
+            let gathered = match self.entry.fading {
+                Fading::Within(times) => f64::from(times) * added,
+                Fading::WithTime => {
+                    let kept = after(added).1 / added - 1.0;
+                    // A share that is not below 1 leaves the error without a bound, and the effect is refused.
+                    if kept < 1.0 {
+                        added / (1.0 - kept)
+                    } else {
+                        f64::INFINITY
+                    }
+                }
+            };
+            for (force, at_rest) in forces.iter_mut().zip(after(gathered).0) {
+                force.error = at_rest.error;
+            }
+            forces
+        }
+
+        /// The internal states anywhere within their bounds, each known to the device within `error`.
+        fn states(&self, error: f64, header: &Header, references: &References) -> States<Interval> {
+            let mut states = [Interval::range(0.0, 0.0, 0.0); MAX_STATES];
+            for (state, bound) in states.iter_mut().zip(self.entry.state_bounds) {
+                let most = match *bound {
+                    Bound::Number(most) => f64::from(most),
+                    Bound::Displacement(times) => {
+                        let axis = header.axes.get(usize::from(self.axis));
+                        let half = axis.map_or(1.0, |axis| axis.displacement.half_range);
+                        f64::from(times) * half / references.displacement[0]
+                    }
+                };
+                *state = Interval::range(-most, most, error);
+            }
+            states
         }
     }
 
@@ -312,7 +359,7 @@ mod quantise {
         }
 
         /// Brings effects to machine numbers; also gives the bound of |device − f64| per axis in N or N·m, for effects
-        /// with memory that of one sample's step.
+        /// with memory with what their states gather over any number of samples ([`Fading`]).
         ///
         /// # Errors
         /// As [`Terms::new`]; [`Error::Effect`] when a number on the way could leave the device's range.

@@ -97,4 +97,30 @@ impl Scalar for Dual {
     fn reaches(self, threshold: Self) -> Self {
         Self::constant(self.value.reaches(threshold.value))
     }
+    fn decay(self) -> Self {
+        let value = self.value.decay();
+        let falls = self.value.reaches(0.0);
+        Self {
+            value,
+            slope: -falls * value * self.slope,
+        }
+    }
+    fn power(self, exponent: Self) -> Self {
+        let a = self.value.clamp(0.0, 1.0);
+        let value = a.powf(exponent.value);
+        // aⁿ·ln a goes to 0 with a.
+        let logarithm = a.max(f64::MIN_POSITIVE).ln();
+        let steepness = exponent.value * a.powf(exponent.value - 1.0);
+        Self {
+            value,
+            slope: steepness * self.slope + value * logarithm * exponent.slope,
+        }
+    }
+    fn sine(self) -> Self {
+        let cosine = (self.value + 0.25).sine();
+        Self {
+            value: self.value.sine(),
+            slope: core::f64::consts::TAU * cosine * self.slope,
+        }
+    }
 }

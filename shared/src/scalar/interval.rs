@@ -1,6 +1,7 @@
 //! All values that a quantity can take, and how far the device's number can be from the exact one: bounds for export.
 
 use super::Scalar;
+use super::elementary::{DECAY_ERROR, POWER_ERROR, SINE_ERROR};
 use super::q::UNIT;
 use crate::tanh;
 use core::ops::{Add, Mul, Neg, Sub};
@@ -147,5 +148,33 @@ impl Scalar for Interval {
             0.0,
             &[self, threshold],
         )
+    }
+    fn change(self, step: Self, factor: Self) -> Self {
+        // Two values of one number, each anywhere in its range and known within its error: the difference of the products has
+        // the range of the step's product and the error of both.
+        let (range, product) = (step * factor, self * factor);
+        let error = 2.0 * product.error;
+        Self::from(range.least, range.most, error, &[range, product])
+    }
+    fn decay(self) -> Self {
+        // The slope is at most the value at the smallest argument.
+        let steepest = (self.least - self.error).decay();
+        let error = steepest * self.error + DECAY_ERROR;
+        Self::from(self.most.decay(), self.least.decay(), error, &[self])
+    }
+    fn power(self, exponent: Self) -> Self {
+        // The slope by the number is at most n, by the exponent at most 1/(e·n) ≤ 0.37.
+        let highest = exponent.most + exponent.error;
+        let error = highest * self.error + 0.37 * exponent.error + POWER_ERROR;
+        Self::from(
+            self.least.power(exponent.most),
+            self.most.power(exponent.least),
+            error,
+            &[self, exponent],
+        )
+    }
+    fn sine(self) -> Self {
+        let error = core::f64::consts::TAU * self.error + SINE_ERROR;
+        Self::from(-1.0, 1.0, error, &[self])
     }
 }

@@ -12,9 +12,13 @@
 //! | [`Scalar::min`], [`Scalar::max`] | the smaller, the larger | that of the one taken; the first on a tie |
 //! | [`Scalar::tanh`] | hyperbolic tangent | |
 //! | [`Scalar::reaches`] | 1 where a ≥ b, else 0 | 0 |
+//! | [`Scalar::decay`] | e⁻ᵃ for a ≥ 0, 1 below | at 0 the right one |
+//! | [`Scalar::power`] | aⁿ for a from 0 to 1, n from 1 to 4 | |
+//! | [`Scalar::sine`] | sin(2πa): the sine of a turns | |
 
 #[cfg(feature = "fit")]
 pub mod dual;
+pub mod elementary;
 #[cfg(feature = "fit")]
 pub mod interval;
 pub mod q;
@@ -38,6 +42,13 @@ pub trait Scalar:
     /// 1 where `self` ≥ `threshold`, 0 elsewhere.
     fn reaches(self, threshold: Self) -> Self;
 
+    /// e⁻ᵃ; 1 where `self` is negative.
+    fn decay(self) -> Self;
+    /// selfⁿ for a number from 0 to 1, held there, and an exponent from 1 to 4.
+    fn power(self, exponent: Self) -> Self;
+    /// sin(2π·self): the sine of a number of turns.
+    fn sine(self) -> Self;
+
     /// 0.
     fn zero() -> Self {
         Self::ratio(0, 1)
@@ -45,6 +56,12 @@ pub trait Scalar:
     /// 1.
     fn one() -> Self {
         Self::ratio(1, 1)
+    }
+    /// What `self·factor` has changed by since `self` was smaller by `step`.
+    ///
+    /// It is the difference of both products: along a path their roundings cancel, where those of `step·factor` add up.
+    fn change(self, step: Self, factor: Self) -> Self {
+        self * factor - (self - step) * factor
     }
     /// The value held between −`limit` and `limit`; `limit` is not negative.
     fn within(self, limit: Self) -> Self {
@@ -75,5 +92,15 @@ impl Scalar for f64 {
     }
     fn reaches(self, threshold: Self) -> Self {
         f64::from(u8::from(self >= threshold))
+    }
+    fn decay(self) -> Self {
+        f64::exp(-f64::max(self, 0.0))
+    }
+    fn power(self, exponent: Self) -> Self {
+        self.clamp(0.0, 1.0).powf(exponent)
+    }
+    fn sine(self) -> Self {
+        // Whole turns are taken off first, which is exact.
+        f64::sin(core::f64::consts::TAU * (self - self.round()))
     }
 }

@@ -4,7 +4,7 @@
 //! places before the point leave room for stiff contacts and steep transitions, the 32 behind it keep what one sample
 //! adds to an internal state. A Cortex-M4 multiplies two of them in about 20 instructions.
 
-use super::Scalar;
+use super::{Scalar, elementary};
 use crate::fixed::round_to_i64;
 use crate::tanh::tanh;
 use core::ops::{Add, Mul, Neg, Sub};
@@ -16,6 +16,7 @@ use core::ops::{Add, Mul, Neg, Sub};
 /// | `+`, `−`, negation, [`Scalar::abs`] | exact | saturates |
 /// | `·` | to nearest, half up | saturates |
 /// | [`Scalar::tanh`] | that of [`mod@crate::tanh`] | cannot leave the range |
+/// | [`Scalar::decay`], [`Scalar::power`], [`Scalar::sine`] | that of [`mod@super::elementary`] | cannot leave the range |
 /// | [`Q::from_f64`] | to nearest, half up | saturates; NaN becomes 0 |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Q {
@@ -134,6 +135,15 @@ impl Scalar for Q {
         const MOST: i64 = (1 << 36) - (1 << 5);
         let argument = self.raw.clamp(-MOST, MOST);
         Self::from_q31(tanh(((argument + (1 << 4)) >> 5) as i32))
+    }
+    fn decay(self) -> Self {
+        elementary::decay(self)
+    }
+    fn power(self, exponent: Self) -> Self {
+        elementary::power(self, exponent)
+    }
+    fn sine(self) -> Self {
+        elementary::sine(self)
     }
     #[inline]
     fn reaches(self, threshold: Self) -> Self {
