@@ -89,15 +89,16 @@ impl Named {
 }
 
 /// What was hidden, and what may be named for it without being wrong: an inertia error is a gain error of the force seen
-/// from the other side; Dahl's law is Wen's with exponent 1; Jenkin's element is a sharp Wen loop; the kinetic part of
-/// Stribeck's curve is Coulomb's.
-const EQUIVALENTS: [(&str, &str); 6] = [
+/// from the other side; Dahl's law is Wen's with exponent 1; Jenkin's element is a sharp Wen loop; Coulomb's law
+/// is Stribeck's without the excess at rest.
+const EQUIVALENTS: [(&str, &str); 7] = [
     ("inertia_error", "force_gain"),
     ("force_gain", "inertia_error"),
     ("dahl", "bouc_wen"),
     ("jenkins", "bouc_wen"),
     ("bouc_wen", "jenkins"),
     ("stribeck", "coulomb"),
+    ("coulomb", "stribeck"),
 ];
 
 impl std::fmt::Display for Named {
