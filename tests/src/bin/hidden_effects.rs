@@ -116,12 +116,18 @@ fn main() -> Result<(), String> {
         .build_global()
         .map_err(|e| format!("threads cannot be started: {e}"))?;
     let scratch = tempfile::tempdir().map_err(|e| format!("no temporary folder: {e}"))?;
-    let judged: Result<Vec<(usize, Judgement)>, String> = asked
+    // A case that cannot be made is no verdict: it is said, left out of the table, and the others go on.
+    let judged: Vec<(usize, Judgement)> = asked
         .cases
         .par_iter()
-        .map(|&number| Ok((number, case(&asked, number, scratch.path())?)))
+        .filter_map(|&number| match case(&asked, number, scratch.path()) {
+            Ok(judgement) => Some((number, judgement)),
+            Err(message) => {
+                eprintln!("left out: {message}");
+                None
+            }
+        })
         .collect();
-    let judged = judged?;
     if !asked.write_only {
         println!(
             "\n{} cases, seed {}{}{}\n",

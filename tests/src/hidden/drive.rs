@@ -34,6 +34,11 @@ impl Drive {
         Self::default()
     }
 
+    /// A drive that is known at its rows.
+    pub fn logged(rows: Vec<f64>) -> Self {
+        Self { rows }
+    }
+
     /// A drive of `rms` over `rows` rows; its envelope grows from 0.25 to its full size where `growing`.
     pub fn new(
         rows: usize,

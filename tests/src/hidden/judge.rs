@@ -89,15 +89,16 @@ impl Named {
 }
 
 /// What was hidden, and what may be named for it without being wrong: an inertia error is a gain error of the force seen
-/// from the other side; Dahl's law is Wen's with exponent 1; Jenkin's element is a sharp Wen loop; the kinetic part of
-/// Stribeck's curve is Coulomb's.
-const EQUIVALENTS: [(&str, &str); 6] = [
+/// from the other side; Dahl's law is Wen's with exponent 1; Jenkin's element is a sharp Wen loop; Coulomb's law
+/// is Stribeck's without the excess at rest.
+const EQUIVALENTS: [(&str, &str); 7] = [
     ("inertia_error", "force_gain"),
     ("force_gain", "inertia_error"),
     ("dahl", "bouc_wen"),
     ("jenkins", "bouc_wen"),
     ("bouc_wen", "jenkins"),
     ("stribeck", "coulomb"),
+    ("coulomb", "stribeck"),
 ];
 
 impl std::fmt::Display for Named {
@@ -346,4 +347,90 @@ pub fn diagnose(case: &Case, folder: &Path, keep_truth: bool) -> std::io::Result
         diagnose_s: seconds[1],
         ..judgement
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hidden::cases::Options;
+
+    fn case(only: &str) -> Case {
+        let options = Options {
+            seed: 3,
+            only: Some(only.into()),
+            ..Default::default()
+        };
+        Case::draw(&options, 0).unwrap()
+    }
+
+    fn verdict(word: &str, ranked: &[(&str, &str)]) -> Verdict {
+        let entries: Vec<Value> = ranked
+            .iter()
+            .map(|(effect, axis)| serde_json::json!({"effect": effect, "axis": axis, "score": 3.0}))
+            .collect();
+        let text = serde_json::json!({
+            "verdict": word,
+            "relative_error_before": {"x": 0.12, "phi": 0.3},
+            "relative_error_after": {"x": 0.03, "phi": 0.02},
+            "noise_floor": {"x": 0.02, "phi": null},
+            "found": entries.first().map_or(vec![], |e| vec![e.clone()]),
+            "ranked": entries,
+            "where": [], "data_problems": [],
+        });
+        Verdict::read(&text.to_string()).unwrap()
+    }
+
+    #[test]
+    fn only_the_right_effect_on_the_right_axis_is_right() {
+        let mut case = case("jenkins");
+        case.hidden[0].axis = 0;
+        let judged = |word: &str, ranked: &[(&str, &str)]| {
+            let j = judge(&case, &verdict(word, ranked));
+            [j.right, j.right_or_equivalent, j.in_first_two, j.unknown]
+        };
+        assert_eq!(
+            judged("effect", &[("jenkins", "x")]),
+            [true, true, true, false]
+        );
+        assert_eq!(judged("effect", &[("jenkins", "phi")]), [false; 4]);
+        assert_eq!(
+            judged("effect", &[("bouc_wen", "x")]),
+            [false, true, false, false]
+        );
+        assert_eq!(
+            judged("effect", &[("coulomb", "x"), ("jenkins", "x")]),
+            [false, false, true, false]
+        );
+        assert_eq!(
+            judged("unknown", &[("jenkins", "x")]),
+            [false, false, false, true]
+        );
+        assert_eq!(judged("none", &[]), [false; 4]);
+        let j = judge(&case, &verdict("effect", &[("jenkins", "x")]));
+        assert!((j.error_over_floor.unwrap() - 1.5).abs() < 1e-12);
+        assert!((j.error_drop.unwrap() - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn healthy_joints_and_outsiders_have_verdicts_of_their_own() {
+        let healthy = case("none");
+        assert!(judge(&healthy, &verdict("none", &[])).right);
+        assert!(!judge(&healthy, &verdict("effect", &[("coulomb", "x")])).right);
+        assert!(!judge(&healthy, &verdict("data", &[])).right);
+        let outside = case("unmeasured force");
+        assert!(judge(&outside, &verdict("unknown", &[])).right);
+        assert!(!judge(&outside, &verdict("effect", &[("mains_hum", "x")])).right);
+        assert!(!judge(&outside, &verdict("none", &[])).right);
+    }
+
+    #[test]
+    fn a_broken_contract_is_said_and_not_judged() {
+        assert!(Verdict::read("{}").is_err());
+        let maybe =
+            r#"{"verdict": "maybe", "relative_error_before": {}, "found": [], "ranked": []}"#;
+        assert!(Verdict::read(maybe).unwrap_err().contains("four words"));
+        let nameless =
+            r#"{"verdict": "effect", "relative_error_before": {}, "found": [{}], "ranked": []}"#;
+        assert!(Verdict::read(nameless).unwrap_err().contains("found"));
+    }
 }

@@ -295,3 +295,128 @@ impl Law {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{PI, TAU};
+
+    /// Force at every step of the last of ten cycles of x = sin t, memory integrated by the midpoint rule.
+    fn last_cycle(form: Form) -> Vec<([f64; 2], f64)> {
+        const STEPS: usize = 20_000;
+        let law = Law {
+            form,
+            axis: 0,
+            strength: 3.0,
+        };
+        let h = TAU / STEPS as f64;
+        let joint = |t: f64| [[t.sin(), t.cos()], [0.0; 2]];
+        let mut memory = [0.0; 2];
+        let mut cycle = Vec::new();
+        for step in 0..10 * STEPS {
+            let t = step as f64 * h;
+            if step >= 9 * STEPS {
+                let force = law.force(&joint(t), &memory, &Surroundings::default())[0];
+                cycle.push((joint(t)[0], force));
+            }
+            let slope = law.rates(&joint(t), &memory)[0];
+            let half = [memory[0] + 0.5 * h * slope, 0.0];
+            memory[0] += h * law.rates(&joint(t + 0.5 * h), &half)[0];
+        }
+        cycle
+    }
+
+    /// Energy that a cycle of unit amplitude takes.
+    fn loop_area(cycle: &[([f64; 2], f64)]) -> f64 {
+        let sum: f64 = cycle.iter().map(|([_, v], f)| f * v).sum();
+        sum * TAU / cycle.len() as f64
+    }
+
+    fn near(value: f64, expected: f64, tolerance: f64) {
+        assert!(
+            (value - expected).abs() < tolerance * expected.abs(),
+            "{value} instead of {expected}"
+        );
+    }
+
+    #[test]
+    fn a_cycle_takes_the_energy_that_the_textbook_says() {
+        let area = |form| loop_area(&last_cycle(form));
+        // Dry friction: 4·F·X. Damper: π·c·X²·ω. Drag: 8/3·d·X³·ω². Spring and slider: 4·F·(X − F/k).
+        near(area(Form::Dry { edge: 1e-3 }), 12.0, 2e-3);
+        near(area(Form::Damper), 3.0 * PI, 1e-6);
+        near(area(Form::Drag), 8.0, 1e-6);
+        near(area(Form::SpringSlider { slip: 0.2 }), 12.0 * 0.8, 1e-3);
+        // Spring and damper in series: π·k·ωτ/(1 + (ωτ)²).
+        let relaxation_s = 0.7;
+        let lossy = 3.0 * PI * relaxation_s / (1.0 + relaxation_s * relaxation_s);
+        near(area(Form::SpringDamper { relaxation_s }), lossy, 1e-3);
+        near(area(Form::SqueezeFilm), 0.75 * PI, 1e-6);
+        for form in [
+            Form::Spring,
+            Form::Duffing,
+            Form::OneSided,
+            Form::Stop { at: 0.4 },
+        ] {
+            assert!(area(form).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn hysteresis_saturates_and_wens_law_with_exponent_one_is_dahls() {
+        let wen = |exponent, roundness| {
+            last_cycle(Form::Wen {
+                saturation: 0.05,
+                roundness,
+                exponent,
+            })
+        };
+        let dahl = last_cycle(Form::Dahl { saturation: 0.05 });
+        let smooth = wen(1.0, 1.0);
+        for ((_, a), (_, b)) in smooth.iter().zip(&dahl) {
+            assert!((a - b).abs() < 1e-9);
+        }
+        for cycle in [smooth, dahl, wen(2.0, 0.6)] {
+            let peak = cycle.iter().fold(0.0f64, |most, (_, f)| most.max(f.abs()));
+            near(peak, 3.0, 1e-2);
+        }
+        // While it slides steadily, LuGre's friction is Stribeck's curve.
+        let form = Form::Bristles {
+            deflection: 1e-3,
+            ratio: 1.7,
+            speed: 0.3,
+            damping_s: 1e-4,
+        };
+        for ([_, v], force) in last_cycle(form) {
+            if v.abs() > 0.2 {
+                near(force, 3.0 * excess(v, 1.7, 0.3) * v.signum(), 2e-2);
+            }
+        }
+    }
+
+    #[test]
+    fn the_cross_spring_keeps_energy_and_eq_16_needs_both_motions() {
+        let law = |form| Law {
+            form,
+            axis: 0,
+            strength: 2.0,
+        };
+        let around = Surroundings::default();
+        let joint = [[0.3, 0.1], [-0.5, 0.7]];
+        assert_eq!(
+            law(Form::CrossSpring).force(&joint, &[0.0; 2], &around),
+            [-1.0, 0.6]
+        );
+        let coupling = law(Form::ContactCoupling {
+            gaps: [0.2, 0.6],
+            ratio: 3.0,
+            lever: 0.5,
+        });
+        // Only the translation touches: −⅓·2·ẋ·φ.
+        let [own, other] = coupling.force(&joint, &[0.0; 2], &around);
+        near(own, 2.0 * 0.1 * 0.5 / 3.0, 1e-12);
+        near(other, 0.5 * own, 1e-12);
+        let resting = [[0.3, 0.1], [0.0; 2]];
+        assert_eq!(coupling.force(&resting, &[0.0; 2], &around)[0].abs(), 0.0);
+    }
+}

@@ -232,12 +232,9 @@ mod tests {
         let series: Vec<f64> = (0..400).map(|row| sine(f64::from(row))).collect();
         for delay_s in [0.0, 0.13e-3, 0.5e-3, 1.77e-3] {
             let late = later(&series, delay_s);
-            for row in 20..380 {
+            for (row, value) in late.iter().enumerate().take(380).skip(20) {
                 let expected = sine(row as f64 - delay_s * RATE_HZ);
-                assert!(
-                    (late[row] - expected).abs() < 1e-6,
-                    "{delay_s} s, row {row}"
-                );
+                assert!((value - expected).abs() < 1e-6, "{delay_s} s, row {row}");
             }
         }
     }

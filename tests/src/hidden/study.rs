@@ -1,7 +1,8 @@
 //! Writing a case as a user would have it: study.toml and a CSV per record; the truth only on request.
 
 use super::cases::Case;
-use super::sensors::{log, noise_of};
+use super::drive::RATE_HZ;
+use super::sensors::{Fault, log, noise_of};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
@@ -9,9 +10,6 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
-
-use super::drive::RATE_HZ;
-use super::sensors::Fault;
 
 /// What a study calls its two axes and their columns.
 const AXES: [AxisNames; 2] = [
@@ -130,7 +128,8 @@ pub fn write(case: &Case, folder: &Path) -> io::Result<()> {
         for row in 0..columns[0].len() {
             write!(file, "{}", row as f64 / RATE_HZ)?;
             for column in &columns {
-                write!(file, ",{:.8e}", column[row])?;
+                // Adding zero takes the sign from a negative one.
+                write!(file, ",{:.8e}", column[row] + 0.0)?;
             }
             writeln!(file)?;
         }

@@ -4,6 +4,9 @@ use super::catalogue::SUBJECTS;
 use super::judge::{Expected, Judgement};
 use std::fmt::Write as _;
 
+/// Something that holds of a judgement or not.
+type Question = fn(&Judgement) -> bool;
+
 /// The middle of some numbers; nothing of none.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
@@ -72,7 +75,7 @@ pub fn report(judged: &[(usize, Judgement)], seed: u64) -> String {
         of(Expected::Unknown),
         of(Expected::Effect),
     );
-    let sums: [(&str, &[&Judgement], fn(&Judgement) -> bool); 9] = [
+    let sums: [(&str, &[&Judgement], Question); 9] = [
         ("known effects, right first", &known, |j| j.right),
         ("known effects, right or equivalent first", &known, |j| {
             j.right_or_equivalent

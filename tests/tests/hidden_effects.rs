@@ -1,0 +1,215 @@
+//! The campaign of hidden effects stands on a rig of its own: that rig, what is hidden in it and its studies, held
+//! against the program's simulator and its fits.
+
+use jointwatch::model_file::ModelFile;
+use jointwatch::sim::{RigParameters, SimulationOptions, record_drives, simulate};
+use jointwatch::study::Study;
+use jointwatch_tests::hidden::bodies::BOUND;
+use jointwatch_tests::hidden::cases::{Case, Options};
+use jointwatch_tests::hidden::catalogue::SUBJECTS;
+use jointwatch_tests::hidden::drive::{Drive, RATE_HZ};
+use jointwatch_tests::hidden::rig::{Base, Chain, Rig, Run};
+use jointwatch_tests::hidden::study;
+use jointwatch_tests::program::succeed;
+use rayon::prelude::*;
+
+fn only(name: &str, seed: u64) -> Options {
+    Options {
+        seed,
+        only: Some(name.into()),
+        ..Default::default()
+    }
+}
+
+/// The program's simulated rig in the campaign's terms.
+fn same_rig(p: &RigParameters) -> Rig {
+    let chain = |a: &jointwatch::sim::AxisParameters| Chain {
+        inertia: a.inertia,
+        spring: [a.shaft_stiffness, a.far_stiffness, a.ground_stiffness],
+        damper: [a.shaft_damping, a.far_damping, a.ground_damping],
+    };
+    Rig {
+        chains: [chain(&p.translation), chain(&p.rotation)],
+        base: Base {
+            spring: p.joint.stiffness,
+            damper: p.joint.damping,
+            gap: p.joint.clearance,
+            contact: p.joint.contact_stiffness,
+            coupling: p.joint.coupling,
+            lever: p.joint.lever_arm_m,
+            rounding: 0.0,
+        },
+        hidden: Vec::new(),
+    }
+}
+
+/// Root mean square of a difference over that of the first series.
+fn relative(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let squares = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
+    let difference = squares(&mut a.iter().zip(b).map(|(a, b)| a - b));
+    (difference / squares(&mut a.iter().copied())).sqrt()
+}
+
+#[test]
+fn without_anything_hidden_both_simulators_move_alike() {
+    for seed in [1, 2, 3] {
+        let options = SimulationOptions {
+            rig: RigParameters::draw(seed),
+            duration_s: 4.0,
+            snr_db: None,
+            quantised: false,
+            seed,
+            ..Default::default()
+        };
+        let simulation = simulate(&options).unwrap();
+        let rig = same_rig(&options.rig);
+        for (record, truth) in simulation.study.records.iter().zip(&simulation.truth) {
+            let drives = record_drives(&options, &record.file).unwrap().unwrap();
+            let rows = record.rows;
+            let run = Run {
+                rows,
+                drives: drives.map(|d| {
+                    Drive::logged((0..rows).map(|row| d.at(row as f64 / RATE_HZ)).collect())
+                }),
+                unlogged: Drive::none(),
+            };
+            let trace = rig
+                .shake(&run, [1.0, 20.0], BOUND.map(|b| 3.0 * b))
+                .unwrap();
+            for axis in 0..2 {
+                if truth.states[2 * axis].iter().all(|x| *x == 0.0) {
+                    continue;
+                }
+                let x: Vec<f64> = trace.joint.iter().map(|j| j[axis][0]).collect();
+                let moved = relative(&truth.states[2 * axis], &x);
+                let forces = trace.restoring_force(&rig, axis);
+                let forced = relative(&truth.restoring_force[axis], &forces);
+                println!(
+                    "seed {seed}, {}, axis {axis}: x {moved:.1e}, r {forced:.1e}",
+                    record.file
+                );
+                // The drives differ between rows, where each simulator draws its own cubic.
+                assert!(moved < 2e-3, "{moved:e}");
+                assert!(forced < 4e-3, "{forced:e}");
+            }
+        }
+    }
+}
+
+/// The share of the restoring force that a case hides, from its files: m·a − F as the study has it, less the force of the
+/// joint that the user knows at the true motion.
+fn share_in_files(case: &Case) -> f64 {
+    let folder = tempfile::tempdir().unwrap();
+    study::write(case, folder.path()).unwrap();
+    let read = Study::read(&folder.path().join("study.toml")).unwrap();
+    assert_eq!(read.axes.len(), case.axes);
+    assert_eq!(read.base_terms, case.base_terms);
+    let axis = case.hidden[0].axis;
+    let (mut hidden, mut whole) = (0.0, 0.0);
+    for ((record, trace), plan) in read.records.iter().zip(&case.traces).zip(&case.plans) {
+        if !plan.training {
+            continue;
+        }
+        let channels = &record.axes[axis];
+        let acceleration = channels.acceleration.as_ref().unwrap();
+        let truth = trace.restoring_force(&case.rig, axis);
+        for (row, joint) in trace.joint.iter().enumerate() {
+            let seen = read.axes[axis].inertia.unwrap() * acceleration[row] - channels.force[row];
+            hidden += (seen - case.rig.base.force(joint)[axis]).powi(2);
+            whole += truth[row].powi(2);
+        }
+    }
+    (hidden / whole).sqrt()
+}
+
+#[test]
+fn every_subject_hides_the_share_that_was_asked_for() {
+    let seed = 11;
+    SUBJECTS.par_iter().for_each(|subject| {
+        let mut case = Case::draw(&only(subject.name, seed), 0).unwrap();
+        case.snr_db = None;
+        let (share, wanted) = (share_in_files(&case), case.hidden[0].wanted);
+        let visible = case.hidden[0].shares.visible;
+        println!(
+            "{}: {share:.4}, wanted {wanted:.4}, beyond the base {visible:.4}",
+            subject.name
+        );
+        assert!(
+            (share / wanted - 1.0).abs() < 0.03,
+            "{}: {share} for {wanted}",
+            subject.name
+        );
+        assert!(
+            visible <= 1.01 * share && visible > 0.01 * share,
+            "{}",
+            subject.name
+        );
+    });
+}
+
+#[test]
+fn a_case_is_its_seed_and_neighbours_differ() {
+    let options = only("dahl", 5);
+    let [a, b, c] = [0, 0, 1].map(|number| Case::draw(&options, number).unwrap());
+    assert_eq!(a.rig, b.rig);
+    assert_eq!(a.traces[0].force, b.traces[0].force);
+    assert_ne!(a.rig.chains, c.rig.chains);
+    let hard = Options {
+        tolerances: true,
+        ..options
+    };
+    let hard = Case::draw(&hard, 0).unwrap();
+    assert!(hard.tolerances.is_some() && hard.rig.base.rounding > 0.0);
+}
+
+#[test]
+fn with_nothing_hidden_identify_finds_the_joint_that_was_simulated() {
+    let seed = 21;
+    (0..4).into_par_iter().for_each(|number| {
+        let mut case = Case::draw(&only("none", seed), number).unwrap();
+        case.snr_db = None;
+        let folder = tempfile::tempdir().unwrap();
+        study::write(&case, folder.path()).unwrap();
+        succeed(
+            folder.path(),
+            &[
+                "identify",
+                "study.toml",
+                "--model",
+                "physical",
+                "-o",
+                "model.json",
+            ],
+        );
+        let model = ModelFile::read(&folder.path().join("model.json")).unwrap();
+        let base = &case.rig.base;
+        let mut checked = 0;
+        for term in &model.effects {
+            let axis = usize::from(term.axis.as_deref() == Some("phi"));
+            for parameter in &term.parameters {
+                let truth = match (term.effect.as_str(), parameter.name.as_str()) {
+                    ("stiffness", _) => base.spring[axis],
+                    ("viscous", _) => base.damper[axis],
+                    ("clearance", "gap") => base.gap[axis],
+                    ("clearance", _) => base.contact[axis],
+                    (_, "force_first") => base.coupling[0],
+                    (_, "force_second") => base.coupling[1],
+                    (_, "moment_first") => base.lever * base.coupling[0],
+                    (_, "moment_second") => base.lever * base.coupling[1],
+                    (_, "gap_first") => base.gap[0],
+                    _ => base.gap[1],
+                };
+                let off = (parameter.value / truth - 1.0).abs();
+                let name = format!(
+                    "seed {seed} case {number}: {} {}",
+                    term.effect, parameter.name
+                );
+                println!("{name}: {:.2} % off", 100.0 * off);
+                assert!(off < 0.01, "{name}: {} instead of {truth}", parameter.value);
+                checked += 1;
+            }
+        }
+        assert_eq!(checked, if case.axes == 2 { 14 } else { 4 });
+    });
+}
