@@ -254,7 +254,8 @@ fn summarise(
         // The outputs begin where the motion does: both lose half the derivatives' length.
         let measured = motion.measured_force(
             index,
-            axis.inertia.map_or(0.0, |_| model.header().axes[index].inertia),
+            axis.inertia
+                .map_or(0.0, |_| model.header().axes[index].inertia),
             axis.inertia.is_none(),
             axis.restoring_force,
         );

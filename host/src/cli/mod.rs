@@ -2,6 +2,7 @@
 
 mod compare;
 mod demo;
+mod effects;
 mod export;
 mod identify;
 mod identify_network;
@@ -56,6 +57,8 @@ enum Command {
     Identify(identify::Identify),
     /// Compare a model with the records of a study, verification and validation apart, and say where it fails.
     Compare(compare::Compare),
+    /// List the physical effects, or explain one: equation, parameters, what its absence looks like, its loop.
+    Effects(effects::Effects),
     /// Turn a model into the blob that the device evaluates.
     Export(export::Export),
     /// Show what a model or a blob holds.
@@ -157,6 +160,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Simulate(command) => command.run(&console),
         Command::Identify(command) => command.run(&console),
         Command::Compare(command) => command.run(&console),
+        Command::Effects(command) => command.run(&console),
         Command::Export(command) => command.run(&console),
         Command::Inspect(command) => command.run(&console),
         Command::Replay(command) => command.run(&console),
