@@ -4,6 +4,7 @@ mod add;
 mod compare;
 mod demo;
 mod diagnose;
+mod effects;
 mod export;
 mod identify;
 mod identify_network;
@@ -64,6 +65,8 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     /// Add physical effects to a model, find all values anew, and show the errors before and after.
     Add(add::Add),
+    /// List the physical effects, or explain one: equation, parameters, what its absence looks like, its loop.
+    Effects(effects::Effects),
     /// Turn a model into the blob that the device evaluates.
     Export(export::Export),
     /// Show what a model or a blob holds.
@@ -169,6 +172,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Command::Compare(command) => command.run(&console),
         Command::Diagnose(command) => command.run(&console),
         Command::Add(command) => command.run(&console),
+        Command::Effects(command) => command.run(&console),
         Command::Export(command) => command.run(&console),
         Command::Inspect(command) => command.run(&console),
         Command::Replay(command) => command.run(&console),

@@ -1,15 +1,20 @@
 //! Learning a sum of named physical effects from a study.
 
 use super::{Identified, Learnt, Prepared};
+use crate::corrections::Corrections;
 use crate::error::{Error, Result};
 use crate::fit::effects::{EffectsFit, FoundTerm, fit_effects};
 use crate::fit::polynomial::input_ranges;
 use crate::model::EffectTerm;
 use crate::model::effects::Bound;
 use crate::model_file::{AxisFit, Base, NoBase};
+use crate::motion::{self, Motion};
 use crate::study::{Axis, Study};
 use jointwatch_shared::model::axis::AxisKind;
+use jointwatch_shared::model::corrections::ForceCorrection;
 
+/// How often late channels are shifted before the last fit.
+const SHIFTS: usize = 2;
 /// What is believed of an axis when the study says nothing.
 const DEFAULT_TERMS: [&str; 3] = ["stiffness", "viscous", "preload"];
 
@@ -22,7 +27,7 @@ pub fn physical(study: &Study) -> Result<Identified> {
     let (terms, proposed) = base_terms(study)?;
     let prepared = Prepared::new(study)?;
     let training = prepared.training(study);
-    let mut fit = fit_effects(&study.axes, &training, &prepared.filters.band, &terms)?;
+    let mut fit = fit_in_time(study, &prepared, &terms)?;
     if let Some(proposed) = proposed {
         fit.warnings.insert(0, proposed);
     }
@@ -49,6 +54,43 @@ pub fn physical(study: &Study) -> Result<Identified> {
         warnings: fit.warnings,
     };
     prepared.finish(study, learnt)
+}
+
+/// Fits the terms; where force channels may be late, again with the channels put in time.
+///
+/// The law of a delay is the first order of a shift. What the second order leaves would be taken for a wrong gain, so the
+/// channels are shifted by what was found and the rest is found anew (Gauss–Newton).
+fn fit_in_time(study: &Study, prepared: &Prepared, terms: &[Bound]) -> Result<EffectsFit> {
+    let band = &prepared.filters.band;
+    let mut fit = fit_effects(&study.axes, &prepared.training(study), band, terms)?;
+    let late = |term: &FoundTerm| term.bound.entry.about.name == "time_delay";
+    if !fit.terms.iter().any(late) {
+        return Ok(fit);
+    }
+    let mut delays = Corrections {
+        force: [ForceCorrection::NONE; 2],
+    };
+    for _ in 0..SHIFTS {
+        for term in fit.terms.iter().filter(|term| late(term)) {
+            delays.force[term.bound.axis].delay_s += term.values[0];
+        }
+        let training = prepared.training(study);
+        let in_time = |motion: &&Motion| {
+            let record = delays.record(&study.records[motion.record], study.sample_rate_hz);
+            motion::motion(study, motion.record, &record, &prepared.filters)
+        };
+        let motions: Vec<Motion> = training.iter().map(in_time).collect::<Result<_>>()?;
+        let training: Vec<&Motion> = motions.iter().collect();
+        fit = fit_effects(&study.axes, &training, band, terms)?;
+    }
+    for term in fit.terms.iter_mut().filter(|term| late(term)) {
+        let shifted = delays.force[term.bound.axis].delay_s;
+        term.values[0] += shifted;
+        for end in term.intervals.iter_mut().flatten().flatten() {
+            *end += shifted;
+        }
+    }
+    Ok(fit)
 }
 
 /// The study's terms; or proposed ones, and the sentence that says so.
