@@ -509,7 +509,7 @@ fn errors_stay_within_their_bounds_and_those_of_states_do_not_gather() {
             }
         }
         let [early, late, bound] = largest;
-        println!("| {name} | {early:.1} | {late:.1} | {bound:.0} |");
+        println!("| {name} | {early:.1} | {late:.1} | {bound:.1} |");
     }
 }
 
