@@ -514,6 +514,43 @@ fn errors_stay_within_their_bounds_and_those_of_states_do_not_gather() {
 }
 
 #[test]
+fn a_state_follows_its_differential_equation_at_usual_sample_rates() {
+    // The motion as it is sampled, and the same motion sampled 32 times as often.
+    const FINER: usize = 32;
+    let at = |t: f64| {
+        let x = 0.6 * t.sin() + 0.35 * (2.7 * t + 1.0).sin();
+        let v = 0.6 * t.cos() + 0.945 * (2.7 * t + 1.0).cos();
+        [x, v, 0.0, 0.0]
+    };
+    let sampled = |finer: usize| -> Vec<[f64; 4]> {
+        let rows = 0..4000 * finer;
+        rows.map(|row| at(0.005 * row as f64 / finer as f64))
+            .collect()
+    };
+    for entry in of_the_joint().filter(|e| !e.state_bounds.is_empty()) {
+        for place in [0.3, 0.5, 0.8] {
+            let values = taken(entry, &parameters(entry, &[place; 6]), &References::SI);
+            let forces = |finer: usize| {
+                let scales = References {
+                    time: 1.0 / finer as f64,
+                    ..References::SI
+                };
+                run(entry.real, values, &sampled(finer), &scales, |v| v)
+            };
+            let (coarse, fine) = (forces(1), forces(FINER));
+            let (mut off, mut size) = (0.0, 0.0);
+            for (c, f) in coarse.iter().zip(fine.iter().step_by(FINER)) {
+                off += (c[0] - f[0]).powi(2);
+                size += f[0].powi(2);
+            }
+            let relative = (off / size).sqrt();
+            println!("{} at {place}: {relative:.1e}", entry.about.name);
+            assert!(relative < 1e-3, "{}: {relative:.2e}", entry.about.name);
+        }
+    }
+}
+
+#[test]
 fn bounds_are_a_part_in_a_million_of_the_force() {
     let header = header(2);
     for entry in of_the_joint() {
