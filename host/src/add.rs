@@ -3,13 +3,13 @@
 use crate::compare::{self, RecordFigures};
 use crate::diagnose::noise;
 use crate::error::{Error, Result};
-use crate::fit::effects::EffectsFit;
-use crate::fit::effects::fit_effects;
-use crate::identify::{Prepared, effect_terms};
+use crate::fit::effects::FoundTerm;
+use crate::identify::{Prepared, fit_in_time};
 use crate::model::effects::Bound;
 use crate::model_file::{Base, HistoryEntry, ModelFile};
 use crate::motion::Motion;
 use crate::study::{Role, Study};
+use jointwatch_shared::model::terms::InSi;
 use serde::Serialize;
 
 /// An effect that lowers no axis's error by this part is of no help.
@@ -77,22 +77,14 @@ pub fn add(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Added
         )));
     }
     let prepared = Prepared::with_filters(study, model.filters.clone())?;
-    let training = prepared.training(study);
-    let fit = fit_effects(&study.axes, &training, &model.filters.band, &terms)?;
-    let mut wider = model.clone();
-    adopt(&mut wider, study, fit);
-
+    let fit = fit_in_time(study, &prepared, &terms)?;
     let before = compare::compare_motions(study, model, &prepared.motions)?;
-    let after = compare::compare_motions(study, &wider, &prepared.motions)?;
     let all: Vec<&Motion> = prepared.motions.iter().collect();
-    let inertia: Vec<f64> = wider.axes.iter().map(|a| a.inertia).collect();
-    let floors = noise::floors(
-        &study.axes,
-        &all,
-        &model.filters.band,
-        &wider.effects_in_si()?,
-        &inertia,
-    );
+    let inertia: Vec<f64> = fit.inertia.iter().map(|i| i.value).collect();
+    let in_si: Vec<InSi> = fit.terms.iter().map(FoundTerm::in_si).collect();
+    let floors = noise::floors(&study.axes, &all, &model.filters.band, &in_si, &inertia);
+    let mut wider = prepared.physical(study, fit)?.model;
+    let after = compare::compare(study, &wider)?;
     let mut changes = Vec::new();
     for (old, new) in before.records.iter().zip(&after.records) {
         for (axis, floor) in names.iter().zip(&floors) {
@@ -108,32 +100,18 @@ pub fn add(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Added
             .count()
             > 0
     };
-    wider.verification = after.verification;
-    wider.validation = after.validation;
-    wider.history.push(HistoryEntry {
+    let mut history = model.history.clone();
+    history.push(HistoryEntry {
         what: format!("added: {}", effects.join(", ")),
         validation: wider.validation.clone(),
     });
+    wider.history = history;
     Ok(Added {
         model: wider,
         changes,
         helps,
         floors_at_rest: floors.iter().all(|f| f.at_rest),
     })
-}
-
-/// Puts what a fit found in the place of the model's effects.
-fn adopt(model: &mut ModelFile, study: &Study, fit: EffectsFit) {
-    model.effects = effect_terms(&study.axes, &fit.terms);
-    for (axis, inertia) in model.axes.iter_mut().zip(&fit.inertia) {
-        axis.inertia = inertia.value;
-    }
-    for (index, about) in model.fits.iter_mut().enumerate() {
-        let acting = fit.terms.iter().filter(|t| t.bound.acts_on(index));
-        about.terms = acting.map(|t| t.values.len()).sum();
-        about.effective_parameters = about.terms as f64;
-    }
-    model.warnings = fit.warnings;
 }
 
 fn change(old: &RecordFigures, new: &RecordFigures, axis: &str, floor: f64) -> Option<Change> {

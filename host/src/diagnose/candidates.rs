@@ -13,11 +13,12 @@ use crate::fit::effects::unknowns::{ShapeUnknown, shapes};
 use crate::fit::normal_equations::{self, Cholesky};
 use crate::model::effects::Bound;
 use faer::Mat;
+use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::effect::{Acts, EFFECTS};
 use rayon::prelude::*;
 
 /// Starting values of one effect's shapes that are tried at most; more are thinned out.
-const MOST_STARTS: usize = 64;
+const MOST_STARTS: usize = 40;
 /// Effects that are refined and cross-validated.
 pub(crate) const REFINED: usize = 8;
 /// Steps of a refinement.
@@ -90,6 +91,14 @@ impl<'a> Beside<'a> {
             residual: problem.weighted(&[&solution.solved.residual]),
             own,
             factor: Cholesky::new(gram)?,
+        })
+    }
+
+    /// Whether every parameter that has to be positive is.
+    fn is_physical(&self, candidate: &Candidate) -> bool {
+        let listed = candidate.bound.entry.parameters().iter();
+        listed.zip(&candidate.values).all(|(parameter, value)| {
+            !matches!(parameter.role, Role::Linear { positive: true }) || *value >= 0.0
         })
     }
 
@@ -181,6 +190,7 @@ impl<'a> Beside<'a> {
             let projected = self.project(&columns)?;
             Some(self.candidate(bound, values, projected))
         });
+        let tried = tried.filter(|candidate| self.is_physical(candidate));
         tried.max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
@@ -262,7 +272,7 @@ impl<'a> Beside<'a> {
                 .project(&columns)
                 .map(|p| self.candidate(&best.bound, values, p));
             match tried {
-                Some(tried) if tried.gain > best.gain => {
+                Some(tried) if tried.gain > best.gain && self.is_physical(&tried) => {
                     let little = tried.gain - best.gain < 1e-5 * best.gain;
                     best = tried;
                     damping = f64::max(damping / 5.0, 1e-6);

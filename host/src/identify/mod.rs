@@ -6,7 +6,7 @@ mod polynomial;
 
 pub use network::{Training, network};
 pub use physical::physical;
-pub(crate) use physical::{base_terms, effect_terms};
+pub(crate) use physical::{base_terms, fit_in_time};
 pub use polynomial::polynomial;
 
 use crate::compare;

@@ -26,41 +26,55 @@ const DEFAULT_TERMS: [&str; 3] = ["stiffness", "viscous", "preload"];
 pub fn physical(study: &Study) -> Result<Identified> {
     let (terms, proposed) = base_terms(study)?;
     let prepared = Prepared::new(study)?;
-    let training = prepared.training(study);
     let mut fit = fit_in_time(study, &prepared, &terms)?;
     if let Some(proposed) = proposed {
         fit.warnings.insert(0, proposed);
     }
-    let fits = study.axes.iter().enumerate();
-    let fits = fits.map(|(index, axis)| {
-        let parameters = parameters_on(&fit, index);
-        AxisFit {
-            axis: axis.name.clone(),
-            terms: parameters,
-            ridge: 0.0,
-            effective_parameters: parameters as f64,
-            training_force_rms: prepared.training_force_rms(study, index, fit.inertia[index].value),
-            cross_validation_nmse_percent: None,
-        }
-    });
-    let learnt = Learnt {
-        fits: fits.collect(),
-        base: Base::None(NoBase {
-            inputs: input_ranges(&training),
-        }),
-        effects: effect_terms(&study.axes, &fit.terms),
-        inertia: fit.inertia,
-        fit: "variable projection".into(),
-        warnings: fit.warnings,
-    };
-    prepared.finish(study, learnt)
+    prepared.physical(study, fit)
+}
+
+impl Prepared {
+    /// The model that a fit of effects makes, with its errors on every record.
+    ///
+    /// # Errors
+    /// As [`Prepared::finish`].
+    pub(crate) fn physical(self, study: &Study, fit: EffectsFit) -> Result<Identified> {
+        let training = self.training(study);
+        let fits = study.axes.iter().enumerate();
+        let fits = fits.map(|(index, axis)| {
+            let parameters = parameters_on(&fit, index);
+            AxisFit {
+                axis: axis.name.clone(),
+                terms: parameters,
+                ridge: 0.0,
+                effective_parameters: parameters as f64,
+                training_force_rms: self.training_force_rms(study, index, fit.inertia[index].value),
+                cross_validation_nmse_percent: None,
+            }
+        });
+        let learnt = Learnt {
+            fits: fits.collect(),
+            base: Base::None(NoBase {
+                inputs: input_ranges(&training),
+            }),
+            effects: effect_terms(&study.axes, &fit.terms),
+            inertia: fit.inertia,
+            fit: "variable projection".into(),
+            warnings: fit.warnings,
+        };
+        self.finish(study, learnt)
+    }
 }
 
 /// Fits the terms; where force channels may be late, again with the channels put in time.
 ///
 /// The law of a delay is the first order of a shift. What the second order leaves would be taken for a wrong gain, so the
 /// channels are shifted by what was found and the rest is found anew (Gauss–Newton).
-fn fit_in_time(study: &Study, prepared: &Prepared, terms: &[Bound]) -> Result<EffectsFit> {
+pub(crate) fn fit_in_time(
+    study: &Study,
+    prepared: &Prepared,
+    terms: &[Bound],
+) -> Result<EffectsFit> {
     let band = &prepared.filters.band;
     let mut fit = fit_effects(&study.axes, &prepared.training(study), band, terms)?;
     let late = |term: &FoundTerm| term.bound.entry.about.name == "time_delay";

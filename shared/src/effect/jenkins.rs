@@ -25,9 +25,10 @@ const SLIP: Shape = Shape {
 impl Effect for Jenkins {
     const TAG: u8 = 13;
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
-    // What a sample adds is the difference of two rounded positions, so that roundings cancel along any path; the law of
-    // a slider then passes on at most twice the largest of them (P. Krejčí, Hysteresis, Convexity and Dissipation in
-    // Hyperbolic Equations, 1996, II.2), which a step's bound already counts.
+    // What a sample adds is the difference of two rounded positions, so that roundings cancel along any path. The slider, too,
+    // passes on errors of its input and gathers none: its position follows the largest of them at most once, and the spring's
+    // stretch, input minus slider, at most twice (P. Krejčí, Hysteresis, Convexity and Dissipation in Hyperbolic Equations,
+    // 1996). The error of a step counts both positions and so is that bound.
     const FADING: Fading = Fading::Within(1);
 
     const ABOUT: About = About {

@@ -11,7 +11,7 @@ use crate::units::Dimension;
 ///
 /// z is the bend of the bristles over the bend at which they slip. In Canudas de Wit's notation it is σ₀·z/g(v) and u = g(v)/σ₀ at
 /// rest, F_s/σ₀; here u keeps this value at all speeds, so bristles that slip earlier are softer in proportion. At constant
-/// speed and near rest both say the same, and this one has the state in the unit ball and all forces proportional to parameters.
+/// speed and near rest both say the same, and this one keeps its state within ±1 and needs no quotient.
 /// A viscous part (σ₂) is the effect `viscous`.
 pub(super) struct LuGre;
 

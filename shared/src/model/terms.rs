@@ -373,6 +373,12 @@ mod quantise {
             let mut stored = Vec::new();
             for term in terms {
                 check_place(term.entry, term.axis, header.axes.len())?;
+                if term.entry.needs_two_axes() && header.axes.len() != 2 {
+                    return Err(Error::Effect {
+                        tag: term.entry.tag,
+                        fault: "needs two axes while the model has one",
+                    });
+                }
                 let own = usize::from(term.axis);
                 let references = references(header, full_scale, own);
                 let forces = term.bounds(header, &references);

@@ -6,20 +6,20 @@
 //!
 //! | operation | over | largest error stated | measured, maximum and RMS |
 //! |---|---|---|---|
-//! | [`decay`] | all arguments | 3 units of 2⁻³² ([`DECAY_ERROR`]) | 1.3 and 0.29 |
-//! | [`power`] | 0 to 1, exponents 1 to 4 | 16 units ([`POWER_ERROR`]) | 6.7 and 1.1 |
-//! | [`sine`] | all arguments | 9 units ([`SINE_ERROR`]) | 3.9 and 0.49 |
+//! | `decay` | all arguments | 3 units of 2⁻³² ([`DECAY_ERROR`]) | 1.3 and 0.29 |
+//! | `power` | 0 to 1, exponents 1 to 4 | 16 units ([`POWER_ERROR`]) | 6.7 and 1.1 |
+//! | `sine` | all arguments | 9 units ([`SINE_ERROR`]) | 3.9 and 0.49 |
 //!
 //! Measured by `cargo test --release -p jointwatch-shared elementary -- --nocapture`. The stated error is that against the exact
 //! function of the number that was given.
 
 use super::q::{PLACES, Q, UNIT};
 
-/// The most by which [`decay`] is off: the polynomial 0.1 units, its roundings 1.5, log₂e 0.5, the last shift 0.5.
+/// The most by which `decay` is off: the polynomial 0.1 units, its roundings 1.5, log₂e 0.5, the last shift 0.5.
 pub const DECAY_ERROR: f64 = 3.0 * UNIT;
-/// The most by which [`power`] is off: four times the logarithm's 4 units times ln 2, and the decay's.
+/// The most by which `power` is off: four times the logarithm's 4 units times ln 2, and the decay's.
 pub const POWER_ERROR: f64 = 16.0 * UNIT;
-/// The most by which [`sine`] is off: half a unit for each of nine products and eight coefficients.
+/// The most by which `sine` is off: half a unit for each of nine products and eight coefficients.
 pub const SINE_ERROR: f64 = 9.0 * UNIT;
 
 /// log₂ e.

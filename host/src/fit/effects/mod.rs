@@ -17,6 +17,7 @@ use crate::study::Axis;
 use columns::Records;
 use intervals::QUANTILE;
 use jointwatch_shared::effect::about::Role;
+use jointwatch_shared::model::terms::InSi;
 use projection::{Problem, Solved};
 use unknowns::ShapeUnknown;
 
@@ -34,6 +35,17 @@ pub struct FoundTerm {
     pub values: Vec<f64>,
     /// Per parameter the interval that covers the true value in 95 of 100 experiments.
     pub intervals: Vec<Option<[f64; 2]>>,
+}
+
+impl FoundTerm {
+    /// The effect in numbers.
+    pub fn in_si(&self) -> InSi {
+        InSi {
+            entry: self.bound.entry,
+            axis: self.bound.axis as u8,
+            values: self.values.clone(),
+        }
+    }
 }
 
 /// A sum of effects as found.
