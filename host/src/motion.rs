@@ -43,6 +43,25 @@ impl Motion {
         self.force[0].len()
     }
 
+    /// The `rows` rows in the middle, or all where there are fewer.
+    pub fn middle(&self, rows: usize) -> Self {
+        let all = self.rows();
+        let count = rows.min(all);
+        let start = (all - count) / 2;
+        let cut = |series: &[Vec<f64>]| {
+            let series = series.iter();
+            series.map(|s| s[start..start + count].to_vec()).collect()
+        };
+        Self {
+            record: self.record,
+            first_row: self.first_row + start,
+            sample_rate_hz: self.sample_rate_hz,
+            states: cut(&self.states),
+            acceleration: cut(&self.acceleration),
+            force: cut(&self.force),
+        }
+    }
+
     /// The measured force that errors of an axis are held against, in N or N·m, wide-band: the restoring force; where the
     /// inertia was identified, so that the restoring force is not measured by itself, the applied force with its sign.
     pub fn measured_force(

@@ -154,8 +154,8 @@ fn a_band_as_narrow_as_the_taps_allow_is_said_to_be_so() {
     study.band_hz = Some(20.0);
     let filters = Filters::design(&study).unwrap();
     println!("{}", filters.reason);
-    assert_eq!((filters.band_hz, filters.band.len()), (20.0, 129));
-    assert!(filters.reason.contains("129 taps"));
+    assert_eq!((filters.band_hz, filters.band.len()), (20.0, 257));
+    assert!(filters.reason.contains("257 taps"));
 }
 
 #[test]

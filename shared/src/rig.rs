@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// The most taps a derivative may have; odd, so that the delay is a whole number of samples.
 pub const MAX_TAPS: usize = 129;
 /// The most taps of the low-pass over the residual: a band that is narrow beside the sample rate needs a long filter.
-pub const MAX_BAND_TAPS: usize = 401;
+pub const MAX_BAND_TAPS: usize = 257;
 
 /// A linear-phase FIR filter with integer taps: `y = Σ taps[i]·x[n−i] · 2^−shift`.
 ///

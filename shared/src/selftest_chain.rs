@@ -33,7 +33,7 @@ const BAND: [i32; 9] = {
     ]
 };
 
-/// At most 129 or 401 of them, as many as the filter in question holds.
+/// At most 129 or 257 of them, as many as the filter in question holds.
 fn taps<const MOST: usize>(taps: &[i32], shift: i8) -> Taps<MOST> {
     Taps {
         taps: Vec::from_slice(taps).unwrap_or_default(),
@@ -110,10 +110,18 @@ impl Motion {
 
 /// The digest of every output of the chain over `samples` samples of the fixed motion; 0 when `model` does not fit the rig.
 pub fn chain_digest(model: &Model, seed: u64, samples: u32) -> u64 {
-    let chain = match reference_rig().and_then(|rig| Chain::new(model, &rig)) {
-        Ok(chain) => chain,
-        Err(_) => return 0,
-    };
+    reference_chain(model).map_or(0, |chain| run(&chain, model, seed, samples))
+}
+
+/// The chain of the reference rig. Kept apart from [`run`], so that the rig has left the stack before the chain's state
+/// comes: the smallest microcontroller has 16 KiB.
+#[inline(never)]
+fn reference_chain(model: &Model) -> Result<Chain, Error> {
+    reference_rig().and_then(|rig| Chain::new(model, &rig))
+}
+
+#[inline(never)]
+fn run(chain: &Chain, model: &Model, seed: u64, samples: u32) -> u64 {
     let mut motion = Motion {
         points: Points::new(seed),
         position: [0; 4],

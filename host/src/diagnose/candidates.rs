@@ -5,7 +5,6 @@
 //! shapes are scanned over their starting values, the promising ones refined, and the best few held against blocks of
 //! the records that they were not fitted to.
 
-use crate::error::Result;
 use crate::fit::effects::Solution;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
@@ -102,8 +101,9 @@ impl<'a> Beside<'a> {
         })
     }
 
-    /// Every effect that could be added to the model, one entry per effect and axis, the most promising first.
-    pub(crate) fn search(&self, axes: usize) -> Result<Vec<Candidate>> {
+    /// Every effect that could be added to the model, one entry per effect and axis, the most promising first; the first
+    /// [`REFINED`] of them are refined.
+    pub(crate) fn search(&self, axes: usize) -> Vec<Candidate> {
         let mut bounds = Vec::new();
         for entry in EFFECTS {
             let places = match entry.acts {
@@ -121,18 +121,23 @@ impl<'a> Beside<'a> {
             .filter_map(|bound| self.scan(bound))
             .collect();
         found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        let refined: Vec<Candidate> = found
-            .par_iter()
-            .take(REFINED)
-            .map(|candidate| self.refine(candidate))
-            .collect();
-        let mut all: Vec<Candidate> = refined;
-        all.extend(found.into_iter().skip(REFINED));
+        found.truncate(REFINED);
+        self.refined(found)
+    }
+
+    /// Candidates that were found on other rows of the same records, refined on these, the most promising first.
+    pub(crate) fn refined(&self, candidates: Vec<Candidate>) -> Vec<Candidate> {
+        let again = candidates.into_par_iter().filter_map(|candidate| {
+            let columns = self.records.columns(&candidate.bound, &candidate.values);
+            let projected = self.project(&columns)?;
+            let start = self.candidate(&candidate.bound, candidate.values, projected);
+            let mut refined = self.refine(&start);
+            refined.explained = self.explained(&refined);
+            Some(refined)
+        });
+        let mut all: Vec<Candidate> = again.collect();
         all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        for candidate in all.iter_mut().take(REFINED) {
-            candidate.explained = self.explained(candidate);
-        }
-        Ok(all)
+        all
     }
 
     /// With an inertia that is not stated, a wrong one and a wrong force scale are already part of the fit.

@@ -21,6 +21,8 @@ const LEAST_SIGNIFICANCE: f64 = 3.5;
 const PARSIMONY: f64 = 0.01;
 /// Two laws whose contributions agree to this cannot be told apart by these records.
 const LIKENESS: f64 = 0.985;
+/// Rows of all records together on which every effect's starting values are scanned; the promising ones see all rows.
+const MOST_SCANNED: usize = 36_000;
 /// The most effects that are added.
 const MOST_ADDED: usize = 4;
 
@@ -75,6 +77,10 @@ pub(crate) fn search(
     values: Option<Vec<Vec<f64>>>,
 ) -> Result<Vec<Round>> {
     let records = Records::new(axes, motions, low_pass);
+    let each = MOST_SCANNED / motions.len().max(1);
+    let excerpts: Vec<Motion> = motions.iter().map(|m| m.middle(each)).collect();
+    let excerpts: Vec<&Motion> = excerpts.iter().collect();
+    let excerpt = Records::new(axes, &excerpts, low_pass);
     let count = blocks(&records).len();
     if count < LEAST_BLOCKS {
         return Err(Error::data(format!(
@@ -90,7 +96,7 @@ pub(crate) fn search(
         let ranked = if rounds.len() > MOST_ADDED {
             Vec::new()
         } else {
-            judge(&records, &terms, &solution, axes)?
+            judge(&records, &excerpt, &terms, &solution, axes)?
         };
         let missing = ranked.first().filter(|best| best.is_missing());
         let Some(best) = missing else {
@@ -126,6 +132,7 @@ fn shapes_of(records: &Records<'_>, terms: &[Bound], values: &[Vec<f64>]) -> Vec
 /// Candidates with what they are worth on held-out blocks, best first.
 fn judge(
     records: &Records<'_>,
+    excerpt: &Records<'_>,
     terms: &[Bound],
     solution: &Solution,
     axes: &[Axis],
@@ -136,7 +143,19 @@ fn judge(
     let Some(without) = held_out(records, &beside, None, axes.len()) else {
         return Ok(Vec::new());
     };
-    let candidates = beside.search(axes.len())?;
+    let on_excerpt = Solution {
+        shapes: solution.shapes.clone(),
+        weights: solution.weights.clone(),
+        solved: {
+            let problem = solution.problem(excerpt, terms);
+            problem.solve(&problem.shapes_of(&solution.solved), None)?
+        },
+        stopped: solution.stopped,
+    };
+    let candidates = match Beside::new(excerpt, terms, &on_excerpt) {
+        Some(coarse) => beside.refined(coarse.search(axes.len())),
+        None => beside.search(axes.len()),
+    };
     let mut judged: Vec<(Judged, HeldOut)> = candidates
         .into_iter()
         .take(REFINED)

@@ -23,7 +23,7 @@ fn cell(row: usize, column: usize, value: &str, parts: &[&str]) {
 #[test]
 fn the_good_study_is_read_in_si_and_whatever_the_line_ends_delimiter_and_mark() {
     let study = read(STUDY, &log().join("\n")).unwrap();
-    assert_eq!((study.records.len(), study.records[0].rows), (2, 300));
+    assert_eq!((study.records.len(), study.records[0].rows), (2, 700));
     assert_eq!(study.sample_rate_hz, 1000.0);
     let plain = study.records[0].axes.clone();
     let semicolons = log().join("\n").replace(',', ";");
@@ -137,7 +137,7 @@ fn files_that_hold_nothing_or_something_else() {
     fs::write(folder.path().join("one.csv"), latin).unwrap();
     refused(
         Study::read(folder.path()),
-        &["one.csv", "row 302 ", "UTF-8"],
+        &["one.csv", "row 702 ", "UTF-8"],
     );
     fs::write(folder.path().join("one.csv"), b"\xff\xfet\0,\0").unwrap();
     refused(Study::read(folder.path()), &["one.csv", "UTF-16"]);
@@ -222,7 +222,7 @@ fn dropped_samples_are_bridged_when_few_and_refused_when_many() {
     let mut few = log();
     few.drain(101..104);
     let study = read(STUDY, &few.join("\n")).unwrap();
-    assert_eq!(study.records[0].rows, 300);
+    assert_eq!(study.records[0].rows, 700);
     let note = study.notes.iter().find(|n| n.contains("bridged")).unwrap();
     assert!(
         note.contains("one.csv")

@@ -35,7 +35,7 @@ role = "validate"
 const HEADING: &str = "t_s,x2_m,x3_m,a2_m_s2,force_N";
 /// A good log: line by line, the heading first.
 fn log() -> Vec<String> {
-    let rows = (0..300).map(|i| {
+    let rows = (0..700).map(|i| {
         let t = f64::from(i) * 1e-3;
         let w = 60.0 * t;
         format!(

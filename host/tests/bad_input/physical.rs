@@ -82,7 +82,7 @@ fn terms_that_contradict_or_do_not_exist() {
 
 #[test]
 fn records_that_determine_nothing() {
-    let short = log(430, |a| 0.7 * a);
+    let short = log(400, |a| 0.7 * a);
     refused(
         &with_terms(STUDY, r#"["stiffness@x", "viscous@x", "preload@x"]"#),
         &short,

@@ -135,7 +135,7 @@ fn records() {
         );
         refused(read(&study, &log().join("\n")), parts);
     };
-    rows("[0, 301]", &["one.csv", "300 rows", "[0, 301]"]);
+    rows("[0, 701]", &["one.csv", "700 rows", "[0, 701]"]);
     rows("[200, 100]", &["one.csv", "[200, 100]"]);
     rows("[0, 99]", &["one.csv", "99 rows", "100"]);
     rows("[-1, 99]", &["study.toml", "line 17"]);

@@ -297,17 +297,16 @@ impl Model {
     /// nothing overflows; without effects, no branch on an input.
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
+        if self.terms.list().is_empty() {
+            return self.of_base(u);
+        }
         self.step(&mut Memory::default(), u)
     }
 
     /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go on from `memory`.
     #[inline]
     pub fn step(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
-        let base = match &self.base {
-            Base::Polynomial(polynomial) => polynomial.evaluate(u),
-            Base::Network(network) => network.evaluate(u),
-            Base::None { .. } => [0; 2],
-        };
+        let base = self.of_base(u);
         if self.terms.list().is_empty() {
             return base;
         }
@@ -315,6 +314,15 @@ impl Model {
         let [first, second] = base;
         let [s, t] = self.base_shifts;
         [with_effect(first, s, f), with_effect(second, t, g)]
+    }
+
+    #[inline]
+    fn of_base(&self, u: &[i32; 4]) -> [i32; 2] {
+        match &self.base {
+            Base::Polynomial(polynomial) => polynomial.evaluate(u),
+            Base::Network(network) => network.evaluate(u),
+            Base::None { .. } => [0; 2],
+        }
     }
 }
 

@@ -97,7 +97,7 @@ pub(crate) fn network(axes: usize, neurons: usize, seed: u64) -> Model {
 pub(crate) fn effects(axes: usize, seed: u64) -> Vec<InSi> {
     let mut points = Points::new(seed);
     let known = EFFECTS.iter().rev().filter(|e| e.seat == Seat::Joint);
-    let allowed = known.filter(|entry| axes == 2 || entry.acts == Acts::OwnAxis);
+    let allowed = known.filter(|entry| axes == 2 || !entry.needs_two_axes());
     let term = |(number, entry): (usize, &'static Entry)| InSi {
         entry,
         axis: match entry.acts {

@@ -25,6 +25,8 @@ use unknowns::ShapeUnknown;
 const ROWS_PER_PARAMETER: usize = 10;
 /// How often the axes are weighed against each other anew.
 const WEIGHINGS: usize = 2;
+/// A force that varies by less than this part of its size never changes: logs have nine digits at most.
+const UNCHANGING: f64 = 1e-7;
 
 /// One effect as found.
 #[derive(Clone, Debug, PartialEq)]
@@ -227,7 +229,10 @@ fn check_forces(records: &Records<'_>, axes: &[Axis]) -> Result<()> {
     for (axis, force) in axes.iter().zip(records.measured.chunks_exact(rows)) {
         let mean = force.iter().sum::<f64>() / rows as f64;
         let largest = force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
-        if force.iter().all(|f| (f - mean).abs() <= 1e-12 * largest) {
+        if force
+            .iter()
+            .all(|f| (f - mean).abs() <= UNCHANGING * largest)
+        {
             return Err(Error::data(format!(
                 "the force of axis {} never changes: check its column in study.toml",
                 axis.name
