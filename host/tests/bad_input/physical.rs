@@ -99,7 +99,7 @@ fn records_that_determine_nothing() {
     refused(
         &unlearnt,
         &log(4000, |a| 0.7 * a),
-        &["nothing to learn from"],
+        &["no [[record]] has role"],
     );
 }
 
