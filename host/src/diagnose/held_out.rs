@@ -27,8 +27,8 @@ impl HeldOut {
             .collect()
     }
 
-    /// By how much the errors of `other` exceed these: sum over blocks and axes, and its standard error.
-    pub(crate) fn better_than(&self, other: &Self) -> (f64, f64) {
+    /// By how much the errors of `other` exceed these.
+    pub(crate) fn better_than(&self, other: &Self) -> Gain {
         let differences: Vec<f64> = other
             .errors
             .iter()
@@ -39,9 +39,49 @@ impl HeldOut {
         let sum: f64 = differences.iter().sum();
         let mean = sum / count;
         let variance: f64 = differences.iter().map(|d| (d - mean) * (d - mean)).sum();
-        (sum, (variance * count / (count - 1.0).max(1.0)).sqrt())
+        let won: f64 = differences.iter().filter(|d| **d > 0.0).sum();
+        let mut largest = differences;
+        largest.sort_by(|a, b| b.total_cmp(a));
+        Gain {
+            sum,
+            error: (variance * count / (count - 1.0).max(1.0)).sqrt(),
+            lost: won - sum,
+            without_best: sum - largest.iter().take(BEST).sum::<f64>(),
+        }
     }
 }
+
+/// The blocks in which an effect helps most that may not be all that speaks for it.
+const BEST: usize = 2;
+
+/// What an effect gains on held-out blocks, Σ (weighted residual)².
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Gain {
+    /// Over all blocks.
+    pub(crate) sum: f64,
+    /// Standard error of the sum, blocks taken as alike.
+    pub(crate) error: f64,
+    /// What is lost in the blocks in which it does harm.
+    pub(crate) lost: f64,
+    /// What is left of the sum without the blocks in which it helps most.
+    pub(crate) without_best: f64,
+}
+
+impl Gain {
+    /// Whether it is more than chance: many standard errors; or, for an effect that acts in a few blocks only (a stop that is
+    /// seldom met), next to no harm anywhere and help that does not hang on one or two blocks.
+    pub(crate) fn is_sure(&self) -> bool {
+        self.sum > SURE * self.error
+            || (self.lost < HARMLESS * self.sum && self.without_best > SHARED * self.sum)
+    }
+}
+
+/// Standard errors that make a gain sure.
+const SURE: f64 = 3.5;
+/// Harm that counts as none, as a part of the gain.
+const HARMLESS: f64 = 0.05;
+/// What blocks other than the best must contribute, as a part of the gain.
+const SHARED: f64 = 0.1;
 
 /// The rows of every block, `(start, count)` within one axis.
 pub(crate) fn blocks(records: &Records<'_>) -> Vec<(usize, usize)> {

@@ -1,7 +1,7 @@
 //! Which physical effects a model lacks: search, add, search again, until nothing is missing.
 
 use super::candidates::{Beside, Candidate, REFINED};
-use super::held_out::{HeldOut, LEAST_BLOCKS, blocks, held_out};
+use super::held_out::{Gain, HeldOut, LEAST_BLOCKS, blocks, held_out};
 use crate::error::{Error, Result};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{Solution, solve};
@@ -14,9 +14,7 @@ use jointwatch_shared::effect::Acts;
 /// wrong by some thousandths, and that is no missing effect.
 const LEAST_SHARE: f64 = 0.006;
 /// The part of the residual's held-out power that it has to take away.
-const LEAST_PART: f64 = 0.12;
-/// Standard errors by which the held-out errors have to fall.
-const LEAST_SIGNIFICANCE: f64 = 3.5;
+const LEAST_PART: f64 = 0.05;
 /// A law with fewer parameters is preferred when this part of what is explained is lost at most.
 const PARSIMONY: f64 = 0.01;
 /// Two laws whose contributions agree to this cannot be told apart by these records.
@@ -30,9 +28,8 @@ const MOST_ADDED: usize = 4;
 #[derive(Clone, Debug)]
 pub(crate) struct Judged {
     pub(crate) candidate: Candidate,
-    /// Held-out Σ (weighted residual)² that it takes away, with its standard error.
-    pub(crate) gain: f64,
-    pub(crate) gain_error: f64,
+    /// Held-out Σ (weighted residual)² that it takes away.
+    pub(crate) gain: Gain,
     /// Part of the held-out power of the residual that it takes away.
     pub(crate) part: f64,
     /// RMS of what it adds beside the RMS of the force, on the axis where that is most.
@@ -49,9 +46,7 @@ pub(crate) struct Judged {
 impl Judged {
     /// Whether it is missing, rather than a way to fit noise or a model's small faults.
     pub(crate) fn is_missing(&self) -> bool {
-        self.share >= LEAST_SHARE
-            && self.part >= LEAST_PART
-            && self.gain > LEAST_SIGNIFICANCE * self.gain_error
+        self.share >= LEAST_SHARE && self.part >= LEAST_PART && self.gain.is_sure()
     }
 }
 
@@ -165,7 +160,7 @@ fn judge(
             Some((worth(records, solution, candidate, &with, &without), with))
         })
         .collect();
-    judged.sort_by(|a, b| b.0.gain.total_cmp(&a.0.gain));
+    judged.sort_by(|a, b| b.0.gain.sum.total_cmp(&a.0.gain.sum));
     prefer_fewer_parameters(&mut judged);
     let mut ranked: Vec<Judged> = judged.into_iter().map(|(judged, _)| judged).collect();
     name_equivalents(&mut ranked);
@@ -179,7 +174,7 @@ fn worth(
     with: &HeldOut,
     without: &HeldOut,
 ) -> Judged {
-    let (gain, gain_error) = with.better_than(without);
+    let gain = with.better_than(without);
     let (before, after) = (without.per_axis(), with.per_axis());
     let rows = records.rows_per_axis();
     // What matters happens on one axis; an effect on both is judged where it does most.
@@ -199,7 +194,6 @@ fn worth(
         reference_force: records.references.force[axis],
         candidate,
         gain,
-        gain_error,
         part,
         share,
         equivalent: Vec::new(),
@@ -211,8 +205,8 @@ fn prefer_fewer_parameters(judged: &mut [(Judged, HeldOut)]) {
     let Some(best) = judged.first() else { return };
     let parameters = |j: &Judged| j.candidate.bound.entry.parameters().len();
     let as_good = |(other, held): &(Judged, HeldOut)| {
-        let (lost, error) = best.1.better_than(held);
-        other.gain >= (1.0 - PARSIMONY) * best.0.gain || lost < error
+        let lost = best.1.better_than(held);
+        other.gain.sum >= (1.0 - PARSIMONY) * best.0.gain.sum || lost.sum < lost.error
     };
     let chosen = judged
         .iter()

@@ -309,8 +309,8 @@ fn ranked(judged: &Judged, round: &Round, study: &Study) -> Ranked {
     let force = judged.reference_force;
     let relative = |power: f64| (power.max(0.0) / rows as f64).sqrt() / weight / force;
     let (before, after) = (judged.power_before, judged.power_after);
-    let low = before - (judged.gain - 1.96 * judged.gain_error);
-    let high = before - (judged.gain + 1.96 * judged.gain_error);
+    let low = before - (judged.gain.sum - 1.96 * judged.gain.error);
+    let high = before - (judged.gain.sum + 1.96 * judged.gain.error);
     let drop =
         |after: f64| (before / after.max(1e-3 * judged.power_after.max(f64::MIN_POSITIVE))).sqrt();
     Ranked {
@@ -321,7 +321,7 @@ fn ranked(judged: &Judged, round: &Round, study: &Study) -> Ranked {
             study.axes[bound.axis].name.clone()
         },
         equivalent: judged.equivalent.iter().map(|e| (*e).to_string()).collect(),
-        score: judged.gain,
+        score: judged.gain.sum,
         error_before: relative(before),
         error_after: relative(after),
         error_drop_interval: [drop(low), drop(high)],
