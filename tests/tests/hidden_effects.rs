@@ -8,9 +8,10 @@ use jointwatch_tests::hidden::bodies::BOUND;
 use jointwatch_tests::hidden::cases::{Case, Options};
 use jointwatch_tests::hidden::catalogue::SUBJECTS;
 use jointwatch_tests::hidden::drive::{Drive, RATE_HZ};
+use jointwatch_tests::hidden::judge::diagnose;
 use jointwatch_tests::hidden::rig::{Base, Chain, Rig, Run};
 use jointwatch_tests::hidden::study;
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{fail, succeed};
 use rayon::prelude::*;
 
 fn only(name: &str, seed: u64) -> Options {
@@ -212,4 +213,96 @@ fn with_nothing_hidden_identify_finds_the_joint_that_was_simulated() {
         }
         assert_eq!(checked, if case.axes == 2 { 14 } else { 4 });
     });
+}
+
+/// Cases of seed 7 that `diagnose` gets right, from the files alone: nothing, one and two axes, physics and instruments,
+/// an effect met in few moments (17) and an outsider (6). None of them may be lost.
+const RIGHT: [usize; 10] = [0, 4, 6, 8, 13, 16, 17, 19, 21, 23];
+
+#[test]
+fn verdicts_that_were_right_stay_right() {
+    let options = Options {
+        seed: 7,
+        ..Default::default()
+    };
+    let wrong: Vec<String> = RIGHT
+        .par_iter()
+        .filter_map(|&number| {
+            let case = Case::draw(&options, number).expect("a rig for this case");
+            let folder = tempfile::tempdir().expect("a folder");
+            let judged = diagnose(&case, folder.path(), false).expect("files that can be written");
+            println!("case {number}: {judged:?}");
+            (!judged.right).then(|| format!("case {number}: {judged:?}"))
+        })
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn adding_what_was_found_brings_the_error_down_and_is_not_offered_twice() {
+    let case = Case::draw(
+        &Options {
+            seed: 7,
+            ..Default::default()
+        },
+        4,
+    )
+    .expect("a rig for this case");
+    let folder = tempfile::tempdir().expect("a folder");
+    study::write(&case, folder.path()).expect("files that can be written");
+    let run = |arguments: &[&str]| succeed(folder.path(), arguments);
+    run(&[
+        "identify",
+        "study.toml",
+        "--model",
+        "physical",
+        "-o",
+        "base.json",
+    ]);
+    run(&[
+        "add",
+        "study.toml",
+        "base.json",
+        "time_delay@x",
+        "-o",
+        "wider.json",
+        "--json",
+        "added.json",
+    ]);
+    let text = std::fs::read_to_string(folder.path().join("added.json")).unwrap();
+    let added: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(added["helps"], true);
+    for change in added["changes"].as_array().unwrap() {
+        if change["axis"] == "x" && change["rests"] == false {
+            let [before, after, floor] =
+                ["before", "after", "noise_floor"].map(|key| change[key].as_f64().unwrap());
+            assert!(before > 4.0 * after && after < 1.3 * floor, "{change}");
+        }
+    }
+    let said = run(&["diagnose", "study.toml", "wider.json", "--json", "-"]);
+    let diagnosis: serde_json::Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(diagnosis["verdict"], "none", "{said}");
+    // Again, or something that is not there: refused in one sentence, and nothing is written.
+    for (effect, code, part) in [
+        ("time_delay@x", 3, "already"),
+        ("cubic_hardening@x", 1, "does not help"),
+        ("coulom@x", 3, "coulomb"),
+        ("coulomb@y", 3, "axis"),
+    ] {
+        let error = fail(
+            folder.path(),
+            &[
+                "add",
+                "study.toml",
+                "wider.json",
+                effect,
+                "-o",
+                "more.json",
+                "--quiet",
+            ],
+            code,
+        );
+        assert!(error.contains(part), "{error}");
+        assert!(!folder.path().join("more.json").exists());
+    }
 }
