@@ -171,10 +171,20 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     }
 
     let found = in_words_found(&rounds, &names);
+    // Records learnt from say whether the effects found are the ones that act; other records also ask whether their values
+    // hold there. Something unknown shows in both.
+    let learnt = Records::new(&study.axes, &training, low_pass);
+    let learnt_before = relative_errors(&learnt, first);
+    let learnt_after = relative_errors(&learnt, last);
+    let left_over = |before: f64, after: f64, floor: f64| {
+        let above = |e: f64| (e * e - floor * floor).max(0.0);
+        let limit = (ABOVE_FLOOR * floor).max(DISCREPANCY);
+        after > limit && above(after) > LEFT_OVER * above(before)
+    };
     let unexplained = (0..study.axes.len()).any(|axis| {
-        let above = |e: f64| (e * e - floor[axis] * floor[axis]).max(0.0);
-        let limit = (ABOVE_FLOOR * floor[axis]).max(DISCREPANCY);
-        after[axis] > limit && above(after[axis]) > LEFT_OVER * above(before[axis])
+        let learnt_floor = floors[axis].rms / learnt.references.force[axis];
+        left_over(before[axis], after[axis], floor[axis])
+            && left_over(learnt_before[axis], learnt_after[axis], learnt_floor)
     });
     let verdict = match (unexplained, found.is_empty()) {
         (true, _) => Verdict::Unknown,
