@@ -4,7 +4,8 @@
 
 use jointwatch::device::{self, Board, SelfTestReport, SlotState};
 use jointwatch_shared::blob::{self, BLOB_LEN};
-use jointwatch_shared::effect::Entry;
+use jointwatch_shared::effect::about::Role;
+use jointwatch_shared::effect::{EFFECTS, Entry, Seat};
 use jointwatch_shared::model::network::NEURONS;
 use jointwatch_shared::model::network_quantise::Weights;
 use jointwatch_shared::model::terms::InSi;
@@ -12,6 +13,7 @@ use jointwatch_shared::model::{Header, Model};
 use jointwatch_shared::selftest::{self, Points, reference_model};
 use jointwatch_shared::selftest_chain::chain_digest;
 use jointwatch_shared::selftest_network::reference_network;
+use jointwatch_shared::units::References;
 use jointwatch_tests::elf::Image;
 use jointwatch_tests::log::boot_log;
 use std::io::Write;
@@ -128,6 +130,41 @@ fn effects(axes: usize) -> Vec<InSi> {
         });
     }
     terms
+}
+
+/// Every effect of the joint in models of eight, on one axis where it can be: each linear parameter makes a force of some
+/// newtons, each shape has a middle one of its starting values. Hystereses among them carry their states from point to point.
+fn of_the_table() -> Vec<Model> {
+    let joint = EFFECTS.iter().filter(|e| e.seat == Seat::Joint);
+    let (two, one): (Vec<&Entry>, Vec<&Entry>) = joint.partition(|e| e.needs_two_axes());
+    let model = |axes: usize, entries: &[&'static Entry]| {
+        let header = header(axes);
+        let mut references = References::SI;
+        for (at, axis) in header.axes.iter().enumerate() {
+            references.displacement[at] = axis.displacement.half_range;
+            references.velocity[at] = axis.velocity.half_range;
+        }
+        let term = |entry: &&'static Entry| InSi {
+            entry,
+            axis: 0,
+            values: entry
+                .parameters()
+                .iter()
+                .map(|parameter| {
+                    let size = match parameter.role {
+                        Role::Linear { .. } => 5.0,
+                        Role::Shape(shape) => shape.starts[shape.starts.len() / 2],
+                    };
+                    size * parameter.dimension.scale(&references)
+                })
+                .collect(),
+        };
+        let terms: Vec<InSi> = entries.iter().map(term).collect();
+        Model::from_effects(header, &terms, &[]).expect("a sound model")
+    };
+    let mut models: Vec<Model> = one.chunks(8).map(|entries| model(1, entries)).collect();
+    models.push(model(2, &two));
+    models
 }
 
 /// A model of effects alone.
@@ -277,6 +314,23 @@ fn a_good_blob_in_the_slot_is_taken_and_gives_the_hosts_bits() {
         assert_eq!(report.slot("a"), Some(&SlotState::Model), "{what}");
         assert!(report.passed, "{what}");
         same_bits(&report, "a", model);
+    }
+}
+
+#[test]
+fn every_effect_of_the_joint_gives_the_hosts_bits() {
+    for model in of_the_table() {
+        let names: Vec<&str> = model
+            .terms()
+            .list()
+            .iter()
+            .map(|term| term.entry().about.name)
+            .collect();
+        let report = run(Board::Stm32f405, Some(&blob::encode(&model)), 20_000);
+        assert!(report.passed, "{names:?}: {report:?}");
+        same_bits(&report, "a", &model);
+        let counted = report.model("a").and_then(|model| model.instructions);
+        println!("{names:?}: {counted:?}");
     }
 }
 
