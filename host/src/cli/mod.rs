@@ -182,7 +182,9 @@ pub fn run(cli: Cli) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
-            eprintln!("jointwatch: {e}.");
+            // A suggestion ends the sentence by itself.
+            let end = if e.sentence.ends_with('?') { "" } else { "." };
+            eprintln!("jointwatch: {e}{end}");
             ExitCode::from(e.exit_code())
         }
     }
