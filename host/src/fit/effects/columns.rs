@@ -122,31 +122,23 @@ impl<'a> Records<'a> {
                 for &index in &linear {
                     parameters[index] = f64::from(u8::from(index == unit));
                 }
-                let law = bound.entry.real;
-                self.column(bound, |course, own, other| {
-                    course.along(
-                        law,
-                        &parameters,
-                        bound.axis,
-                        |v| v,
-                        |_, [f, g]| {
-                            own.push(f);
-                            other.push(g);
-                        },
-                    );
-                })
+                self.real_column(bound, &parameters)
             })
             .collect()
     }
 
     /// The force of a term with all of its parameters, SI.
     pub(crate) fn force(&self, bound: &Bound, values: &[f64]) -> Vec<f64> {
-        let parameters = law_parameters(bound.entry, values);
+        self.real_column(bound, &law_parameters(bound.entry, values))
+    }
+
+    /// The force of a law with these parameters, as the law takes them.
+    fn real_column(&self, bound: &Bound, parameters: &Parameters<f64>) -> Vec<f64> {
         let law = bound.entry.real;
         self.column(bound, |course, own, other| {
             course.along(
                 law,
-                &parameters,
+                parameters,
                 bound.axis,
                 |v| v,
                 |_, [f, g]| {

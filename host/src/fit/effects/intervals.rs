@@ -26,16 +26,8 @@ pub(crate) struct Errors {
 
 /// The standard errors at the solution.
 pub(crate) fn errors(problem: &Problem<'_>, solved: &Solved) -> Option<Errors> {
-    let slopes = problem.slopes(solved);
-    let all: Vec<&[f64]> = solved
-        .columns
-        .iter()
-        .chain(&slopes)
-        .chain([&solved.residual])
-        .map(Vec::as_slice)
-        .collect();
-    let mut design = problem.weighted(&all);
-    let unknowns = all.len() - 1;
+    let mut design = problem.design(solved);
+    let unknowns = design.ncols() - 1;
     // Columns of length 1: parameters of very different size then stand beside each other.
     let lengths: Vec<f64> = (0..unknowns).map(|c| design.col(c).norm_l2()).collect();
     if lengths.iter().any(|l| l.is_nan() || *l <= 0.0) {

@@ -228,8 +228,8 @@ impl Problem<'_> {
         Ok((0..shapes).map(|i| step[(i, 0)]).collect())
     }
 
-    /// JᵀJ and Jᵀe of the slopes with the columns projected out, beside each other, and the number of slopes.
-    fn reduced(&self, solved: &Solved) -> Result<(Mat<f64>, usize)> {
+    /// The weighted columns of a solution, then the slopes of its shapes, then its residual.
+    pub(crate) fn design(&self, solved: &Solved) -> Mat<f64> {
         let slopes = self.slopes(solved);
         let all: Vec<&[f64]> = solved
             .columns
@@ -238,9 +238,14 @@ impl Problem<'_> {
             .chain([&solved.residual])
             .map(Vec::as_slice)
             .collect();
-        let design = self.weighted(&all);
+        self.weighted(&all)
+    }
+
+    /// JᵀJ and Jᵀe of the slopes with the columns projected out, beside each other, and the number of slopes.
+    fn reduced(&self, solved: &Solved) -> Result<(Mat<f64>, usize)> {
+        let design = self.design(solved);
         let products = product(&design, &design);
-        let (linear, shapes) = (solved.columns.len(), slopes.len());
+        let (linear, shapes) = (solved.columns.len(), self.shapes.len());
         let block = |r: usize, c: usize, rows: usize, cols: usize| {
             products.submatrix(r, c, rows, cols).to_owned()
         };
