@@ -62,6 +62,24 @@ impl Motion {
         }
     }
 
+    /// Every `step`-th row, beginning with the first. Nothing is filtered: only for a look at what changes slowly.
+    pub fn every(&self, step: usize) -> Self {
+        let thin = |series: &[Vec<f64>]| {
+            let series = series.iter();
+            series
+                .map(|s| s.iter().step_by(step).copied().collect())
+                .collect()
+        };
+        Self {
+            record: self.record,
+            first_row: self.first_row,
+            sample_rate_hz: self.sample_rate_hz / step as f64,
+            states: thin(&self.states),
+            acceleration: thin(&self.acceleration),
+            force: thin(&self.force),
+        }
+    }
+
     /// The measured force that errors of an axis are held against, in N or N·m, wide-band: the restoring force; where the
     /// inertia was identified, so that the restoring force is not measured by itself, the applied force with its sign.
     pub fn measured_force(

@@ -22,6 +22,8 @@ const MOST_STARTS: usize = 40;
 pub(crate) const REFINED: usize = 8;
 /// Steps of a refinement.
 const REFINING_STEPS: usize = 8;
+/// A refinement ends with a step that gains less than this part: what is chosen is fitted anew with the whole model.
+const LITTLE: f64 = 3e-4;
 /// A column of which less than this part is left beside the model's own is no news.
 const LEAST_NEW: f64 = 1e-7;
 
@@ -122,16 +124,16 @@ impl<'a> Beside<'a> {
             .collect();
         found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         found.truncate(REFINED);
-        self.refined(found)
+        self.refined(found, REFINING_STEPS)
     }
 
     /// Candidates that were found on other rows of the same records, refined on these, the most promising first.
-    pub(crate) fn refined(&self, candidates: Vec<Candidate>) -> Vec<Candidate> {
+    pub(crate) fn refined(&self, candidates: Vec<Candidate>, steps: usize) -> Vec<Candidate> {
         let again = candidates.into_par_iter().filter_map(|candidate| {
             let columns = self.records.columns(&candidate.bound, &candidate.values);
             let projected = self.project(&columns)?;
             let start = self.candidate(&candidate.bound, candidate.values, projected);
-            let mut refined = self.refine(&start);
+            let mut refined = self.refine(&start, steps);
             refined.explained = self.explained(&refined);
             Some(refined)
         });
@@ -252,11 +254,11 @@ impl<'a> Beside<'a> {
     }
 
     /// Gauss–Newton on the logarithms of a candidate's own shapes, the model's share taken out throughout.
-    fn refine(&self, start: &Candidate) -> Candidate {
+    fn refine(&self, start: &Candidate, steps: usize) -> Candidate {
         let unknowns = self.unknowns(&start.bound);
         let mut best = start.clone();
         let mut damping = 1e-2;
-        for _ in 0..REFINING_STEPS {
+        for _ in 0..steps {
             if unknowns.is_empty() {
                 break;
             }
@@ -278,7 +280,7 @@ impl<'a> Beside<'a> {
                 .map(|p| self.candidate(&best.bound, values, p));
             match tried {
                 Some(tried) if tried.gain > best.gain && self.is_physical(&tried) => {
-                    let little = tried.gain - best.gain < 1e-5 * best.gain;
+                    let little = tried.gain - best.gain < LITTLE * best.gain;
                     best = tried;
                     damping = f64::max(damping / 5.0, 1e-6);
                     if little {

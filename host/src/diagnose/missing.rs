@@ -21,6 +21,15 @@ const PARSIMONY: f64 = 0.01;
 const LIKENESS: f64 = 0.985;
 /// Rows of all records together on which every effect's starting values are scanned; the promising ones see all rows.
 const MOST_SCANNED: usize = 36_000;
+/// So many candidates of a scan are always held against all rows,
+const ALWAYS: usize = 3;
+/// and those that explain this part of what the best one does.
+const RIVAL: f64 = 0.2;
+/// Steps by which candidates of a scan are refined on all rows.
+const STEPS_ON_ALL: usize = 3;
+/// Rows that the band leaves out of so many are not needed for a scan either, but for every second one: the excerpt then has
+/// twice the rows that the band needs.
+const LEAST_THINNED: usize = 4;
 /// The most effects that are added.
 const MOST_ADDED: usize = 4;
 
@@ -73,9 +82,14 @@ pub(crate) fn search(
 ) -> Result<Vec<Round>> {
     let records = Records::new(axes, motions, low_pass);
     let each = MOST_SCANNED / motions.len().max(1);
-    let excerpts: Vec<Motion> = motions.iter().map(|m| m.middle(each)).collect();
+    let step = if records.every >= LEAST_THINNED { 2 } else { 1 };
+    let thinned_taps = thinned(low_pass, step);
+    let excerpts: Vec<Motion> = motions
+        .iter()
+        .map(|m| m.middle(each).every(step))
+        .collect();
     let excerpts: Vec<&Motion> = excerpts.iter().collect();
-    let excerpt = Records::new(axes, &excerpts, low_pass);
+    let excerpt = Records::new(axes, &excerpts, &thinned_taps);
     let count = blocks(&records).len();
     if count < LEAST_BLOCKS {
         return Err(Error::data(format!(
@@ -117,6 +131,14 @@ pub(crate) fn search(
     }
 }
 
+/// A symmetric low-pass for every `step`-th row, with the same gain where it lets everything through.
+fn thinned(taps: &[f64], step: usize) -> Vec<f64> {
+    let first = (taps.len() / 2) % step;
+    let kept: Vec<f64> = taps.iter().skip(first).step_by(step).copied().collect();
+    let gain = taps.iter().sum::<f64>() / kept.iter().sum::<f64>();
+    kept.into_iter().map(|tap| tap * gain).collect()
+}
+
 /// The shape unknowns of terms, read from their parameters.
 fn shapes_of(records: &Records<'_>, terms: &[Bound], values: &[Vec<f64>]) -> Vec<f64> {
     let unknowns = crate::fit::effects::unknowns::shapes(terms, &records.references);
@@ -148,7 +170,16 @@ fn judge(
         stopped: solution.stopped,
     };
     let candidates = match Beside::new(excerpt, terms, &on_excerpt) {
-        Some(coarse) => beside.refined(coarse.search(axes.len())),
+        Some(coarse) => {
+            let mut found = coarse.search(axes.len());
+            let best = found.first().map_or(0.0, |best| best.gain);
+            let mut rank = 0;
+            found.retain(|candidate| {
+                rank += 1;
+                rank <= ALWAYS || candidate.gain > RIVAL * best
+            });
+            beside.refined(found, STEPS_ON_ALL)
+        }
         None => beside.search(axes.len()),
     };
     let mut judged: Vec<(Judged, HeldOut)> = candidates

@@ -19,7 +19,8 @@ pub(crate) struct Records<'a> {
     courses: Vec<Course<'a>>,
     axes: usize,
     taps: &'a [f64],
-    every: usize,
+    /// Of so many rows one is kept.
+    pub(crate) every: usize,
     /// Thinned rows per second.
     pub(crate) thinned_rate_hz: f64,
     /// Thinned rows of each record.
