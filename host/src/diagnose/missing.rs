@@ -80,16 +80,13 @@ pub(crate) fn search(
     base: &[Bound],
     values: Option<Vec<Vec<f64>>>,
 ) -> Result<Vec<Round>> {
-    let records = Records::new(axes, motions, low_pass);
+    let mut records = Records::new(axes, motions, low_pass);
     let each = MOST_SCANNED / motions.len().max(1);
     let step = if records.every >= LEAST_THINNED { 2 } else { 1 };
     let thinned_taps = thinned(low_pass, step);
-    let excerpts: Vec<Motion> = motions
-        .iter()
-        .map(|m| m.middle(each).every(step))
-        .collect();
+    let excerpts: Vec<Motion> = motions.iter().map(|m| m.middle(each).every(step)).collect();
     let excerpts: Vec<&Motion> = excerpts.iter().collect();
-    let excerpt = Records::new(axes, &excerpts, &thinned_taps);
+    let mut excerpt = Records::new(axes, &excerpts, &thinned_taps);
     let count = blocks(&records).len();
     if count < LEAST_BLOCKS {
         return Err(Error::data(format!(
@@ -102,6 +99,9 @@ pub(crate) fn search(
     let from = values.map(|values| shapes_of(&records, base, &values));
     let mut solution = solve(&records, axes, &terms, from)?;
     loop {
+        let (model, inertia) = solution.in_si(&terms, axes);
+        records.predict(&model, &inertia);
+        excerpt.predict(&model, &inertia);
         let ranked = if rounds.len() > MOST_ADDED {
             Vec::new()
         } else {

@@ -12,7 +12,6 @@ use crate::model::effects::Bound;
 use crate::model_file::{Base, ModelFile};
 use crate::study::Study;
 use jointwatch_shared::effect::Acts;
-use jointwatch_shared::model::terms::InSi;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -139,22 +138,7 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     let after = relative_errors(&held, last);
 
     let all: Vec<&crate::motion::Motion> = prepared.motions.iter().collect();
-    let terms: Vec<InSi> = last
-        .terms
-        .iter()
-        .zip(&last.solution.solved.values)
-        .map(|(bound, values)| InSi {
-            entry: bound.entry,
-            axis: bound.axis as u8,
-            values: values.clone(),
-        })
-        .collect();
-    let inertia: Vec<f64> = study
-        .axes
-        .iter()
-        .zip(&last.solution.solved.inertia)
-        .map(|(axis, found)| found.or(axis.inertia).unwrap_or(0.0))
-        .collect();
+    let (terms, inertia) = last.solution.in_si(&last.terms, &study.axes);
     let floors = noise::floors(&study.axes, &all, low_pass, &terms, &inertia);
     let floor: Vec<f64> = floors
         .iter()

@@ -14,6 +14,7 @@ use jointwatch_shared::effect::{
 use jointwatch_shared::model::{Model, axis, terms::InSi};
 use jointwatch_shared::scalar::Scalar;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// One effect of a model, with the values that were found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -294,7 +295,7 @@ pub struct Course<'a> {
 #[derive(Clone, Debug)]
 struct Instruments<'a> {
     acceleration: Vec<&'a [f64]>,
-    force: Vec<&'a [f64]>,
+    force: Vec<Cow<'a, [f64]>>,
     force_rate: Vec<Vec<f64>>,
     /// 1 or −1 per axis, as its convention says.
     signs: Vec<f64>,
@@ -314,26 +315,33 @@ impl<'a> Course<'a> {
     pub fn of_motion(motion: &'a Motion, conventions: &[Convention]) -> Self {
         let slices = |series: &'a [Vec<f64>]| series.iter().map(Vec::as_slice).collect();
         let period_s = 1.0 / motion.sample_rate_hz;
-        let rate = |force: &Vec<f64>| {
-            let last = force.len().saturating_sub(1);
-            let at = |row: usize| force[row.min(last)];
-            // Fourth order inside; the ends fall outside the low-pass's support.
-            let slope = |row: usize| {
-                let near = at(row + 1) - at(row.saturating_sub(1));
-                let far = at(row + 2) - at(row.saturating_sub(2));
-                (8.0 * near - far) / (12.0 * period_s)
-            };
-            (0..force.len()).map(slope).collect()
-        };
         Self {
             states: slices(&motion.states),
             period_s,
             instruments: Some(Instruments {
                 acceleration: slices(&motion.acceleration),
-                force: slices(&motion.force),
-                force_rate: motion.force.iter().map(rate).collect(),
+                force: motion.force.iter().map(Cow::from).collect(),
+                force_rate: motion.force.iter().map(|f| rate(f, period_s)).collect(),
                 signs: conventions.iter().map(|c| c.sign()).collect(),
             }),
+        }
+    }
+
+    /// Puts the force that a model predicts at every row, N or N·m, in the place of what the force channels read: the applied force
+    /// that `joint`, the force of the joint per axis, and an inertia per axis ask for, `F = s·r + m·a`.
+    ///
+    /// What an instrument does wrong grows with the true force. The measured one also holds whatever the model lacks, and
+    /// would explain that by itself.
+    pub fn predict(&mut self, joint: &[Vec<f64>], inertia: &[f64]) {
+        let Some(said) = &mut self.instruments else {
+            return;
+        };
+        for (axis, force) in joint.iter().enumerate() {
+            let (sign, inertia) = (said.signs[axis], inertia[axis]);
+            let rows = force.iter().zip(said.acceleration[axis]);
+            let applied: Vec<f64> = rows.map(|(r, a)| sign * r + inertia * a).collect();
+            said.force_rate[axis] = rate(&applied, self.period_s);
+            said.force[axis] = applied.into();
         }
     }
 
@@ -410,6 +418,19 @@ pub fn law_parameters(entry: &Entry, values: &[f64]) -> Parameters<f64> {
         *place = parameter.as_law_takes_it(*value);
     }
     parameters
+}
+
+/// The derivative of a force channel, per second.
+fn rate(force: &[f64], period_s: f64) -> Vec<f64> {
+    let last = force.len().saturating_sub(1);
+    let at = |row: usize| force[row.min(last)];
+    // Fourth order inside; the ends fall outside the low-pass's support.
+    let slope = |row: usize| {
+        let near = at(row + 1) - at(row.saturating_sub(1));
+        let far = at(row + 2) - at(row.saturating_sub(2));
+        (8.0 * near - far) / (12.0 * period_s)
+    };
+    (0..force.len()).map(slope).collect()
 }
 
 /// Adds the forces of effects to those of every axis, N or N·m, row by row along a record.

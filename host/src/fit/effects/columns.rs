@@ -4,12 +4,14 @@
 //! a law has corners, and filtering the states first would round them. Behind the low-pass neighbours say nearly the
 //! same, so the rows are thinned out to what the filter's stop band allows.
 
-use crate::model::effects::{Bound, Course, law_parameters};
+use crate::corrections::of_the_joint;
+use crate::model::effects::{Bound, Course, add_forces, law_parameters};
 use crate::motion::Motion;
 use crate::signal::fir::{apply_every, shut_from_hz};
 use crate::study::{Axis, Convention};
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::effect::{Acts, MAX_PARAMETERS, Parameters};
+use jointwatch_shared::model::terms::InSi;
 use jointwatch_shared::scalar::dual::Dual;
 use jointwatch_shared::units::References;
 use rayon::prelude::*;
@@ -93,6 +95,17 @@ impl<'a> Records<'a> {
             }));
         }
         records
+    }
+
+    /// Lets the effects of instruments work on the applied force that a model asks for, see [`Course::predict`]; `terms` are
+    /// the model's effects and `inertia` has one entry per axis, kg or kg·m².
+    pub(crate) fn predict(&mut self, terms: &[InSi], inertia: &[f64]) {
+        let joint = of_the_joint(terms);
+        for course in &mut self.courses {
+            let mut forces = vec![vec![0.0; course.rows()]; self.axes];
+            add_forces(&joint, course, &mut forces);
+            course.predict(&forces, inertia);
+        }
     }
 
     /// Rows of one axis.

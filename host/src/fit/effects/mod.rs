@@ -106,6 +106,19 @@ pub(crate) struct Solution {
 }
 
 impl Solution {
+    /// The terms that were solved for with their values, and the inertia of every axis, kg or kg·m².
+    pub(crate) fn in_si(&self, terms: &[Bound], axes: &[Axis]) -> (Vec<InSi>, Vec<f64>) {
+        let values = terms.iter().zip(&self.solved.values);
+        let in_si = values.map(|(bound, values)| InSi {
+            entry: bound.entry,
+            axis: bound.axis as u8,
+            values: values.clone(),
+        });
+        let inertia = axes.iter().zip(&self.solved.inertia);
+        let inertia = inertia.map(|(axis, found)| found.or(axis.inertia).unwrap_or(0.0));
+        (in_si.collect(), inertia.collect())
+    }
+
     /// The problem that this solves.
     pub(crate) fn problem<'a>(
         &'a self,
@@ -210,18 +223,31 @@ fn check_rows(records: &Records<'_>, terms: &[Bound], shapes: &[ShapeUnknown]) -
 
 /// An inertia that is found anyway cannot be wrong beside.
 fn check_inertias(axes: &[Axis], terms: &[Bound]) -> Result<()> {
-    let doubled = |t: &&Bound| {
-        t.entry.about.name == "inertia_error"
-            && axes.get(t.axis).is_some_and(|a| a.inertia.is_none())
-    };
-    match terms.iter().find(doubled) {
-        Some(term) => Err(Error::data(format!(
-            "the inertia of axis {} is identified, so inertia_error would be found twice: state the inertia in study.toml, or \
-             leave the effect out",
-            axes[term.axis].name
-        ))),
-        None => Ok(()),
+    for term in terms {
+        let Some(axis) = axes.get(term.axis) else {
+            continue;
+        };
+        match (term.entry.about.name, axis.inertia) {
+            ("inertia_error", None) => {
+                return Err(Error::data(format!(
+                    "the inertia of axis {} is identified, so inertia_error would be found twice: state the inertia in study.toml, \
+                     or leave the effect out",
+                    axis.name
+                )));
+            }
+            ("force_gain", Some(0.0))
+                if axis.ground_stiffness == 0.0 && axis.ground_damping == 0.0 =>
+            {
+                return Err(Error::data(format!(
+                    "axis {} has no inertia and no spring to ground, so nothing tells a wrong gain of its force channel from another \
+                     joint: load the channel with a known weight, or leave force_gain out",
+                    axis.name
+                )));
+            }
+            _ => {}
+        }
     }
+    Ok(())
 }
 
 fn check_forces(records: &Records<'_>, axes: &[Axis]) -> Result<()> {
