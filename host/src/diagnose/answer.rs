@@ -3,6 +3,7 @@
 use super::missing::{Judged, Round};
 use crate::diagnose::where_it_fails::Place;
 use crate::model::effects::Bound;
+use crate::model_file::JudgedOn;
 use crate::study::Study;
 use jointwatch_shared::effect::Acts;
 use serde::Serialize;
@@ -68,14 +69,27 @@ pub struct Ranked {
     pub separating_experiment: String,
 }
 
+/// How much of a missing effect a polynomial or a network makes up for without naming it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Absorbed {
+    /// The effect.
+    pub effect: String,
+    /// The axis on which its force is looked at.
+    pub axis: String,
+    /// Part of the power of its force, about the mean and in the common band, on the training records; 0 to 1.
+    pub share: f64,
+}
+
 /// The answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Diagnosis {
     /// In a word.
     pub verdict: Verdict,
-    /// RMS error over RMS force before anything was added, per axis, on validation records.
+    /// What the errors per axis are measured on: validation records, or held-out blocks where the study has none.
+    pub judged_on: JudgedOn,
+    /// RMS error over RMS force of the model that was brought, per axis.
     pub relative_error_before: PerAxis,
-    /// The same after everything that was found was added.
+    /// The same with everything that was found added to it.
     pub relative_error_after: PerAxis,
     /// What no model can go below.
     pub noise_floor: PerAxis,
@@ -83,6 +97,9 @@ pub struct Diagnosis {
     pub found: Vec<Found>,
     /// Candidates for the first of them, best first.
     pub ranked: Vec<Ranked>,
+    /// How much of what was found the polynomial or network that was brought follows already.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub absorbed: Vec<Absorbed>,
     /// Where the model that was brought fails.
     #[serde(rename = "where")]
     pub places: Vec<Place>,
@@ -119,8 +136,25 @@ pub(super) fn in_words_found(rounds: &[Round], axes: &[&str]) -> Vec<Found> {
     found
 }
 
+/// Candidates for the first missing effect, best first; one that is missing on each axis stands once, for both.
+pub(super) fn in_words_ranked(first: &Round, found: &[Found], study: &Study) -> Vec<Ranked> {
+    let judged = first.ranked.iter();
+    let mut all: Vec<Ranked> = judged.map(|judged| ranked(judged, first, study)).collect();
+    for twin in found.iter().filter(|f| f.axis == "both") {
+        let mut seen = false;
+        all.retain_mut(|candidate| {
+            if candidate.effect != twin.effect {
+                return true;
+            }
+            candidate.axis = "both".into();
+            !std::mem::replace(&mut seen, true)
+        });
+    }
+    all
+}
+
 /// A candidate in words and relative figures.
-pub(super) fn ranked(judged: &Judged, round: &Round, study: &Study) -> Ranked {
+fn ranked(judged: &Judged, round: &Round, study: &Study) -> Ranked {
     let bound = judged.candidate.bound;
     let both = bound.entry.acts == Acts::BothAxes;
     let kind = |axis: usize| {

@@ -24,7 +24,13 @@ pub(super) fn base_of(
         let values = model.effects_in_si()?.into_iter().map(|e| e.values);
         return Ok((terms.collect::<Result<_>>()?, Some(values.collect())));
     }
-    let (terms, proposed) = base_terms(study)?;
+    let (mut terms, proposed) = base_terms(study)?;
+    // What was added to it before is no longer missing.
+    for effect in &model.effects {
+        let added = Bound::parse(&effect.name(), &names)?;
+        terms.retain(|term| *term != added && !term.rules_out(&added));
+        terms.push(added);
+    }
     notes.push(format!(
         "a {} takes up most of what a missing effect does, so the effect is named beside the study's physical base instead",
         model.base.name()

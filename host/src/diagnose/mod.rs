@@ -1,5 +1,6 @@
 //! Where a model fails, and why.
 
+mod absorbed;
 mod answer;
 mod base;
 mod candidates;
@@ -9,5 +10,5 @@ pub(crate) mod noise;
 mod verdict;
 pub mod where_it_fails;
 
-pub use answer::{CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict};
+pub use answer::{Absorbed, CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict};
 pub use verdict::diagnose;

@@ -1,14 +1,19 @@
 //! What is wrong with a model, in one answer: the data, a missing effect, something unknown, or nothing.
 
-use super::answer::{Diagnosis, PerAxis, Verdict, in_words_found, ranked};
+use super::absorbed::absorbed;
+use super::answer::{Diagnosis, PerAxis, Verdict, in_words_found, in_words_ranked};
 use super::base::base_of;
 use super::missing::{self, Round};
 use super::noise;
+use crate::add;
 use crate::compare::{self, Sums};
 use crate::error::{Error, Result};
 use crate::fit::effects::columns::Records;
+use crate::fit::with_base::OnRecords;
 use crate::identify::Prepared;
-use crate::model_file::ModelFile;
+use crate::model::effects::Bound;
+use crate::model_file::{AxisError, Base, JudgedOn, ModelFile, NoBase};
+use crate::motion::Motion;
 use crate::study::Study;
 use jointwatch_shared::model::terms::InSi;
 
@@ -26,6 +31,7 @@ const LEFT_OVER: f64 = 0.1;
 pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     model.check_fits(study)?;
     let prepared = Prepared::with_filters(study, model.filters.clone())?;
+    model.check_motion(study, &prepared.motions)?;
     let training = prepared.training(study);
     let validation = prepared.validation(study);
     let low_pass = &model.filters.band;
@@ -36,21 +42,26 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     let (Some(first), Some(last)) = (rounds.first(), rounds.last()) else {
         return Err(Error::failed("the diagnosis ended before it began"));
     };
+    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    let (held, before, after);
     let judged_on = if validation.is_empty() {
         notes.push(
-            "the study has no validation records, so errors are those on the records learnt from"
+            "the study has no validation records, so errors are those on blocks of the training records, each predicted from the \
+             rest: give a record of another run the role \"validate\" for an error that counts"
                 .into(),
         );
-        &training
+        held = Records::new(&study.axes, &training, low_pass);
+        before = held_out_errors(study, &training, model, first)?;
+        after = held_out_errors(study, &training, model, last)?;
+        JudgedOn::HeldOutBlocks
     } else {
-        &validation
+        held = Records::new(&study.axes, &validation, low_pass);
+        before = relative_errors(&held, first);
+        after = relative_errors(&held, last);
+        JudgedOn::Validation
     };
-    let held = Records::new(&study.axes, judged_on, low_pass);
-    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
-    let before = relative_errors(&held, first);
-    let after = relative_errors(&held, last);
 
-    let all: Vec<&crate::motion::Motion> = prepared.motions.iter().collect();
+    let all: Vec<&Motion> = prepared.motions.iter().collect();
     let terms: Vec<InSi> = last
         .terms
         .iter()
@@ -108,21 +119,90 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         pairs.map(|(name, v)| ((*name).to_string(), *v)).collect()
     };
     let comparison = compare::compare_motions(study, model, &prepared.motions)?;
+    let new = last.terms.iter().zip(&last.solution.solved.values);
+    let new: Vec<(Bound, Vec<f64>)> = new
+        .filter(|(term, _)| !base.contains(term))
+        .map(|(term, values)| (*term, values.clone()))
+        .collect();
+    let (before, after) = match model.base {
+        Base::None(_) => (before, after),
+        _ => errors_of_the_model(study, &prepared, model, &new, &mut notes)?,
+    };
+    let absorbed = absorbed(study, &prepared, model, &new)?;
+    notes.extend(absorbed.iter().map(|a| {
+        format!(
+            "the {} already reproduces {:.0} % of {}@{}",
+            model.base.name(),
+            100.0 * a.share,
+            a.effect,
+            a.axis
+        )
+    }));
     Ok(Diagnosis {
         verdict,
+        judged_on,
         relative_error_before: per_axis(&before),
         relative_error_after: per_axis(&after),
+        absorbed,
         noise_floor: per_axis(&floor),
+        ranked: in_words_ranked(first, &found, study),
         found,
-        ranked: first
-            .ranked
-            .iter()
-            .map(|j| ranked(j, first, study))
-            .collect(),
         places: comparison.places,
         data_problems: Vec::new(),
         notes,
     })
+}
+
+/// RMS error over RMS force per axis of a polynomial or a network, and of the same with effects added to it.
+fn errors_of_the_model(
+    study: &Study,
+    prepared: &Prepared,
+    model: &ModelFile,
+    new: &[(Bound, Vec<f64>)],
+    notes: &mut Vec<String>,
+) -> Result<(Vec<f64>, Vec<f64>)> {
+    let relative = |errors: &[AxisError]| errors.iter().map(|e| e.relative_error).collect();
+    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    let effects: Vec<String> = new.iter().map(|(bound, _)| bound.name(&names)).collect();
+    if !effects.is_empty() {
+        match add::add(study, model, &effects) {
+            Ok(added) => {
+                return Ok((
+                    relative(&added.errors.before),
+                    relative(&added.errors.after),
+                ));
+            }
+            Err(e) => notes.push(format!("{} could not be added: {e}", effects.join(", "))),
+        }
+    }
+    let errors = if prepared.validation(study).is_empty() {
+        add::held_out_errors(study, prepared, model)?
+    } else {
+        compare::compare_motions(study, model, &prepared.motions)?.validation
+    };
+    Ok((relative(&errors), relative(&errors)))
+}
+
+/// RMS error over RMS force per axis on blocks of the training records, with the shapes that a round found.
+fn held_out_errors(
+    study: &Study,
+    training: &[&Motion],
+    model: &ModelFile,
+    round: &Round,
+) -> Result<Vec<f64>> {
+    let terms = round.terms.iter().zip(&round.solution.solved.values);
+    let terms: Vec<_> = terms
+        .map(|(term, values)| (*term, values.clone()))
+        .collect();
+    let alone = ModelFile {
+        base: Base::None(NoBase {
+            inputs: model.base.inputs().to_vec(),
+        }),
+        ..model.clone()
+    };
+    let errors = OnRecords::new(&study.axes, training, &alone)?
+        .held_out_errors(&terms, &vec![0.0; study.axes.len()])?;
+    Ok(errors.iter().map(|e| e.relative_error).collect())
 }
 
 /// RMS error over RMS force per axis on other records, with the values that a round found.

@@ -209,7 +209,7 @@ fn check_rows(records: &Records<'_>, terms: &[Bound], shapes: &[ShapeUnknown]) -
 }
 
 /// An inertia that is found anyway cannot be wrong beside.
-fn check_inertias(axes: &[Axis], terms: &[Bound]) -> Result<()> {
+pub(crate) fn check_inertias(axes: &[Axis], terms: &[Bound]) -> Result<()> {
     let doubled = |t: &&Bound| {
         t.entry.about.name == "inertia_error"
             && axes.get(t.axis).is_some_and(|a| a.inertia.is_none())
@@ -243,7 +243,7 @@ fn check_forces(records: &Records<'_>, axes: &[Axis]) -> Result<()> {
 }
 
 /// Values with their intervals, and what to be wary of.
-fn assemble(
+pub(crate) fn assemble(
     axes: &[Axis],
     problem: &Problem<'_>,
     solved: Solved,
