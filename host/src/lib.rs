@@ -2,9 +2,11 @@
 #![forbid(unsafe_code)]
 
 pub mod add;
+pub mod apply;
 pub mod cli;
 pub mod compare;
 pub mod corrections;
+mod date;
 pub mod device;
 pub mod diagnose;
 pub mod effects_page;

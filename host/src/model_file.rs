@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::model::check_states;
 use crate::model::effects::{Course, add_forces};
 use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
-use crate::motion::Filters;
+use crate::motion::{Filters, Motion};
 use crate::output;
 use crate::study::Study;
 use jointwatch_shared::model::terms::InSi;
@@ -119,11 +119,48 @@ pub struct AxisFit {
     pub cross_validation_nmse_percent: Option<f64>,
 }
 
+/// Errors before and after a step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ErrorChange {
+    /// What they were measured on.
+    pub judged_on: JudgedOn,
+    /// Before it, per axis.
+    pub before: Vec<AxisError>,
+    /// After it, per axis.
+    pub after: Vec<AxisError>,
+}
+
+/// The rows that errors are measured on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JudgedOn {
+    /// Records that the model was not learnt from.
+    Validation,
+    /// Stretches of the training records, each predicted from the rest: the study has no validation records.
+    HeldOutBlocks,
+}
+
+impl JudgedOn {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Validation => "validation records",
+            Self::HeldOutBlocks => "held-out blocks of the training records",
+        }
+    }
+}
+
 /// One step in the model's life.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HistoryEntry {
     /// What was done.
     pub what: String,
+    /// The day on which it was done, `2026-03-14` (UTC); none when that was not wanted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
+    /// What an addition did to the errors; none for anything else.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub change: Option<ErrorChange>,
     /// Errors on the records the model was not learnt from, after it; empty when the study has none.
     pub validation: Vec<AxisError>,
 }
@@ -291,6 +328,49 @@ impl ModelFile {
             self.axes.iter().map(|a| (a.name.as_str(), a.kind)),
             self.filters.sample_rate_hz,
         )
+    }
+}
+
+/// A motion this many times as large as the one learnt from is in other units, or another joint's.
+const MOST_LARGER: f64 = 30.0;
+/// The same for a smaller one.
+const MOST_SMALLER: f64 = 300.0;
+
+impl ModelFile {
+    /// Refuses a study whose motion or sign of the force cannot be that of the joint that the model was learnt from.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`], one sentence.
+    pub fn check_motion(&self, study: &Study, motions: &[Motion]) -> Result<()> {
+        for (index, (mine, axis)) in self.axes.iter().zip(&study.axes).enumerate() {
+            if mine.restoring_force != axis.restoring_force {
+                return Err(Error::data(format!(
+                    "{}: restoring_force of axis {} is not what it was in the study that the model was learnt from, so all forces \
+                     would change sign: put it right, or learn from this study",
+                    study.path.display(),
+                    axis.name
+                )));
+            }
+            let Some(range) = self.base.inputs().get(2 * index) else {
+                continue;
+            };
+            let series = motions.iter().filter_map(|m| m.states.get(2 * index));
+            let most = series
+                .flatten()
+                .fold(0.0, |most: f64, x| most.max((x - range.center).abs()));
+            let times = most / range.half_range;
+            if most > 0.0 && !(1.0 / MOST_SMALLER..=MOST_LARGER).contains(&times) {
+                return Err(Error::data(format!(
+                    "{}: axis {} moves by {most:.2e} {unit} and the model was learnt from {:.2e} {unit}: check the unit of its \
+                     displacement, or learn from this study",
+                    study.path.display(),
+                    axis.name,
+                    range.half_range,
+                    unit = axis.kind.displacement_unit()
+                )));
+            }
+        }
+        Ok(())
     }
 }
 

@@ -2,13 +2,14 @@
 
 use super::Console;
 use crate::add::{self, Added};
+use crate::diagnose::PerAxis;
 use crate::error::{Error, Result};
 use crate::model::effects;
-use crate::model_file::ModelFile;
+use crate::model_file::{JudgedOn, ModelFile};
 use crate::study::{Role, Study};
 use crate::table::Table;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch add`.
 #[derive(Args)]
@@ -37,23 +38,34 @@ impl Add {
         let added = add::add(&study, &model, &self.effects)?;
         working.finish_and_clear();
         say(console, &added)?;
-        let output = self.output.unwrap_or_else(|| {
-            let stem = self.model.file_stem().unwrap_or_default();
-            let name = format!("{}-added.json", stem.to_string_lossy());
-            self.model.with_file_name(name)
-        });
+        let output = self.output.unwrap_or_else(|| output_beside(&self.model));
         if !added.helps && !self.force {
             return Err(Error::failed(format!(
-                "{} does not help: no error falls by as much as a hundredth, so nothing was written; --force keeps it all the same",
-                self.effects.join(", ")
+                "{} does not help: on the {} no axis's error falls by as much as a hundredth, so nothing was written; --force \
+                 keeps it all the same",
+                self.effects.join(", "),
+                added.errors.judged_on.words()
             )));
         }
         added.model.write(&output)?;
         console.say(format!("\nModel written to {}.", output.display()))?;
         console.json(&serde_json::json!({
-            "model": output, "helps": added.helps, "changes": added.changes, "effects": added.model.effects,
+            "model": output, "helps": added.helps, "changes": added.changes, "errors": added.errors,
+            "noise_floor": noise_floor(&added), "effects": added.model.effects,
         }))
     }
+}
+
+/// Where a model with more effects goes when nobody says.
+pub(super) fn output_beside(model: &Path) -> PathBuf {
+    let stem = model.file_stem().unwrap_or_default();
+    model.with_file_name(format!("{}-added.json", stem.to_string_lossy()))
+}
+
+/// By axis.
+fn noise_floor(added: &Added) -> PerAxis {
+    let axes = added.errors.after.iter().zip(&added.noise_floor);
+    axes.map(|(e, floor)| (e.axis.clone(), *floor)).collect()
 }
 
 fn say(console: &Console, added: &Added) -> Result<()> {
@@ -88,6 +100,24 @@ fn say(console: &Console, added: &Added) -> Result<()> {
         if any {
             console.say(format!("\n{heading}:\n{table}"))?;
         }
+    }
+    if added.errors.judged_on == JudgedOn::HeldOutBlocks {
+        let mut table = Table::new(&["axis", "relative error before", "after", "noise floor"]);
+        let errors = added.errors.before.iter().zip(&added.errors.after);
+        for ((before, after), floor) in errors.zip(&added.noise_floor) {
+            table.row(vec![
+                before.axis.clone(),
+                format!("{:.4}", before.relative_error),
+                format!("{:.4}", after.relative_error),
+                format!("{floor:.4}"),
+            ]);
+        }
+        console.say(format!(
+            "\nThe study has no validation records; blocks of its training records, each predicted from the rest:\n{table}"
+        ))?;
+    }
+    if !added.helps {
+        console.say("It does not help.")?;
     }
     if !added.floors_at_rest {
         console.say(

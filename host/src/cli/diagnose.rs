@@ -1,8 +1,10 @@
-//! `jointwatch diagnose`: which physical effect a model lacks.
+//! `jointwatch diagnose`: which physical effect a model lacks; with `--apply`, the model with everything that was missing.
 
-use super::Console;
-use crate::diagnose::{self, Diagnosis, Verdict};
-use crate::error::Result;
+use super::{Console, staircase};
+use crate::apply::{self, Applied};
+use crate::diagnose::{self, Diagnosis, Ranked, Verdict};
+use crate::error::{Error, Result};
+use crate::model::effects;
 use crate::model_file::ModelFile;
 use crate::study::Study;
 use crate::table::Table;
@@ -16,6 +18,12 @@ pub(crate) struct Diagnose {
     study: PathBuf,
     /// The model that `identify` wrote.
     model: PathBuf,
+    /// Add what is missing, diagnose again, and so on until nothing is missing; shows the staircase of errors.
+    #[arg(long)]
+    apply: bool,
+    /// Where --apply writes the model; the model's own name with -added when left out.
+    #[arg(short, long, value_name = "FILE", requires = "apply")]
+    output: Option<PathBuf>,
 }
 
 impl Diagnose {
@@ -24,11 +32,51 @@ impl Diagnose {
         let model = ModelFile::read(&self.model)?;
         let study = Study::read(&self.study)?;
         working.set_message("searching for missing effects");
+        if self.apply {
+            let each = |effect: &str| working.set_message(format!("adding {effect}"));
+            let applied = apply::apply(&study, &model, &each)?;
+            working.finish_and_clear();
+            return self.end(console, &applied);
+        }
         let diagnosis = diagnose::diagnose(&study, &model)?;
         working.finish_and_clear();
         say(console, &diagnosis)?;
         console.json(&diagnosis)
     }
+
+    /// Shows what was done and writes the model.
+    fn end(self, console: &Console, applied: &Applied) -> Result<()> {
+        let output = self
+            .output
+            .unwrap_or_else(|| super::add::output_beside(&self.model));
+        let added = applied.staircase.steps.len() > 1;
+        if added {
+            applied.model.write(&output)?;
+        }
+        say(console, &applied.first)?;
+        console.say(format!("\n{}", staircase::in_words(&applied.staircase)))?;
+        if added {
+            console.say(effects::table(&applied.model.effects).to_string())?;
+            console.say(format!("\nModel written to {}.", output.display()))?;
+        } else {
+            console.say("Nothing was added, so no model was written.")?;
+        }
+        let mut json = serde_json::to_value(&applied.first).map_err(not_json)?;
+        let more = serde_json::json!({
+            "staircase": applied.staircase,
+            "model": added.then_some(output),
+            "verdict_after": applied.last.verdict,
+            "effects": applied.model.effects,
+        });
+        if let (Some(json), serde_json::Value::Object(more)) = (json.as_object_mut(), more) {
+            json.extend(more);
+        }
+        console.json(&json)
+    }
+}
+
+fn not_json(error: serde_json::Error) -> Error {
+    Error::failed(format!("the result could not be written as JSON ({error})"))
 }
 
 fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
@@ -78,8 +126,33 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
         Verdict::Data => "The data are at fault.".into(),
     };
     console.say(verdict)?;
+    if diagnosis.verdict != Verdict::None {
+        let named = |r: &&Ranked| {
+            let mut found = diagnosis.found.iter();
+            found.any(|f| f.effect == r.effect && f.axis == r.axis)
+        };
+        for candidate in diagnosis.ranked.iter().filter(named) {
+            if let Some(group) = in_one_group(candidate) {
+                console.say(group)?;
+            }
+        }
+    }
     for note in &diagnosis.notes {
         console.say(format!("Note: {note}."))?;
     }
     Ok(())
+}
+
+/// What these records cannot tell from a candidate, and the experiment that would; nothing when it has no look-alike.
+fn in_one_group(candidate: &Ranked) -> Option<String> {
+    if candidate.equivalent.is_empty() {
+        return None;
+    }
+    Some(format!(
+        "These records cannot tell {}@{} from {}. To tell them apart: {}",
+        candidate.effect,
+        candidate.axis,
+        candidate.equivalent.join(", "),
+        candidate.separating_experiment
+    ))
 }

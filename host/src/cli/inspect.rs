@@ -92,10 +92,28 @@ fn model_in_words(model: &ModelFile) -> String {
         } else {
             errors.join(", ")
         };
+        let day = entry.date.as_ref().map(|day| format!("{day}, "));
         text.push_str(&format!(
-            "\nHistory: {} (validation NMSE: {errors}).",
+            "\nHistory: {}{} (validation NMSE: {errors}).",
+            day.unwrap_or_default(),
             entry.what
         ));
+        if let Some(change) = &entry.change {
+            let axes = change.before.iter().zip(&change.after);
+            let axes: Vec<String> = axes
+                .map(|(before, after)| {
+                    format!(
+                        "{} {:.4} to {:.4}",
+                        before.axis, before.relative_error, after.relative_error
+                    )
+                })
+                .collect();
+            text.push_str(&format!(
+                "\n  Relative error on the {}, before and after: {}.",
+                change.judged_on.words(),
+                axes.join("; ")
+            ));
+        }
     }
     for warning in &model.warnings {
         text.push_str(&format!("\nWarning: {warning}."));

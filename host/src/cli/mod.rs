@@ -13,6 +13,7 @@ mod paper;
 mod replay;
 mod respond;
 mod simulate;
+mod staircase;
 
 use crate::error::{Error, Result};
 use crate::output;

@@ -1,5 +1,8 @@
 //! Where a model fails, and why.
 
+mod absorbed;
+mod answer;
+mod base;
 mod candidates;
 mod held_out;
 mod missing;
@@ -7,4 +10,5 @@ pub(crate) mod noise;
 mod verdict;
 pub mod where_it_fails;
 
-pub use verdict::{CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict, diagnose};
+pub use answer::{Absorbed, CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict};
+pub use verdict::diagnose;

@@ -35,12 +35,29 @@ pub(crate) fn floors(
     inertia: &[f64],
 ) -> Vec<Floor> {
     let conventions: Vec<_> = axes.iter().map(|a| a.restoring_force).collect();
+    let predicted = |motion: &&Motion| {
+        let mut forces = vec![vec![0.0; motion.rows()]; axes.len()];
+        add_forces(terms, &Course::of_motion(motion, &conventions), &mut forces);
+        forces
+    };
+    let predicted = motions.iter().map(predicted).collect();
+    floors_under(axes, motions, low_pass, predicted, inertia)
+}
+
+/// The same under any prediction: a series per record and axis, wide-band.
+pub(crate) fn floors_under(
+    axes: &[Axis],
+    motions: &[&Motion],
+    low_pass: &[f64],
+    predicted: Vec<Vec<Vec<f64>>>,
+    inertia: &[f64],
+) -> Vec<Floor> {
+    let conventions: Vec<_> = axes.iter().map(|a| a.restoring_force).collect();
     // Residuals of every record and axis, wide-band.
     let residuals: Vec<Vec<Vec<f64>>> = motions
         .iter()
-        .map(|motion| {
-            let mut forces = vec![vec![0.0; motion.rows()]; axes.len()];
-            add_forces(terms, &Course::of_motion(motion, &conventions), &mut forces);
+        .zip(predicted)
+        .map(|(motion, forces)| {
             let axes = forces.into_iter().enumerate();
             axes.map(|(axis, predicted)| {
                 let measured = motion.restoring_force(axis, inertia[axis], conventions[axis]);

@@ -1,103 +1,20 @@
 //! What is wrong with a model, in one answer: the data, a missing effect, something unknown, or nothing.
 
-use super::missing::{self, Judged, Round};
+use super::absorbed::absorbed;
+use super::answer::{Diagnosis, PerAxis, Verdict, in_words_found, in_words_ranked};
+use super::base::base_of;
+use super::missing::{self, Round};
 use super::noise;
+use crate::add;
 use crate::compare::{self, Sums};
-use crate::diagnose::where_it_fails::Place;
 use crate::error::{Error, Result};
 use crate::fit::effects::columns::Records;
+use crate::fit::with_base::OnRecords;
 use crate::identify::Prepared;
-use crate::identify::base_terms;
 use crate::model::effects::Bound;
-use crate::model_file::{Base, ModelFile};
+use crate::model_file::{AxisError, Base, JudgedOn, ModelFile, NoBase};
+use crate::motion::Motion;
 use crate::study::Study;
-use jointwatch_shared::effect::Acts;
-use serde::Serialize;
-use std::collections::BTreeMap;
-
-/// A figure per axis.
-pub type PerAxis = BTreeMap<String, f64>;
-
-/// What was found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// One or more effects of the library are missing.
-    Effect,
-    /// Nothing is missing.
-    None,
-    /// Something is missing that is not in the library.
-    Unknown,
-    /// The data are at fault.
-    Data,
-}
-
-/// An effect that is missing.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Found {
-    /// The effect.
-    pub effect: String,
-    /// The axis, or `both`.
-    pub axis: String,
-}
-
-/// One parameter of a candidate.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CandidateParameter {
-    /// Its name.
-    pub name: String,
-    /// Its value.
-    pub value: f64,
-    /// The SI unit.
-    pub unit: String,
-}
-
-/// A candidate for the first missing effect.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Ranked {
-    /// The effect.
-    pub effect: String,
-    /// The axis, or `both`.
-    pub axis: String,
-    /// Effects that these records cannot tell from it.
-    pub equivalent: Vec<String>,
-    /// Held-out drop of the squared residual, in units of its variance.
-    pub score: f64,
-    /// Relative error on its axis without it, on held-out blocks.
-    pub error_before: f64,
-    /// Relative error on its axis with it, on held-out blocks.
-    pub error_after: f64,
-    /// 95 % interval of error_before/error_after.
-    pub error_drop_interval: [f64; 2],
-    /// Its parameters beside the model.
-    pub parameters: Vec<CandidateParameter>,
-    /// The experiment that tells it from its look-alikes.
-    pub separating_experiment: String,
-}
-
-/// The answer.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Diagnosis {
-    /// In a word.
-    pub verdict: Verdict,
-    /// RMS error over RMS force before anything was added, per axis, on validation records.
-    pub relative_error_before: PerAxis,
-    /// The same after everything that was found was added.
-    pub relative_error_after: PerAxis,
-    /// What no model can go below.
-    pub noise_floor: PerAxis,
-    /// Everything that is missing, in the order in which it was added.
-    pub found: Vec<Found>,
-    /// Candidates for the first of them, best first.
-    pub ranked: Vec<Ranked>,
-    /// Where the model that was brought fails.
-    #[serde(rename = "where")]
-    pub places: Vec<Place>,
-    /// What is wrong with the data.
-    pub data_problems: Vec<String>,
-    /// What else is to be said, one sentence each.
-    pub notes: Vec<String>,
-}
 
 /// What is left above the floor, as a multiple of it, may be this much before something must be missing.
 const ABOVE_FLOOR: f64 = 2.0;
@@ -113,6 +30,7 @@ const LEFT_OVER: f64 = 0.1;
 pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     model.check_fits(study)?;
     let prepared = Prepared::with_filters(study, model.filters.clone())?;
+    model.check_motion(study, &prepared.motions)?;
     let training = prepared.training(study);
     let validation = prepared.validation(study);
     let low_pass = &model.filters.band;
@@ -123,21 +41,26 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     let (Some(first), Some(last)) = (rounds.first(), rounds.last()) else {
         return Err(Error::failed("the diagnosis ended before it began"));
     };
+    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    let (held, before, after);
     let judged_on = if validation.is_empty() {
         notes.push(
-            "the study has no validation records, so errors are those on the records learnt from"
+            "the study has no validation records, so errors are those on blocks of the training records, each predicted from the \
+             rest: give a record of another run the role \"validate\" for an error that counts"
                 .into(),
         );
-        &training
+        held = Records::new(&study.axes, &training, low_pass);
+        before = held_out_errors(study, &training, model, first)?;
+        after = held_out_errors(study, &training, model, last)?;
+        JudgedOn::HeldOutBlocks
     } else {
-        &validation
+        held = Records::new(&study.axes, &validation, low_pass);
+        before = relative_errors(&held, first);
+        after = relative_errors(&held, last);
+        JudgedOn::Validation
     };
-    let held = Records::new(&study.axes, judged_on, low_pass);
-    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
-    let before = relative_errors(&held, first);
-    let after = relative_errors(&held, last);
 
-    let all: Vec<&crate::motion::Motion> = prepared.motions.iter().collect();
+    let all: Vec<&Motion> = prepared.motions.iter().collect();
     let (terms, inertia) = last.solution.in_si(&last.terms, &study.axes);
     let floors = noise::floors(&study.axes, &all, low_pass, &terms, &inertia);
     let floor: Vec<f64> = floors
@@ -180,48 +103,90 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         pairs.map(|(name, v)| ((*name).to_string(), *v)).collect()
     };
     let comparison = compare::compare_motions(study, model, &prepared.motions)?;
+    let new = last.terms.iter().zip(&last.solution.solved.values);
+    let new: Vec<(Bound, Vec<f64>)> = new
+        .filter(|(term, _)| !base.contains(term))
+        .map(|(term, values)| (*term, values.clone()))
+        .collect();
+    let (before, after) = match model.base {
+        Base::None(_) => (before, after),
+        _ => errors_of_the_model(study, &prepared, model, &new, &mut notes)?,
+    };
+    let absorbed = absorbed(study, &prepared, model, &new)?;
+    notes.extend(absorbed.iter().map(|a| {
+        format!(
+            "the {} already reproduces {:.0} % of {}@{}",
+            model.base.name(),
+            100.0 * a.share,
+            a.effect,
+            a.axis
+        )
+    }));
     Ok(Diagnosis {
         verdict,
+        judged_on,
         relative_error_before: per_axis(&before),
         relative_error_after: per_axis(&after),
+        absorbed,
         noise_floor: per_axis(&floor),
+        ranked: in_words_ranked(first, &found, study),
         found,
-        ranked: first
-            .ranked
-            .iter()
-            .map(|j| ranked(j, first, study))
-            .collect(),
         places: comparison.places,
         data_problems: Vec::new(),
         notes,
     })
 }
 
-/// Every parameter of every term, SI.
-type Values = Vec<Vec<f64>>;
-
-/// The physical terms to search beside, and where they are known from a fit, their values.
-fn base_of(
+/// RMS error over RMS force per axis of a polynomial or a network, and of the same with effects added to it.
+fn errors_of_the_model(
     study: &Study,
+    prepared: &Prepared,
     model: &ModelFile,
+    new: &[(Bound, Vec<f64>)],
     notes: &mut Vec<String>,
-) -> Result<(Vec<Bound>, Option<Values>)> {
-    let names: Vec<&str> = model.axes.iter().map(|a| a.name.as_str()).collect();
-    if let Base::None(_) = model.base {
-        let terms = model
-            .effects
-            .iter()
-            .map(|e| Bound::parse(&e.name(), &names));
-        let values = model.effects_in_si()?.into_iter().map(|e| e.values);
-        return Ok((terms.collect::<Result<_>>()?, Some(values.collect())));
+) -> Result<(Vec<f64>, Vec<f64>)> {
+    let relative = |errors: &[AxisError]| errors.iter().map(|e| e.relative_error).collect();
+    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    let effects: Vec<String> = new.iter().map(|(bound, _)| bound.name(&names)).collect();
+    if !effects.is_empty() {
+        match add::add(study, model, &effects) {
+            Ok(added) => {
+                return Ok((
+                    relative(&added.errors.before),
+                    relative(&added.errors.after),
+                ));
+            }
+            Err(e) => notes.push(format!("{} could not be added: {e}", effects.join(", "))),
+        }
     }
-    let (terms, proposed) = base_terms(study)?;
-    notes.push(format!(
-        "a {} takes up most of what a missing effect does, so the effect is named beside the study's physical base instead",
-        model.base.name()
-    ));
-    notes.extend(proposed);
-    Ok((terms, None))
+    let errors = if prepared.validation(study).is_empty() {
+        add::held_out_errors(study, prepared, model)?
+    } else {
+        compare::compare_motions(study, model, &prepared.motions)?.validation
+    };
+    Ok((relative(&errors), relative(&errors)))
+}
+
+/// RMS error over RMS force per axis on blocks of the training records, with the shapes that a round found.
+fn held_out_errors(
+    study: &Study,
+    training: &[&Motion],
+    model: &ModelFile,
+    round: &Round,
+) -> Result<Vec<f64>> {
+    let terms = round.terms.iter().zip(&round.solution.solved.values);
+    let terms: Vec<_> = terms
+        .map(|(term, values)| (*term, values.clone()))
+        .collect();
+    let alone = ModelFile {
+        base: Base::None(NoBase {
+            inputs: model.base.inputs().to_vec(),
+        }),
+        ..model.clone()
+    };
+    let errors = OnRecords::new(&study.axes, training, &alone)?
+        .held_out_errors(&terms, &vec![0.0; study.axes.len()])?;
+    Ok(errors.iter().map(|e| e.relative_error).collect())
 }
 
 /// RMS error over RMS force per axis on other records, with the values that a round found.
@@ -247,79 +212,4 @@ fn relative_errors(records: &Records<'_>, round: &Round) -> Vec<f64> {
         .zip(records.measured.chunks_exact(rows));
     axes.map(|(error, force)| Sums::of(error, force).relative_error())
         .collect()
-}
-
-/// Everything that was added, an effect that was added to each axis as one on `both`.
-fn in_words_found(rounds: &[Round], axes: &[&str]) -> Vec<Found> {
-    let mut added: Vec<Bound> = rounds
-        .iter()
-        .filter_map(|round| round.ranked.first().filter(|j| j.is_missing()))
-        .map(|judged| judged.candidate.bound)
-        .collect();
-    let mut found = Vec::new();
-    while !added.is_empty() {
-        let bound = added.remove(0);
-        let twin = added.iter().position(|b| b.entry == bound.entry);
-        let axis = match twin {
-            Some(twin) => {
-                added.remove(twin);
-                "both"
-            }
-            None if bound.entry.acts == Acts::BothAxes => "both",
-            None => axes[bound.axis],
-        };
-        found.push(Found {
-            effect: bound.entry.about.name.into(),
-            axis: axis.into(),
-        });
-    }
-    found
-}
-
-fn ranked(judged: &Judged, round: &Round, study: &Study) -> Ranked {
-    let bound = judged.candidate.bound;
-    let both = bound.entry.acts == Acts::BothAxes;
-    let kind = |axis: usize| {
-        let axis = study.axes.get(axis).or(study.axes.first());
-        axis.map_or(jointwatch_shared::model::axis::AxisKind::Translation, |a| {
-            a.kind.into()
-        })
-    };
-    let listed = bound
-        .entry
-        .parameters()
-        .iter()
-        .zip(&judged.candidate.values);
-    let parameters = listed.map(|(parameter, value)| CandidateParameter {
-        name: parameter.name.into(),
-        value: *value,
-        unit: parameter
-            .dimension
-            .unit(kind(bound.axis), kind(1 - bound.axis))
-            .to_string(),
-    });
-    let rows = round.solution.solved.residual.len() / study.axes.len();
-    let weight = round.solution.weights[bound.axis];
-    let force = judged.reference_force;
-    let relative = |power: f64| (power.max(0.0) / rows as f64).sqrt() / weight / force;
-    let (before, after) = (judged.power_before, judged.power_after);
-    let low = before - (judged.gain.sum - 1.96 * judged.gain.error);
-    let high = before - (judged.gain.sum + 1.96 * judged.gain.error);
-    let drop =
-        |after: f64| (before / after.max(1e-3 * judged.power_after.max(f64::MIN_POSITIVE))).sqrt();
-    Ranked {
-        effect: bound.entry.about.name.into(),
-        axis: if both {
-            "both".into()
-        } else {
-            study.axes[bound.axis].name.clone()
-        },
-        equivalent: judged.equivalent.iter().map(|e| (*e).to_string()).collect(),
-        score: judged.gain.sum,
-        error_before: relative(before),
-        error_after: relative(after),
-        error_drop_interval: [drop(low), drop(high)],
-        parameters: parameters.collect(),
-        separating_experiment: bound.entry.about.separated_by.into(),
-    }
 }

@@ -17,6 +17,11 @@ fn monomials() -> [[f64; 4]; 4] {
     ]
 }
 
+/// √(2k+1)·P_k(u) for k = 0 to 3.
+pub(super) fn values(u: f64) -> [f64; 4] {
+    monomials().map(|[a, b, c, d]| a + u * (b + u * (c + u * d)))
+}
+
 /// Applies the transform of one input to the rows of `matrix`; `transposed` maps coefficients back to monomials.
 fn along(matrix: &mut Mat<f64>, orders: &[u8], input: usize, transposed: bool) {
     let table = monomials();

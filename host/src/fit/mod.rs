@@ -11,3 +11,4 @@ pub mod normal_equations;
 pub mod polynomial;
 mod ridge;
 mod select;
+pub(crate) mod with_base;

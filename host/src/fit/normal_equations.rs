@@ -59,6 +59,11 @@ impl Cholesky {
         );
     }
 
+    /// L itself; what stands above its diagonal is no part of it.
+    pub(super) fn lower(&self) -> faer::MatRef<'_, f64> {
+        self.factor.as_ref()
+    }
+
     /// The inverse of the matrix.
     pub(super) fn inverse(&self) -> Mat<f64> {
         let n = self.factor.nrows();

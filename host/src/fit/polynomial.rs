@@ -110,7 +110,7 @@ fn check(axes: &[Axis], motions: &[&Motion], orders: &[u8]) -> Result<()> {
 ///
 /// # Errors
 /// One sentence that names the record and the row.
-pub(super) fn check_records(axes: &[Axis], motions: &[&Motion]) -> Result<()> {
+pub(crate) fn check_records(axes: &[Axis], motions: &[&Motion]) -> Result<()> {
     if !matches!(axes.len(), 1 | 2) {
         return Err(Error::data(format!(
             "a joint has one or two axes, not {}",

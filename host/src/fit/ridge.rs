@@ -17,10 +17,10 @@ use rayon::prelude::*;
 
 /// Added to every diagonal entry of the mean Gram matrix: rounding of sums of numbers up to 1, nothing more. It keeps
 /// directions without data solvable, and their coefficients at zero.
-const ROUNDING: f64 = 1e-13;
+pub(super) const ROUNDING: f64 = 1e-13;
 
 /// The λ that are tried: two per decade.
-fn candidates() -> impl Iterator<Item = f64> {
+pub(super) fn candidates() -> impl Iterator<Item = f64> {
     (-22..=4).map(|half_decade| 10f64.powf(f64::from(half_decade) / 2.0))
 }
 
@@ -35,7 +35,7 @@ pub(super) struct RidgeFit {
 }
 
 /// Penalty of each term.
-fn weights(orders: &[u8]) -> Vec<f64> {
+pub(super) fn weights(orders: &[u8]) -> Vec<f64> {
     let penalty = |term: &[u8; 4]| {
         if term.iter().sum::<u8>() <= 1 {
             0.0

@@ -6,11 +6,12 @@ mod polynomial;
 
 pub use network::{Training, network};
 pub use physical::physical;
-pub(crate) use physical::{base_terms, fit_in_time};
+pub(crate) use physical::{base_terms, effect_terms, fit_alone, fit_in_time};
 pub use polynomial::polynomial;
 
 use crate::compare;
 use crate::corrections::missing_inertia;
+use crate::date;
 use crate::error::{Error, Result};
 use crate::fit::coverage;
 use crate::fit::inertia::Inertia;
@@ -153,6 +154,8 @@ impl Prepared {
         model.validation = comparison.validation;
         model.history.push(HistoryEntry {
             what: format!("identified: {}, {} fit", model.base.name(), model.fit),
+            date: date::today()?,
+            change: None,
             validation: model.validation.clone(),
         });
         Ok(Identified {

@@ -26,7 +26,7 @@ const DEFAULT_TERMS: [&str; 3] = ["stiffness", "viscous", "preload"];
 pub fn physical(study: &Study) -> Result<Identified> {
     let (terms, proposed) = base_terms(study)?;
     let prepared = Prepared::new(study)?;
-    let mut fit = fit_in_time(study, &prepared, &terms)?;
+    let mut fit = fit_alone(study, &prepared, &terms)?;
     if let Some(proposed) = proposed {
         fit.warnings.insert(0, proposed);
     }
@@ -39,6 +39,12 @@ impl Prepared {
     /// # Errors
     /// As [`Prepared::finish`].
     pub(crate) fn physical(self, study: &Study, fit: EffectsFit) -> Result<Identified> {
+        let learnt = self.learnt(study, fit);
+        self.finish(study, learnt)
+    }
+
+    /// What a fit of effects alone found.
+    pub(crate) fn learnt(&self, study: &Study, fit: EffectsFit) -> Learnt {
         let training = self.training(study);
         let fits = study.axes.iter().enumerate();
         let fits = fits.map(|(index, axis)| {
@@ -52,7 +58,7 @@ impl Prepared {
                 cross_validation_nmse_percent: None,
             }
         });
-        let learnt = Learnt {
+        Learnt {
             fits: fits.collect(),
             base: Base::None(NoBase {
                 inputs: input_ranges(&training),
@@ -61,25 +67,33 @@ impl Prepared {
             inertia: fit.inertia,
             fit: "variable projection".into(),
             warnings: fit.warnings,
-        };
-        self.finish(study, learnt)
+        }
     }
 }
 
-/// Fits the terms; where force channels may be late, again with the channels put in time.
+/// Fits effects alone, with late channels put in time.
+///
+/// # Errors
+/// As [`fit_effects`].
+pub(crate) fn fit_alone(study: &Study, prepared: &Prepared, terms: &[Bound]) -> Result<EffectsFit> {
+    let band = &prepared.filters.band;
+    let fit = |motions: &[&Motion]| Ok((fit_effects(&study.axes, motions, band, terms)?, ()));
+    Ok(fit_in_time(study, prepared, fit)?.0)
+}
+
+/// Fits by `fit` to the training records; where force channels may be late, again with the channels put in time.
 ///
 /// The law of a delay is the first order of a shift. What the second order leaves would be taken for a wrong gain, so the
 /// channels are shifted by what was found and the rest is found anew (Gauss–Newton).
-pub(crate) fn fit_in_time(
+pub(crate) fn fit_in_time<T>(
     study: &Study,
     prepared: &Prepared,
-    terms: &[Bound],
-) -> Result<EffectsFit> {
-    let band = &prepared.filters.band;
-    let mut fit = fit_effects(&study.axes, &prepared.training(study), band, terms)?;
+    fit_to: impl Fn(&[&Motion]) -> Result<(EffectsFit, T)>,
+) -> Result<(EffectsFit, T)> {
+    let (mut fit, mut more) = fit_to(&prepared.training(study))?;
     let late = |term: &FoundTerm| term.bound.entry.about.name == "time_delay";
     if !fit.terms.iter().any(late) {
-        return Ok(fit);
+        return Ok((fit, more));
     }
     let mut delays = Corrections {
         force: [ForceCorrection::NONE; 2],
@@ -95,7 +109,7 @@ pub(crate) fn fit_in_time(
         };
         let motions: Vec<Motion> = training.iter().map(in_time).collect::<Result<_>>()?;
         let training: Vec<&Motion> = motions.iter().collect();
-        fit = fit_effects(&study.axes, &training, band, terms)?;
+        (fit, more) = fit_to(&training)?;
     }
     for term in fit.terms.iter_mut().filter(|term| late(term)) {
         let shifted = delays.force[term.bound.axis].delay_s;
@@ -104,7 +118,7 @@ pub(crate) fn fit_in_time(
             *end += shifted;
         }
     }
-    Ok(fit)
+    Ok((fit, more))
 }
 
 /// The study's terms; or proposed ones, and the sentence that says so.

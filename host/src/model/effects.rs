@@ -269,7 +269,8 @@ impl Bound {
 
     /// Whether a model cannot have both on the same axis.
     pub fn rules_out(&self, other: &Self) -> bool {
-        self.axis == other.axis && self.entry.never_with.contains(&other.entry.about.name)
+        let never = |a: &Self, b: &Self| a.entry.never_with.contains(&b.entry.about.name);
+        self.axis == other.axis && (never(self, other) || never(other, self))
     }
 
     /// `effect@axis`, or the effect's name alone when it acts on both axes.

@@ -16,6 +16,9 @@ use jointwatch_shared::scalar::dual::Dual;
 use jointwatch_shared::units::References;
 use rayon::prelude::*;
 
+/// Takes out of a column (both axes, one after the other) what something that is fitted beside the laws makes of it.
+pub(crate) type Aside<'a> = &'a (dyn Fn(&mut [f64]) + Sync);
+
 /// The training records, ready to hold force laws against.
 pub(crate) struct Records<'a> {
     courses: Vec<Course<'a>>,
@@ -23,6 +26,7 @@ pub(crate) struct Records<'a> {
     taps: &'a [f64],
     /// Of so many rows one is kept.
     pub(crate) every: usize,
+    aside: Option<Aside<'a>>,
     /// Thinned rows per second.
     pub(crate) thinned_rate_hz: f64,
     /// Thinned rows of each record.
@@ -55,6 +59,7 @@ impl<'a> Records<'a> {
             axes: axes.len(),
             taps: low_pass,
             every,
+            aside: None,
             thinned_rate_hz: rate / every as f64,
             rows: Vec::new(),
             references: References {
@@ -106,6 +111,22 @@ impl<'a> Records<'a> {
             add_forces(&joint, course, &mut forces);
             course.predict(&forces, inertia);
         }
+    }
+
+    /// The same with something fitted beside the laws: it is taken out of the measured force and of every column.
+    pub(crate) fn beside(mut self, aside: Aside<'a>) -> Self {
+        aside(&mut self.measured);
+        self.accelerations
+            .iter_mut()
+            .flatten()
+            .for_each(|c| aside(c));
+        self.aside = Some(aside);
+        self
+    }
+
+    /// A series along one record, low-passed and thinned out as the forces are.
+    pub(crate) fn thinned(&self, series: &[f64]) -> Vec<f64> {
+        apply_every(series, self.taps, self.every)
     }
 
     /// Rows of one axis.
@@ -202,14 +223,16 @@ impl<'a> Records<'a> {
             evaluate(course, &mut own, &mut other);
             let mut put = |axis: usize, series: &[f64]| {
                 let at = axis * self.rows_per_axis() + start;
-                let thinned = apply_every(series, self.taps, self.every);
-                whole[at..at + rows].copy_from_slice(&thinned);
+                whole[at..at + rows].copy_from_slice(&self.thinned(series));
             };
             put(bound.axis, &own);
             if bound.entry.acts == Acts::BothAxes && self.axes == 2 {
                 put(1 - bound.axis, &other);
             }
             start += rows;
+        }
+        if let Some(aside) = self.aside {
+            aside(&mut whole);
         }
         whole
     }

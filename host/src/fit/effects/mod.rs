@@ -222,7 +222,7 @@ fn check_rows(records: &Records<'_>, terms: &[Bound], shapes: &[ShapeUnknown]) -
 }
 
 /// An inertia that is found anyway cannot be wrong beside.
-fn check_inertias(axes: &[Axis], terms: &[Bound]) -> Result<()> {
+pub(crate) fn check_inertias(axes: &[Axis], terms: &[Bound]) -> Result<()> {
     for term in terms {
         let Some(axis) = axes.get(term.axis) else {
             continue;
@@ -269,7 +269,7 @@ fn check_forces(records: &Records<'_>, axes: &[Axis]) -> Result<()> {
 }
 
 /// Values with their intervals, and what to be wary of.
-fn assemble(
+pub(crate) fn assemble(
     axes: &[Axis],
     problem: &Problem<'_>,
     solved: Solved,

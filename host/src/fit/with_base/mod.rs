@@ -1,0 +1,290 @@
+//! Fitting effects beside a polynomial or a network, everything together.
+//!
+//! The base is linear in its factors (a network with its hidden layer kept), so it is eliminated exactly: the effects are fitted to
+//! what the base cannot follow ([`aside`]), by the same search for shapes as effects alone, and the base then follows what
+//! they leave. The penalty on the base is the one that `identify` puts on it; its strength is chosen anew, because a base with
+//! an effect beside it has less to bend for. The effects go free.
+
+mod aside;
+mod blocks;
+mod functions;
+
+use super::effects::columns::Records;
+use super::effects::{EffectsFit, Solution, assemble, check_inertias, solve};
+use super::inertia::inertias;
+use super::polynomial::check_records;
+use super::ridge;
+use crate::error::{Error, Result};
+use crate::model::effects::Bound;
+use crate::model_file::{AxisError, Base, ModelFile};
+use crate::motion::Motion;
+use crate::study::Axis;
+use aside::{AxisAside, mean_gram};
+use blocks::{Folds, held_out};
+use faer::Mat;
+use functions::Functions;
+
+/// How often the effects and the strength of the penalty are found anew.
+const ROUNDS: usize = 2;
+/// The strengths that are tried lie this far about the one before, as powers of ten.
+const REACH: f64 = 2.1;
+/// An effect of which less than this part of the power is left beside the base is none beside it.
+const LEAST_NEW: f64 = 1e-4;
+
+/// A base with effects beside it, as fitted.
+pub(crate) struct WithBase {
+    /// The effects.
+    pub(crate) effects: EffectsFit,
+    /// The base, its factors found anew.
+    pub(crate) base: Base,
+    /// Per axis, the strength of the penalty.
+    pub(crate) ridge: Vec<f64>,
+    /// Per axis, the base's factors that the records determine.
+    pub(crate) effective_parameters: Vec<f64>,
+}
+
+/// A base along the training records.
+pub(crate) struct OnRecords<'a> {
+    axes: Vec<Axis>,
+    motions: &'a [&'a Motion],
+    low_pass: &'a [f64],
+    records: Records<'a>,
+    functions: Functions,
+    gram: Mat<f64>,
+    folds: Folds,
+}
+
+impl<'a> OnRecords<'a> {
+    /// The base of a model along motions of the study's `axes`; an inertia that the study does not state is the one that
+    /// `identify` finds.
+    ///
+    /// # Errors
+    /// Records that do not fit the axes, are too short, or whose inertia cannot be.
+    pub(crate) fn new(
+        axes: &[Axis],
+        motions: &'a [&'a Motion],
+        model: &'a ModelFile,
+    ) -> Result<Self> {
+        check_records(axes, motions)?;
+        let low_pass = &model.filters.band;
+        let mut axes = axes.to_vec();
+        if !matches!(model.base, Base::None(_)) {
+            let found = inertias(&axes, motions, model.base.inputs(), low_pass)?;
+            for (axis, found) in axes.iter_mut().zip(found) {
+                axis.inertia = Some(found.value);
+            }
+        }
+        let records = Records::new(&axes, motions, low_pass);
+        let functions = Functions::new(&model.base, &model.fit, motions, &records)?;
+        let smear =
+            (low_pass.len() as f64 * records.thinned_rate_hz / motions[0].sample_rate_hz).ceil();
+        Ok(Self {
+            gram: mean_gram(&functions),
+            folds: Folds::new(&records.rows, records.thinned_rate_hz, smear as usize),
+            axes,
+            motions,
+            low_pass,
+            records,
+            functions,
+        })
+    }
+
+    fn asides(&self, ridge: &[f64]) -> Result<Vec<AxisAside>> {
+        let axes = ridge.iter().enumerate();
+        axes.map(|(axis, &lambda)| AxisAside::new(&self.functions, &self.gram, axis, lambda))
+            .collect()
+    }
+
+    /// Per axis, the part of a term's force (its power about the mean) that the base can follow at these strengths of the
+    /// penalty; nothing on an axis on which the term does not act.
+    ///
+    /// # Errors
+    /// Records that leave the base undetermined.
+    pub(crate) fn followed(
+        &self,
+        terms: &[(Bound, Vec<f64>)],
+        ridge: &[f64],
+    ) -> Result<Vec<Vec<Option<f64>>>> {
+        let asides = self.asides(ridge)?;
+        let rows = self.records.rows_per_axis().max(1);
+        let part = |(bound, values): &(Bound, Vec<f64>)| {
+            let force = self.records.force(bound, values);
+            let axes = force.chunks_exact(rows).zip(&asides);
+            axes.map(|(force, aside)| {
+                let mean = force.iter().sum::<f64>() / rows as f64;
+                let whole: f64 = force.iter().map(|f| (f - mean) * (f - mean)).sum();
+                let followed = aside.follow(&aside.factors(force));
+                let left = force.iter().zip(&followed);
+                let left: f64 = left.map(|(f, g)| (f - g) * (f - g)).sum();
+                (whole > 0.0).then(|| (1.0 - left / whole).clamp(0.0, 1.0))
+            })
+            .collect()
+        };
+        Ok(terms.iter().map(part).collect())
+    }
+
+    /// Columns of the terms' linear parameters and tangents of their shapes, of both axes.
+    fn columns(&self, terms: &[Bound], fit: &Solution) -> Vec<Vec<f64>> {
+        let mut columns = Vec::new();
+        for (bound, values) in terms.iter().zip(&fit.solved.values) {
+            columns.extend(self.records.columns(bound, values));
+        }
+        columns.extend(self.records.accelerations.iter().flatten().cloned());
+        columns.extend(fit.problem(&self.records, terms).slopes(&fit.solved));
+        columns
+    }
+
+    /// Σ error² on held-out stretches of an axis for every λ.
+    fn held_out(&self, axis: usize, columns: &[Vec<f64>], lambdas: &[f64]) -> Vec<f64> {
+        let rows = self.records.rows_per_axis();
+        let part = axis * rows..(axis + 1) * rows;
+        let own: Vec<&[f64]> = columns.iter().map(|c| &c[part.clone()]).collect();
+        let force = &self.records.measured[part];
+        held_out(&self.folds, &self.functions, axis, &own, force, lambdas)
+    }
+
+    /// Errors per axis on stretches that were held out in turn, for effects with these values.
+    ///
+    /// # Errors
+    /// Records that leave the base undetermined.
+    pub(crate) fn held_out_errors(
+        &self,
+        terms: &[(Bound, Vec<f64>)],
+        ridge: &[f64],
+    ) -> Result<Vec<AxisError>> {
+        let bounds: Vec<Bound> = terms.iter().map(|(bound, _)| *bound).collect();
+        let mut columns: Vec<Vec<f64>> = self
+            .records
+            .accelerations
+            .iter()
+            .flatten()
+            .cloned()
+            .collect();
+        for (bound, values) in terms {
+            columns.extend(self.records.columns(bound, values));
+        }
+        for unknown in super::effects::unknowns::shapes(&bounds, &self.records.references) {
+            let mut tangent = vec![0.0; self.records.measured.len()];
+            for &(term, index) in &unknown.places {
+                let slope = self.records.slope(&terms[term].0, &terms[term].1, index);
+                tangent.iter_mut().zip(slope).for_each(|(t, s)| *t += s);
+            }
+            columns.push(tangent);
+        }
+        let rows = self.records.rows_per_axis().max(1);
+        let force = self.records.measured.chunks_exact(rows);
+        let axes = self.axes.iter().zip(force).enumerate();
+        let error = |(index, (axis, force)): (usize, (&Axis, &[f64]))| {
+            let error = self.held_out(index, &columns, &ridge[index..=index])[0];
+            let mean = force.iter().sum::<f64>() / rows as f64;
+            let about_mean: f64 = force.iter().map(|f| (f - mean) * (f - mean)).sum();
+            let square: f64 = force.iter().map(|f| f * f).sum();
+            if !error.is_finite() {
+                return Err(Error::data(format!(
+                    "the training records without one block leave the model of axis {} undetermined: record longer, or give a \
+                     record the role \"validate\"",
+                    axis.name
+                )));
+            }
+            Ok(AxisError {
+                axis: axis.name.clone(),
+                nmse_percent: 100.0 * error / about_mean.max(f64::MIN_POSITIVE),
+                relative_error: (error / square.max(f64::MIN_POSITIVE)).sqrt(),
+            })
+        };
+        axes.map(error).collect()
+    }
+
+    /// Per axis the strength at which held-out stretches are followed best, about the one before.
+    fn choose(&self, columns: &[Vec<f64>], before: &[f64]) -> Vec<f64> {
+        if !self.functions.held_back {
+            return before.to_vec();
+        }
+        let best = |(axis, &before): (usize, &f64)| {
+            let near = |l: &f64| before <= 0.0 || (l / before).log10().abs() < REACH;
+            let lambdas: Vec<f64> = ridge::candidates().filter(near).collect();
+            let errors = self.held_out(axis, columns, &lambdas);
+            let pairs = errors.iter().zip(&lambdas);
+            let best = pairs.min_by(|a, b| a.0.total_cmp(b.0).then(b.1.total_cmp(a.1)));
+            best.map_or(before, |(_, lambda)| *lambda)
+        };
+        before.iter().enumerate().map(best).collect()
+    }
+
+    /// Fits terms and base together. `axes` are the study's, `ridge` the strengths to begin with.
+    ///
+    /// # Errors
+    /// As a fit of effects; an effect that the base can do itself.
+    pub(crate) fn fit(&self, axes: &[Axis], terms: &[Bound], ridge: &[f64]) -> Result<WithBase> {
+        check_inertias(axes, terms)?;
+        let mut ridge = ridge.to_vec();
+        let mut from = None;
+        for round in 1.. {
+            let asides = self.asides(&ridge)?;
+            let rows = self.records.rows_per_axis().max(1);
+            let take_out = |column: &mut [f64]| {
+                let parts = column.chunks_exact_mut(rows).zip(&asides);
+                parts.for_each(|(part, aside)| aside.take_out(part));
+            };
+            let records = Records::new(&self.axes, self.motions, self.low_pass).beside(&take_out);
+            let fit = solve(&records, &self.axes, terms, from.take())?;
+            let problem = fit.problem(&records, terms);
+            self.check_news(axes, terms, &fit)?;
+            if round < ROUNDS {
+                let columns = self.columns(terms, &fit);
+                let chosen = self.choose(&columns, &ridge);
+                if chosen != ridge {
+                    from = Some(problem.shapes_of(&fit.solved));
+                    ridge = chosen;
+                    continue;
+                }
+            }
+            let mut effects = assemble(&self.axes, &problem, fit.solved.clone(), fit.stopped)?;
+            let low_pass = self.low_pass;
+            let inputs = super::polynomial::input_ranges(self.motions);
+            effects.inertia = inertias(axes, self.motions, &inputs, low_pass)?;
+            return Ok(WithBase {
+                base: self.base_beside(terms, &fit, &asides),
+                effective_parameters: asides.iter().map(|a| a.effective).collect(),
+                effects,
+                ridge,
+            });
+        }
+        Err(Error::failed("the fit beside the base never began"))
+    }
+
+    /// Refuses effects that the base can do itself.
+    fn check_news(&self, axes: &[Axis], terms: &[Bound], fit: &Solution) -> Result<()> {
+        let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
+        let power = |column: &[f64]| column.iter().map(|v| v * v).sum::<f64>();
+        let mut left = fit.solved.columns.iter();
+        for (bound, values) in terms.iter().zip(&fit.solved.values) {
+            for whole in self.records.columns(bound, values) {
+                let left = left.next().map_or(0.0, |column| power(column));
+                if left < LEAST_NEW * power(&whole) {
+                    return Err(Error::data(format!(
+                        "the model's base does all that {} can do, so the two could not be told apart: leave it out, or add it to a \
+                         physical model",
+                        bound.name(&names)
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The base that follows what the effects leave.
+    fn base_beside(&self, terms: &[Bound], fit: &Solution, asides: &[AxisAside]) -> Base {
+        let mut left = self.records.measured.clone();
+        for (bound, values) in terms.iter().zip(&fit.solved.values) {
+            let force = self.records.force(bound, values);
+            left.iter_mut().zip(force).for_each(|(l, f)| *l -= f);
+        }
+        let axes = left.chunks_exact(self.records.rows_per_axis().max(1));
+        let factors: Vec<Vec<f64>> = axes
+            .zip(asides)
+            .map(|(left, aside)| aside.factors(left))
+            .collect();
+        self.functions.base(&factors)
+    }
+}
