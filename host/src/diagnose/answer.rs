@@ -1,6 +1,7 @@
 //! What a diagnosis answers, as it is printed and as scripts read it (`diagnose --json`).
 
-use super::missing::{Judged, Round};
+use super::judge::Judged;
+use super::missing::Round;
 use crate::diagnose::where_it_fails::Place;
 use crate::model::effects::Bound;
 use crate::model_file::JudgedOn;
@@ -110,12 +111,8 @@ pub struct Diagnosis {
 }
 
 /// Everything that was added, an effect that was added to each axis as one on `both`.
-pub(super) fn in_words_found(rounds: &[Round], axes: &[&str]) -> Vec<Found> {
-    let mut added: Vec<Bound> = rounds
-        .iter()
-        .filter_map(|round| round.ranked.first().filter(|j| j.is_missing()))
-        .map(|judged| judged.candidate.bound)
-        .collect();
+pub(super) fn in_words_found(added: &[Bound], axes: &[&str]) -> Vec<Found> {
+    let mut added = added.to_vec();
     let mut found = Vec::new();
     while !added.is_empty() {
         let bound = added.remove(0);
@@ -140,6 +137,14 @@ pub(super) fn in_words_found(rounds: &[Round], axes: &[&str]) -> Vec<Found> {
 pub(super) fn in_words_ranked(first: &Round, found: &[Found], study: &Study) -> Vec<Ranked> {
     let judged = first.ranked.iter();
     let mut all: Vec<Ranked> = judged.map(|judged| ranked(judged, first, study)).collect();
+    // What was kept in the end knows more than what came first.
+    let kept = |r: &Ranked| {
+        let same = found
+            .iter()
+            .any(|f| f.effect == r.effect && (f.axis == r.axis || f.axis == "both"));
+        !same
+    };
+    all.sort_by_key(kept);
     for twin in found.iter().filter(|f| f.axis == "both") {
         let mut seen = false;
         all.retain_mut(|candidate| {

@@ -59,11 +59,13 @@ struct Projected {
 }
 
 impl<'a> Beside<'a> {
-    /// Nothing when the model's own columns depend on each other so that they cannot be projected out.
+    /// `within` are columns beside the model's own of which as much as is there may be: what instruments do wrong within
+    /// their tolerances. Nothing when the columns depend on each other so that they cannot be projected out.
     pub(crate) fn new(
         records: &'a Records<'a>,
         terms: &'a [Bound],
         solution: &'a Solution,
+        within: Vec<Vec<f64>>,
     ) -> Option<Self> {
         let problem = solution.problem(records, terms);
         let slopes = problem.slopes(&solution.solved);
@@ -72,6 +74,7 @@ impl<'a> Beside<'a> {
             .columns
             .iter()
             .chain(&slopes)
+            .chain(&within)
             .map(Vec::as_slice)
             .filter(|column| column.iter().any(|v| *v != 0.0))
             .collect();
@@ -95,12 +98,16 @@ impl<'a> Beside<'a> {
         })
     }
 
-    /// Whether every parameter that has to be positive is.
+    /// Whether every parameter that has to be positive is, and none is less than what it exceeds in nature.
     fn is_physical(&self, candidate: &Candidate) -> bool {
-        let listed = candidate.bound.entry.parameters().iter();
-        listed.zip(&candidate.values).all(|(parameter, value)| {
+        let entry = candidate.bound.entry;
+        let mut listed = entry.parameters().iter().zip(&candidate.values);
+        let positive = listed.all(|(parameter, value)| {
             !matches!(parameter.role, Role::Linear { positive: true }) || *value >= 0.0
-        })
+        });
+        let value = |place: usize| candidate.values[place];
+        let mut pairs = entry.never_less.iter();
+        positive && pairs.all(|&(more, less)| value(more) >= value(less))
     }
 
     /// Every effect that could be added to the model, one entry per effect and axis, the most promising first; the first
@@ -214,6 +221,11 @@ impl<'a> Beside<'a> {
             gain: projected.gain,
             explained: Vec::new(),
         }
+    }
+
+    /// Factors of columns, and what they gain.
+    pub(super) fn factors(&self, columns: &[Vec<f64>]) -> Option<Vec<f64>> {
+        self.project(columns).map(|projected| projected.factors)
     }
 
     /// Least squares of the residual on columns of which the model's own share has been taken out.

@@ -1,65 +1,31 @@
 //! Which physical effects a model lacks: search, add, search again, until nothing is missing.
 
-use super::candidates::{Beside, Candidate, REFINED};
-use super::held_out::{Gain, HeldOut, LEAST_BLOCKS, blocks, held_out};
+use super::held_out::{LEAST_BLOCKS, blocks};
+use super::judge::{Judged, PARSIMONY, judge};
+use crate::compare::Sums;
 use crate::error::{Error, Result};
 use crate::fit::effects::columns::Records;
+use crate::fit::effects::projection::Solved;
 use crate::fit::effects::{Solution, solve};
 use crate::model::effects::Bound;
 use crate::motion::Motion;
 use crate::study::Axis;
-use jointwatch_shared::effect::Acts;
 
-/// What an effect has to add to the force of its axis, RMS beside RMS, to be called missing: any model of a real joint is
-/// wrong by some thousandths, and that is no missing effect.
-const LEAST_SHARE: f64 = 0.006;
-/// The part of the residual's held-out power that it has to take away.
-const LEAST_PART: f64 = 0.05;
-/// A law with fewer parameters is preferred when this part of what is explained is lost at most.
-const PARSIMONY: f64 = 0.01;
-/// Two laws whose contributions agree to this cannot be told apart by these records.
-const LIKENESS: f64 = 0.985;
 /// Rows of all records together on which every effect's starting values are scanned; the promising ones see all rows.
 const MOST_SCANNED: usize = 36_000;
-/// So many candidates of a scan are always held against all rows,
-const ALWAYS: usize = 3;
-/// and those that explain this part of what the best one does.
-const RIVAL: f64 = 0.2;
-/// Steps by which candidates of a scan are refined on all rows.
-const STEPS_ON_ALL: usize = 3;
 /// Rows that the band leaves out of so many are not needed for a scan either, but for every second one: the excerpt then has
 /// twice the rows that the band needs.
 const LEAST_THINNED: usize = 4;
 /// The most effects that are added.
 const MOST_ADDED: usize = 4;
+/// The most models that are looked at on the way.
+const MOST_ROUNDS: usize = 8;
+/// An effect may make the error on unseen records larger by this part: its values have errors too.
+const WORSE: f64 = 0.02;
+/// Another effect takes an added one's place when what is left over falls by this factor at least, as power.
+const SWAPPED: f64 = 1.1;
 
-/// A candidate with what it is worth.
-#[derive(Clone, Debug)]
-pub(crate) struct Judged {
-    pub(crate) candidate: Candidate,
-    /// Held-out Σ (weighted residual)² that it takes away.
-    pub(crate) gain: Gain,
-    /// Part of the held-out power of the residual that it takes away.
-    pub(crate) part: f64,
-    /// RMS of what it adds beside the RMS of the force, on the axis where that is most.
-    pub(crate) share: f64,
-    /// Held-out Σ (weighted residual)² on its axis, without and with it.
-    pub(crate) power_before: f64,
-    pub(crate) power_after: f64,
-    /// RMS force of its axis, N or N·m.
-    pub(crate) reference_force: f64,
-    /// Names of laws that do the same on these records.
-    pub(crate) equivalent: Vec<&'static str>,
-}
-
-impl Judged {
-    /// Whether it is missing, rather than a way to fit noise or a model's small faults.
-    pub(crate) fn is_missing(&self) -> bool {
-        self.share >= LEAST_SHARE && self.part >= LEAST_PART && self.gain.is_sure()
-    }
-}
-
-/// One round: the model as it stood, and what was found to be missing.
+/// A model on the way to one that lacks nothing.
 pub(crate) struct Round {
     /// The terms of the model.
     pub(crate) terms: Vec<Bound>,
@@ -69,24 +35,47 @@ pub(crate) struct Round {
     pub(crate) ranked: Vec<Judged>,
 }
 
-/// Searches for missing effects beside a base, whose fit starts from `values` where they are known. The last round is the one in which nothing more was found.
+/// How a search went.
+pub(crate) struct Search {
+    /// The models, from the one that was brought to the one that lacks nothing more.
+    pub(crate) rounds: Vec<Round>,
+    /// Whether what seemed to be missing made the error on records that were not learnt from larger.
+    pub(crate) refuted: bool,
+}
+
+/// The records that a search learns from, and those by which it is held to account.
+struct Searcher<'a> {
+    axes: &'a [Axis],
+    records: Records<'a>,
+    /// Every second row of the middle of the records, for a first look.
+    excerpt: Records<'a>,
+    unseen: Option<&'a Records<'a>>,
+    base: usize,
+}
+
+/// Searches for missing effects beside a base, whose fit starts from `values` where they are known.
+///
+/// Effects are added one at a time, the one that explains most first. Each time, those that were added before are asked
+/// whether they are still needed beside the newer ones, and whether another one would now do better in their place: of two effects
+/// that are missing the first to be named is sometimes one that does a little of both. `unseen` are records that are not learnt from;
+/// an effect that makes the error there larger is not added.
 ///
 /// # Errors
 /// As the fit of the terms; records too short to hold out blocks.
 pub(crate) fn search(
     axes: &[Axis],
     motions: &[&Motion],
+    unseen: Option<&Records<'_>>,
     low_pass: &[f64],
     base: &[Bound],
     values: Option<Vec<Vec<f64>>>,
-) -> Result<Vec<Round>> {
-    let mut records = Records::new(axes, motions, low_pass);
+) -> Result<Search> {
+    let records = Records::new(axes, motions, low_pass);
     let each = MOST_SCANNED / motions.len().max(1);
     let step = if records.every >= LEAST_THINNED { 2 } else { 1 };
     let thinned_taps = thinned(low_pass, step);
     let excerpts: Vec<Motion> = motions.iter().map(|m| m.middle(each).every(step)).collect();
     let excerpts: Vec<&Motion> = excerpts.iter().collect();
-    let mut excerpt = Records::new(axes, &excerpts, &thinned_taps);
     let count = blocks(&records).len();
     if count < LEAST_BLOCKS {
         return Err(Error::data(format!(
@@ -94,41 +83,141 @@ pub(crate) fn search(
              record longer"
         )));
     }
-    let mut terms = base.to_vec();
-    let mut rounds: Vec<Round> = Vec::new();
     let from = values.map(|values| shapes_of(&records, base, &values));
-    let mut solution = solve(&records, axes, &terms, from)?;
-    loop {
-        let (model, inertia) = solution.in_si(&terms, axes);
-        records.predict(&model, &inertia);
-        excerpt.predict(&model, &inertia);
-        let ranked = if rounds.len() > MOST_ADDED {
-            Vec::new()
-        } else {
-            judge(&records, &excerpt, &terms, &solution, axes)?
+    let solution = solve(&records, axes, base, from)?;
+    let mut searcher = Searcher {
+        axes,
+        excerpt: Records::new(axes, &excerpts, &thinned_taps),
+        records,
+        unseen,
+        base: base.len(),
+    };
+    let mut round = searcher.judged(base.to_vec(), solution)?;
+    let mut rounds: Vec<Round> = Vec::new();
+    let mut refuted = false;
+    while rounds.len() < MOST_ROUNDS {
+        let added = round.terms.len() - searcher.base;
+        let Some(best) = round.ranked.first().filter(|best| best.is_missing()) else {
+            break;
         };
-        let missing = ranked.first().filter(|best| best.is_missing());
-        let Some(best) = missing else {
-            rounds.push(Round {
-                terms,
-                solution,
-                ranked,
-            });
-            return Ok(rounds);
+        if added >= MOST_ADDED {
+            break;
+        }
+        let Some((terms, solution)) = searcher.with(&round, best)? else {
+            refuted = true;
+            break;
         };
-        let bound = best.candidate.bound;
-        let mut wider = terms.clone();
-        wider.push(bound);
-        let mut values = solution.solved.values.clone();
-        values.push(best.candidate.values.clone());
-        let from = shapes_of(&records, &wider, &values);
-        let next = solve(&records, axes, &wider, Some(from))?;
-        rounds.push(Round {
-            terms: std::mem::replace(&mut terms, wider),
-            solution: std::mem::replace(&mut solution, next),
-            ranked,
-        });
+        let mut next = searcher.judged(terms, solution)?;
+        for _ in 0..added {
+            match searcher.reconsidered(&next)? {
+                Some(better) => next = better,
+                None => break,
+            }
+        }
+        rounds.push(std::mem::replace(&mut round, next));
     }
+    rounds.push(round);
+    Ok(Search { rounds, refuted })
+}
+
+impl Searcher<'_> {
+    /// A solved model with its candidates.
+    fn judged(&mut self, terms: Vec<Bound>, solution: Solution) -> Result<Round> {
+        let (model, inertia) = solution.in_si(&terms, self.axes);
+        self.records.predict(&model, &inertia);
+        self.excerpt.predict(&model, &inertia);
+        Ok(Round {
+            ranked: judge(&self.records, &self.excerpt, &terms, &solution, self.axes)?,
+            terms,
+            solution,
+        })
+    }
+
+    /// A round's model with a candidate; nothing when that makes the error on unseen records larger.
+    fn with(&self, round: &Round, best: &Judged) -> Result<Option<(Vec<Bound>, Solution)>> {
+        let bound = best.candidate.bound;
+        let mut terms = round.terms.clone();
+        terms.push(bound);
+        let mut values = round.solution.solved.values.clone();
+        values.push(best.candidate.values.clone());
+        let from = shapes_of(&self.records, &terms, &values);
+        let solution = solve(&self.records, self.axes, &terms, Some(from))?;
+        let worse = self.unseen.is_some_and(|unseen| {
+            let before = relative_errors(unseen, &round.terms, &round.solution.solved);
+            let after = relative_errors(unseen, &terms, &solution.solved);
+            let mut own = before.iter().zip(&after).enumerate();
+            own.any(|(axis, (before, after))| {
+                bound.acts_on(axis) && *after > (1.0 + WORSE) * before
+            })
+        });
+        Ok((!worse).then_some((terms, solution)))
+    }
+
+    /// The model without one of the effects that were added, or with another in its place, if the model is as good or better for it.
+    fn reconsidered(&mut self, round: &Round) -> Result<Option<Round>> {
+        let power = |solution: &Solution| self.power(solution, &round.solution.weights);
+        let present = power(&round.solution);
+        for index in self.base..round.terms.len() - 1 {
+            let mut terms = round.terms.clone();
+            let removed = terms.remove(index);
+            let mut values = round.solution.solved.values.clone();
+            values.remove(index);
+            let from = shapes_of(&self.records, &terms, &values);
+            let solution = solve(&self.records, self.axes, &terms, Some(from))?;
+            let without = self.judged(terms, solution)?;
+            let Some(best) = without.ranked.first().filter(|best| best.is_missing()) else {
+                return Ok(Some(without));
+            };
+            if best.candidate.bound == removed {
+                continue;
+            }
+            let Some((terms, solution)) = self.with(&without, best)? else {
+                continue;
+            };
+            let left = self.power(&solution, &round.solution.weights);
+            let without = self.power(&without.solution, &round.solution.weights);
+            if without - left > (without - present) * (1.0 + PARSIMONY) && left * SWAPPED < present
+            {
+                return Ok(Some(self.judged(terms, solution)?));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Σ (residual·weight)² of a solution.
+    fn power(&self, solution: &Solution, weights: &[f64]) -> f64 {
+        let axes = solution
+            .solved
+            .residual
+            .chunks_exact(self.records.rows_per_axis().max(1));
+        axes.zip(weights)
+            .map(|(part, w)| w * w * part.iter().map(|r| r * r).sum::<f64>())
+            .sum()
+    }
+}
+
+/// RMS error over RMS force per axis on other records than a model's terms were solved for.
+pub(super) fn relative_errors(records: &Records<'_>, terms: &[Bound], solved: &Solved) -> Vec<f64> {
+    let mut residual = records.measured.clone();
+    let mut take = |column: &[f64], factor: f64| {
+        for (r, c) in residual.iter_mut().zip(column) {
+            *r -= factor * c;
+        }
+    };
+    for (bound, values) in terms.iter().zip(&solved.values) {
+        take(&records.force(bound, values), 1.0);
+    }
+    for (column, inertia) in records.accelerations.iter().zip(&solved.inertia) {
+        if let (Some(column), Some(inertia)) = (column, inertia) {
+            take(column, *inertia);
+        }
+    }
+    let rows = records.rows_per_axis();
+    let axes = residual
+        .chunks_exact(rows)
+        .zip(records.measured.chunks_exact(rows));
+    axes.map(|(error, force)| Sums::of(error, force).relative_error())
+        .collect()
 }
 
 /// A symmetric low-pass for every `step`-th row, with the same gain where it lets everything through.
@@ -144,127 +233,4 @@ fn shapes_of(records: &Records<'_>, terms: &[Bound], values: &[Vec<f64>]) -> Vec
     let unknowns = crate::fit::effects::unknowns::shapes(terms, &records.references);
     let owners = unknowns.iter().map(|u| u.places[0]);
     owners.map(|(term, index)| values[term][index]).collect()
-}
-
-/// Candidates with what they are worth on held-out blocks, best first.
-fn judge(
-    records: &Records<'_>,
-    excerpt: &Records<'_>,
-    terms: &[Bound],
-    solution: &Solution,
-    axes: &[Axis],
-) -> Result<Vec<Judged>> {
-    let Some(beside) = Beside::new(records, terms, solution) else {
-        return Ok(Vec::new());
-    };
-    let Some(without) = held_out(records, &beside, None, axes.len()) else {
-        return Ok(Vec::new());
-    };
-    let on_excerpt = Solution {
-        shapes: solution.shapes.clone(),
-        weights: solution.weights.clone(),
-        solved: {
-            let problem = solution.problem(excerpt, terms);
-            problem.solve(&problem.shapes_of(&solution.solved), None)?
-        },
-        stopped: solution.stopped,
-    };
-    let candidates = match Beside::new(excerpt, terms, &on_excerpt) {
-        Some(coarse) => {
-            let mut found = coarse.search(axes.len());
-            let best = found.first().map_or(0.0, |best| best.gain);
-            let mut rank = 0;
-            found.retain(|candidate| {
-                rank += 1;
-                rank <= ALWAYS || candidate.gain > RIVAL * best
-            });
-            beside.refined(found, STEPS_ON_ALL)
-        }
-        None => beside.search(axes.len()),
-    };
-    let mut judged: Vec<(Judged, HeldOut)> = candidates
-        .into_iter()
-        .take(REFINED)
-        .filter_map(|candidate| {
-            let columns = beside.columns_of(&candidate);
-            let with = held_out(records, &beside, Some(&columns), axes.len())?;
-            Some((worth(records, solution, candidate, &with, &without), with))
-        })
-        .collect();
-    judged.sort_by(|a, b| b.0.gain.sum.total_cmp(&a.0.gain.sum));
-    prefer_fewer_parameters(&mut judged);
-    let mut ranked: Vec<Judged> = judged.into_iter().map(|(judged, _)| judged).collect();
-    name_equivalents(&mut ranked);
-    Ok(ranked)
-}
-
-fn worth(
-    records: &Records<'_>,
-    solution: &Solution,
-    candidate: Candidate,
-    with: &HeldOut,
-    without: &HeldOut,
-) -> Judged {
-    let gain = with.better_than(without);
-    let (before, after) = (without.per_axis(), with.per_axis());
-    let rows = records.rows_per_axis();
-    // What matters happens on one axis; an effect on both is judged where it does most.
-    let own =
-        |axis: usize| candidate.bound.entry.acts == Acts::BothAxes || axis == candidate.bound.axis;
-    let (mut part, mut share) = (0.0_f64, 0.0_f64);
-    for axis in (0..before.len()).filter(|&axis| own(axis)) {
-        let drop = before[axis] - after[axis];
-        part = part.max(drop / before[axis].max(f64::MIN_POSITIVE));
-        let rms = (drop.max(0.0) / rows as f64).sqrt() / solution.weights[axis];
-        share = share.max(rms / records.references.force[axis]);
-    }
-    let axis = candidate.bound.axis;
-    Judged {
-        power_before: before[axis],
-        power_after: after[axis],
-        reference_force: records.references.force[axis],
-        candidate,
-        gain,
-        part,
-        share,
-        equivalent: Vec::new(),
-    }
-}
-
-/// Among laws that explain nearly as much as the best, the one with the fewest parameters comes first.
-fn prefer_fewer_parameters(judged: &mut [(Judged, HeldOut)]) {
-    let Some(best) = judged.first() else { return };
-    let parameters = |j: &Judged| j.candidate.bound.entry.parameters().len();
-    let as_good = |(other, held): &(Judged, HeldOut)| {
-        let lost = best.1.better_than(held);
-        other.gain.sum >= (1.0 - PARSIMONY) * best.0.gain.sum || lost.sum < lost.error
-    };
-    let chosen = judged
-        .iter()
-        .enumerate()
-        .filter(|(_, j)| as_good(j))
-        .min_by_key(|(at, j)| (parameters(&j.0), *at))
-        .map(|(at, _)| at);
-    if let Some(chosen) = chosen {
-        judged[..=chosen].rotate_right(1);
-    }
-}
-
-/// Notes for every candidate which others do the same on these records.
-fn name_equivalents(ranked: &mut [Judged]) {
-    let likeness = |a: &[f64], b: &[f64]| {
-        let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-        let length = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-        dot / (length(a) * length(b)).max(f64::MIN_POSITIVE)
-    };
-    for at in 0..ranked.len() {
-        let mine = &ranked[at].candidate;
-        let same = ranked.iter().enumerate().filter(|(other, judged)| {
-            *other != at
-                && judged.candidate.bound.axis == mine.bound.axis
-                && likeness(&mine.explained, &judged.candidate.explained) > LIKENESS
-        });
-        let names = same.map(|(_, judged)| judged.candidate.bound.entry.about.name);
-        ranked[at].equivalent = names.collect();
-    }
 }

@@ -5,8 +5,10 @@ mod answer;
 mod base;
 mod candidates;
 mod held_out;
+mod judge;
 mod missing;
 pub(crate) mod noise;
+mod tolerances;
 mod verdict;
 pub mod where_it_fails;
 

@@ -10,8 +10,12 @@ use crate::signal::fir::apply;
 use crate::study::Axis;
 use jointwatch_shared::model::terms::InSi;
 
-/// An axis rests in a record where displacement, velocity and force are under this part of their largest RMS.
-const RESTS_BELOW: f64 = 0.03;
+/// An axis rests in a record where displacement, velocity and force are under these parts of their largest RMS; the force
+/// channel is noisier than the encoder.
+const RESTS_BELOW: [f64; 3] = [0.03, 0.03, 0.2];
+/// What is left at rest is more than noise where it is so many times what its high frequencies suggest: noise that grows
+/// towards low frequencies makes it three or four times as much.
+const ACTS: f64 = 6.0;
 /// The part of the spectrum that stands in for rest, as shares of half the sample rate.
 const TAIL: [f64; 2] = [0.6, 0.9];
 /// Into how many pieces the tail is cut, of which the quietest counts.
@@ -24,6 +28,8 @@ pub(crate) struct Floor {
     pub(crate) rms: f64,
     /// Whether it was seen at rest.
     pub(crate) at_rest: bool,
+    /// Whether what was seen at rest is too much for noise: something that nobody measures acts on the axis.
+    pub(crate) acts_at_rest: bool,
 }
 
 /// The noise floor of every axis under a sum of effects; `inertia` is the one in force, per axis.
@@ -86,8 +92,8 @@ pub(crate) fn floors_under(
             let largest: [f64; 3] =
                 std::array::from_fn(|i| activity.iter().map(|a| a[i]).fold(0.0, f64::max));
             let rests = |record: usize| {
-                let mut pairs = activity[record].iter().zip(&largest);
-                pairs.all(|(a, most)| *a < RESTS_BELOW * most)
+                let mut pairs = activity[record].iter().zip(&largest).zip(RESTS_BELOW);
+                pairs.all(|((a, most), below)| *a < below * most)
             };
             let quiet: Vec<Vec<f64>> = (0..motions.len())
                 .filter(|&record| rests(record))
@@ -96,15 +102,23 @@ pub(crate) fn floors_under(
             let rows: usize = quiet.iter().map(Vec::len).sum();
             if rows > 0 {
                 let sum: f64 = quiet.iter().flatten().map(|e| e * e).sum();
+                let rms = (sum / rows as f64).sqrt();
+                let at_rest = (0..motions.len()).filter(|&record| rests(record));
+                let tail = from_tail(
+                    at_rest.map(|record| residuals[record][axis].as_slice()),
+                    low_pass,
+                );
                 return Floor {
-                    rms: (sum / rows as f64).sqrt(),
+                    rms,
                     at_rest: true,
+                    acts_at_rest: rms > ACTS * tail,
                 };
             }
             let of_axis = residuals.iter().map(|record| record[axis].as_slice());
             Floor {
                 rms: from_tail(of_axis, low_pass),
                 at_rest: false,
+                acts_at_rest: false,
             }
         })
         .collect()

@@ -6,7 +6,7 @@ use super::base::base_of;
 use super::missing::{self, Round};
 use super::noise;
 use crate::add;
-use crate::compare::{self, Sums};
+use crate::compare;
 use crate::error::{Error, Result};
 use crate::fit::effects::columns::Records;
 use crate::fit::with_base::OnRecords;
@@ -23,6 +23,11 @@ const DISCREPANCY: f64 = 0.012;
 /// Of the error's power before, this part may be left above the floor.
 const LEFT_OVER: f64 = 0.1;
 
+/// Beside an effect that is named this much above the floor counts,
+const NEAR_FLOOR: f64 = 1.1;
+/// when this part of the error's power that was above it before is left.
+const HALF_EXPLAINED: f64 = 0.2;
+
 /// Diagnoses a model on a study.
 ///
 /// # Errors
@@ -37,26 +42,35 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     let mut notes = Vec::new();
     let (base, values) = base_of(study, model, &mut notes)?;
 
-    let rounds = missing::search(&study.axes, &training, low_pass, &base, values)?;
+    let held = Records::new(
+        &study.axes,
+        if validation.is_empty() {
+            &training
+        } else {
+            &validation
+        },
+        low_pass,
+    );
+    let unseen = (!validation.is_empty()).then_some(&held);
+    let missing::Search { rounds, refuted } =
+        missing::search(&study.axes, &training, unseen, low_pass, &base, values)?;
     let (Some(first), Some(last)) = (rounds.first(), rounds.last()) else {
         return Err(Error::failed("the diagnosis ended before it began"));
     };
     let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
-    let (held, before, after);
+    let (before, after);
     let judged_on = if validation.is_empty() {
         notes.push(
             "the study has no validation records, so errors are those on blocks of the training records, each predicted from the \
              rest: give a record of another run the role \"validate\" for an error that counts"
                 .into(),
         );
-        held = Records::new(&study.axes, &training, low_pass);
         before = held_out_errors(study, &training, model, first)?;
         after = held_out_errors(study, &training, model, last)?;
         JudgedOn::HeldOutBlocks
     } else {
-        held = Records::new(&study.axes, &validation, low_pass);
-        before = relative_errors(&held, first);
-        after = relative_errors(&held, last);
+        before = errors(&held, first);
+        after = errors(&held, last);
         JudgedOn::Validation
     };
 
@@ -77,22 +91,35 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         }
     }
 
-    let found = in_words_found(&rounds, &names);
+    let found = in_words_found(&last.terms[base.len()..], &names);
     // Records learnt from say whether the effects found are the ones that act; other records also ask whether their values
     // hold there. Something unknown shows in both.
     let learnt = Records::new(&study.axes, &training, low_pass);
-    let learnt_before = relative_errors(&learnt, first);
-    let learnt_after = relative_errors(&learnt, last);
+    let learnt_before = errors(&learnt, first);
+    let learnt_after = errors(&learnt, last);
+    let above = |e: f64, floor: f64| (e * e - floor * floor).max(0.0);
     let left_over = |before: f64, after: f64, floor: f64| {
-        let above = |e: f64| (e * e - floor * floor).max(0.0);
         let limit = (ABOVE_FLOOR * floor).max(DISCREPANCY);
-        after > limit && above(after) > LEFT_OVER * above(before)
+        after > limit && above(after, floor) > LEFT_OVER * above(before, floor)
+    };
+    // An effect that is named explains nearly everything that can be seen; where noise is known, also of what is small.
+    let half_explained = |axis: usize, before: f64, after: f64, floor: f64| {
+        floors[axis].at_rest
+            && last.terms[base.len()..].iter().any(|t| t.acts_on(axis))
+            && after > NEAR_FLOOR * floor
+            && above(after, floor) > HALF_EXPLAINED * above(before, floor)
     };
     let unexplained = (0..study.axes.len()).any(|axis| {
         let learnt_floor = floors[axis].rms / learnt.references.force[axis];
-        left_over(before[axis], after[axis], floor[axis])
-            && left_over(learnt_before[axis], learnt_after[axis], learnt_floor)
+        let unseen = (before[axis], after[axis], floor[axis]);
+        let seen = (learnt_before[axis], learnt_after[axis], learnt_floor);
+        [unseen, seen].iter().all(|&(b, a, f)| left_over(b, a, f))
+            || [unseen, seen]
+                .iter()
+                .all(|&(b, a, f)| half_explained(axis, b, a, f))
+            || (floors[axis].acts_at_rest && floor[axis].min(learnt_floor) > DISCREPANCY)
     });
+    let unexplained = unexplained || (refuted && found.is_empty());
     let verdict = match (unexplained, found.is_empty()) {
         (true, _) => Verdict::Unknown,
         (false, true) => Verdict::None,
@@ -105,7 +132,7 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     let comparison = compare::compare_motions(study, model, &prepared.motions)?;
     let new = last.terms.iter().zip(&last.solution.solved.values);
     let new: Vec<(Bound, Vec<f64>)> = new
-        .filter(|(term, _)| !base.contains(term))
+        .skip(base.len())
         .map(|(term, values)| (*term, values.clone()))
         .collect();
     let (before, after) = match model.base {
@@ -190,26 +217,6 @@ fn held_out_errors(
 }
 
 /// RMS error over RMS force per axis on other records, with the values that a round found.
-fn relative_errors(records: &Records<'_>, round: &Round) -> Vec<f64> {
-    let mut residual = records.measured.clone();
-    let solved = &round.solution.solved;
-    let mut take = |column: &[f64], factor: f64| {
-        for (r, c) in residual.iter_mut().zip(column) {
-            *r -= factor * c;
-        }
-    };
-    for (bound, values) in round.terms.iter().zip(&solved.values) {
-        take(&records.force(bound, values), 1.0);
-    }
-    for (column, inertia) in records.accelerations.iter().zip(&solved.inertia) {
-        if let (Some(column), Some(inertia)) = (column, inertia) {
-            take(column, *inertia);
-        }
-    }
-    let rows = records.rows_per_axis();
-    let axes = residual
-        .chunks_exact(rows)
-        .zip(records.measured.chunks_exact(rows));
-    axes.map(|(error, force)| Sums::of(error, force).relative_error())
-        .collect()
+fn errors(records: &Records<'_>, round: &Round) -> Vec<f64> {
+    missing::relative_errors(records, &round.terms, &round.solution.solved)
 }

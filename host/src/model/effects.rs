@@ -346,6 +346,12 @@ impl<'a> Course<'a> {
         }
     }
 
+    /// What the force channel of an axis reads; nothing where nothing is known of the instruments.
+    pub fn applied(&self, axis: usize) -> &[f64] {
+        let said = self.instruments.as_ref();
+        said.map_or(&[], |said| &said.force[axis])
+    }
+
     /// Rows.
     pub fn rows(&self) -> usize {
         self.states.first().map_or(0, |series| series.len())

@@ -42,7 +42,7 @@ impl Filters {
     ///
     /// Each filter falls to zero over three quarters of its pass band, or over what [`MAX_TAPS`] taps need where that is
     /// more; for the common band the reason says so then. The common band takes up to [`MAX_BAND_TAPS`] where with
-    /// [`MAX_TAPS`] the fall would be wider than one and a quarter bands. Accuracy: [`design`].
+    /// [`MAX_TAPS`] the fall would be wider than one and a quarter bands, and where it has to be shut by the end of the states' band. Accuracy: [`design`].
     ///
     /// # Errors
     /// When the stated band does not fit below half the sample rate, or a record is shorter than the filters.
@@ -75,7 +75,8 @@ impl Filters {
             }
         }
         let band_hz = filters.band_hz;
-        let common = Edges::of_band(band_hz, rate);
+        let wanted_hz = (STATES_OVER_COMMON * band_hz).min(most);
+        let common = Edges::of_band(band_hz, wanted_hz.max(drowned_hz), rate);
         if common.widened {
             reason += &format!(
                 " (falling to zero at {} Hz, as steeply as {} taps allow)",
@@ -83,7 +84,6 @@ impl Filters {
                 common.taps
             );
         }
-        let wanted_hz = (STATES_OVER_COMMON * band_hz).min(most);
         if wanted_hz > drowned_hz {
             filters = Self::differentiators(rate, wanted_hz)?;
             filters.band_hz = band_hz;
@@ -124,8 +124,8 @@ impl Filters {
     pub fn for_bands(sample_rate_hz: f64, band_hz: f64, state_band_hz: f64) -> Result<Self> {
         let mut filters = Self::differentiators(sample_rate_hz, state_band_hz)?;
         filters.band_hz = band_hz;
-        filters.band =
-            Edges::of_band(band_hz, sample_rate_hz).filter(Ideal::LowPass, sample_rate_hz)?;
+        filters.band = Edges::of_band(band_hz, state_band_hz, sample_rate_hz)
+            .filter(Ideal::LowPass, sample_rate_hz)?;
         Ok(filters)
     }
 
@@ -208,22 +208,28 @@ struct Edges {
 
 impl Edges {
     fn new(pass_hz: f64, rate: f64) -> Self {
-        Self::with_taps(pass_hz, rate, MAX_TAPS)
+        Self::with_taps(pass_hz, FALL * pass_hz, rate, MAX_TAPS)
     }
 
-    /// The low-pass of the common band.
-    fn of_band(pass_hz: f64, rate: f64) -> Self {
-        let short = Self::new(pass_hz, rate);
+    /// The low-pass of the common band. It is shut where the states' band ends: beyond, an acceleration that is derived falls
+    /// behind the force.
+    fn of_band(pass_hz: f64, state_band_hz: f64, rate: f64) -> Self {
+        let usual = FALL * pass_hz;
+        let room = state_band_hz - pass_hz;
+        if room < usual && room > 0.0 {
+            return Self::with_taps(pass_hz, room, rate, MAX_BAND_TAPS);
+        }
+        let short = Self::with_taps(pass_hz, usual, rate, MAX_TAPS);
         if short.stop_hz > (1.0 + WIDEST_FALL) * pass_hz {
-            Self::with_taps(pass_hz, rate, MAX_BAND_TAPS)
+            Self::with_taps(pass_hz, usual, rate, MAX_BAND_TAPS)
         } else {
             short
         }
     }
 
-    fn with_taps(pass_hz: f64, rate: f64, most: usize) -> Self {
+    fn with_taps(pass_hz: f64, wanted: f64, rate: f64, most: usize) -> Self {
         let room = 0.5 * rate - pass_hz;
-        let wanted = (FALL * pass_hz).min(room);
+        let wanted = wanted.min(room);
         let taps = taps_for(wanted, rate).min(most);
         let fall = transition_for(taps, rate).max(wanted).min(room);
         Self {

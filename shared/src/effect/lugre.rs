@@ -20,6 +20,8 @@ impl Effect for LuGre {
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
     const FADING: Fading = Fading::Within(4);
 
+    /// Friction at rest is never less than in motion.
+    const NEVER_LESS: &'static [(usize, usize)] = &[(1, 0)];
     const ABOUT: About = About {
         name: "lugre",
         title: "friction with presliding that falls with speed (LuGre)",

@@ -158,6 +158,8 @@ pub trait Effect {
     const SEAT: Seat = Seat::Joint;
     /// Effects that a model cannot have on the same axis beside this one, because only their sum shows.
     const NEVER_WITH: &'static [&'static str] = &[];
+    /// Pairs of parameters, by their places, of which the first is never less than the second in nature.
+    const NEVER_LESS: &'static [(usize, usize)] = &[];
     /// Largest magnitude of each internal state; empty for a law without memory.
     const STATE_BOUNDS: &'static [Bound] = &[];
     /// How the device's error of the internal states stays bounded.
@@ -205,6 +207,8 @@ pub struct Entry {
     /// [`Effect::NEVER_WITH`].
     #[cfg(feature = "fit")]
     pub never_with: &'static [&'static str],
+    /// [`Effect::NEVER_LESS`].
+    pub never_less: &'static [(usize, usize)],
     /// [`Effect::ABOUT`].
     #[cfg(feature = "fit")]
     pub about: About,
@@ -234,6 +238,7 @@ impl Entry {
             interval: E::law::<Interval>,
             #[cfg(feature = "fit")]
             never_with: E::NEVER_WITH,
+            never_less: E::NEVER_LESS,
             #[cfg(feature = "fit")]
             about: E::ABOUT,
         }

@@ -28,6 +28,8 @@ pub(super) fn left_of_rest<S: Scalar>(velocity: S, per_fall: S) -> S {
 impl Effect for Stribeck {
     const TAG: u8 = 8;
 
+    /// Friction at rest is never less than in motion.
+    const NEVER_LESS: &'static [(usize, usize)] = &[(1, 0)];
     const ABOUT: About = About {
         name: "stribeck",
         title: "dry friction that falls with speed (Stribeck)",

@@ -129,6 +129,20 @@ impl<'a> Records<'a> {
         apply_every(series, self.taps, self.every)
     }
 
+    /// RMS over all records of the applied force of an axis, N or N·m, wide-band.
+    pub(crate) fn applied_rms(&self, axis: usize) -> f64 {
+        let (sum, rows) = self.courses.iter().map(|course| course.applied(axis)).fold(
+            (0.0, 0),
+            |(sum, rows), force| {
+                (
+                    sum + force.iter().map(|f| f * f).sum::<f64>(),
+                    rows + force.len(),
+                )
+            },
+        );
+        (sum / rows.max(1) as f64).sqrt()
+    }
+
     /// Rows of one axis.
     pub(crate) fn rows_per_axis(&self) -> usize {
         self.rows.iter().sum()
