@@ -91,7 +91,7 @@ fn by_residual(
         .map(|(bound, values)| records.force(bound, values))
         .collect();
     let mut shares = vec![vec![None; axes.len()]; found.len()];
-    for axis in 0..axes.len() {
+    for (axis, _) in axes.iter().enumerate() {
         let part = axis * rows..(axis + 1) * rows;
         let acting: Vec<usize> = (0..found.len())
             .filter(|&effect| forces[effect][part.clone()].iter().any(|f| *f != 0.0))
