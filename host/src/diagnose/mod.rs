@@ -1,6 +1,7 @@
 //! Where a model fails, and why.
 
 mod candidates;
+pub mod data_checks;
 mod held_out;
 mod missing;
 pub(crate) mod noise;

@@ -4,6 +4,7 @@
 //! spectrum of the residual above the motion's frequencies stands in for it; that floor is lower than the true one when
 //! the noise grows towards low frequencies.
 
+use crate::lines;
 use crate::model::effects::{Course, add_forces};
 use crate::motion::Motion;
 use crate::signal::fir::apply;
@@ -43,12 +44,10 @@ pub(crate) fn floors(
             add_forces(terms, &Course::of_motion(motion, &conventions), &mut forces);
             let axes = forces.into_iter().enumerate();
             axes.map(|(axis, predicted)| {
-                let measured = motion.restoring_force(axis, inertia[axis], conventions[axis]);
-                measured
-                    .iter()
-                    .zip(&predicted)
-                    .map(|(r, p)| r - p)
-                    .collect()
+                let mut left = motion.restoring_force(axis, inertia[axis], conventions[axis]);
+                left.iter_mut().zip(&predicted).for_each(|(r, p)| *r -= p);
+                lines::take_out(terms, axis, &mut left, 1.0 / motion.sample_rate_hz);
+                left
             })
             .collect()
         })

@@ -1,5 +1,6 @@
 //! What is wrong with a model, in one answer: the data, a missing effect, something unknown, or nothing.
 
+use super::data_checks;
 use super::missing::{self, Judged, Round};
 use super::noise;
 use crate::compare::{self, Sums};
@@ -186,7 +187,9 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         left_over(before[axis], after[axis], floor[axis])
             && left_over(learnt_before[axis], learnt_after[axis], learnt_floor)
     });
+    let wrong = data_checks::check(study, &model.filters);
     let verdict = match (unexplained, found.is_empty()) {
+        _ if wrong.iter().any(|finding| finding.serious) => Verdict::Data,
         (true, _) => Verdict::Unknown,
         (false, true) => Verdict::None,
         (false, false) => Verdict::Effect,
@@ -208,7 +211,7 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             .map(|j| ranked(j, first, study))
             .collect(),
         places: comparison.places,
-        data_problems: Vec::new(),
+        data_problems: wrong.into_iter().map(|finding| finding.sentence).collect(),
         notes,
     })
 }
@@ -256,6 +259,9 @@ fn relative_errors(records: &Records<'_>, round: &Round) -> Vec<f64> {
         if let (Some(column), Some(inertia)) = (column, inertia) {
             take(column, *inertia);
         }
+    }
+    for (bound, values) in round.terms.iter().zip(&solved.values) {
+        records.take_out(bound, values, &mut residual);
     }
     let rows = records.rows_per_axis();
     let axes = residual

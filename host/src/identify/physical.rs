@@ -83,6 +83,7 @@ pub(crate) fn fit_in_time(
     }
     let mut delays = Corrections {
         force: [ForceCorrection::NONE; 2],
+        lines: Vec::new(),
     };
     for _ in 0..SHIFTS {
         for term in fit.terms.iter().filter(|term| late(term)) {
