@@ -221,14 +221,14 @@ fn a_line_of_the_mains_is_a_remark() {
     // In the drive's own band a line is one among many, and the search for effects has to find it.
     let mut study = study(&SimulationOptions {
         seed: SEED,
-        band_hz: [2.0, 30.0],
+        band_hz: [2.0, 20.0],
         ..SimulationOptions::default()
     });
     assert_eq!(found(&study), Vec::new());
     for record in &mut study.records {
         let rate = study.sample_rate_hz;
         let force = &mut record.axes[0].force;
-        let size = 0.05 * largest(force);
+        let size = 0.2 * largest(force);
         for (row, f) in force.iter_mut().enumerate() {
             *f += size * (TAU * 50.02 * row as f64 / rate).sin();
         }

@@ -66,7 +66,7 @@ fn readings<S: Scalar>(
 ) -> Instrument<S> {
     let acceleration = scales.displacement[0] / (scales.time * scales.time);
     Instrument {
-        time: lift(row as f64 * scales.time),
+        time: lift(row as f64 * PERIOD * scales.time),
         acceleration: lift((0.3 * v - 0.8 * x) * acceleration),
         force: lift((0.5 * x + 0.4 * phi) * scales.force[0]),
         force_rate: lift((0.6 * v - 0.3 * omega) * scales.force[0] / scales.time),

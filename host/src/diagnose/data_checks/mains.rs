@@ -15,7 +15,7 @@ const OFF: f64 = 0.005;
 /// Harmonics that are looked at.
 const HARMONICS: usize = 4;
 /// Between these distances from a line, Hz, nothing stands as high: a joint that is shaken by tones has lines everywhere.
-const NEIGHBOURS_HZ: [f64; 2] = [1.5, 12.0];
+const NEIGHBOURS_HZ: [f64; 2] = [1.5, 8.0];
 /// Density over the highest neighbour's that makes a line.
 const STANDS_OUT: f64 = 20.0;
 /// Density over the highest neighbour's from which on the displacement has the line too.

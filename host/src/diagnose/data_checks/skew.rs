@@ -73,6 +73,9 @@ struct Cross {
     windows: usize,
 }
 
+/// Frequency in Hz, phase in rad, power and share of noise.
+type Line = (f64, f64, f64, f64);
+
 /// By how much the first channel is later than the second.
 struct Delay {
     seconds: f64,
@@ -140,8 +143,8 @@ impl Cross {
         if lines.len() < LEAST_LINES {
             return None;
         }
-        let weight = |&(_, _, power, noise): &(f64, f64, f64, f64)| power.sqrt() / noise;
-        let sum = |f: &dyn Fn(&(f64, f64, f64, f64)) -> f64| lines.iter().map(f).sum::<f64>();
+        let weight = |&(_, _, power, noise): &Line| power.sqrt() / noise;
+        let sum = |f: &dyn Fn(&Line) -> f64| lines.iter().map(f).sum::<f64>();
         let curvature = sum(&|l| weight(l) * l.0 * l.0);
         let slope = sum(&|l| weight(l) * l.0 * l.1) / curvature;
         let scatter = sum(&|l| weight(l) * (l.1 - slope * l.0).powi(2)) / lines.len() as f64;
