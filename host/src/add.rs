@@ -276,6 +276,7 @@ fn floors(
         &all,
         band,
         predicted,
+        &effects,
         inertia,
     ))
 }

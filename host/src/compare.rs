@@ -146,8 +146,7 @@ pub fn compare_motions(study: &Study, model: &ModelFile, motions: &[Motion]) -> 
         return compare_corrected(study, model, motions);
     }
     let corrected = |motion: &Motion| {
-        let record = &study.records[motion.record];
-        let record = corrections.record(record, study.sample_rate_hz);
+        let record = model.corrected_record(study, motion.record, &corrections)?;
         motion::motion(study, motion.record, &record, &model.filters)
     };
     let motions: Vec<Motion> = motions.iter().map(corrected).collect::<Result<_>>()?;

@@ -10,20 +10,31 @@
 //! | `force_gain` | F·(1 − g) |
 //! | `time_delay` | F read later by τ, between the samples by a cubic |
 //! | `crosstalk` | F less χ times the other axis's force, after its own time and gain |
+//! | `mains_hum` | F less the line, whose size and phase are found in every record anew: in what the model leaves of it, so that no force that the model explains is taken for hum |
 
 use crate::error::{Error, Result};
+use crate::lines;
 use crate::model::EffectTerm;
+use crate::model::effects::Bound;
+use crate::model_file::ModelFile;
+use crate::motion;
 use crate::study::{Record, Study};
 use jointwatch_shared::effect::{Entry, Seat};
 use jointwatch_shared::interpolate::Between;
+use jointwatch_shared::model::Model;
+use jointwatch_shared::model::axis::AxisKind;
 use jointwatch_shared::model::corrections::ForceCorrection;
 use jointwatch_shared::model::terms::InSi;
+use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Corrections of the force channels, axis by axis; that of an inertia stands in the model's axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Corrections {
     /// One per axis; that of an axis that is not there is none.
     pub force: [ForceCorrection; 2],
+    /// What stands in a channel with a size and phase of its own in every record; [`ModelFile::corrected_record`] takes it out.
+    pub lines: Vec<InSi>,
 }
 
 impl Corrections {
@@ -33,7 +44,9 @@ impl Corrections {
     /// [`crate::error::Kind::Data`] when a correction is too large to be one.
     pub fn of(effects: &[InSi], axes: usize) -> Result<Self> {
         let mut force = [ForceCorrection::NONE; 2];
-        for term in of_instruments(effects) {
+        let (lines, others): (Vec<&InSi>, Vec<&InSi>) =
+            of_instruments(effects).partition(|term| term.entry.is_per_record());
+        for term in others {
             let (Some(place), [value, ..]) = (
                 force.get_mut(usize::from(term.axis)),
                 term.values.as_slice(),
@@ -54,29 +67,21 @@ impl Corrections {
                 ))
             })?;
         }
-        Ok(Self { force })
+        Ok(Self {
+            force,
+            lines: lines.into_iter().cloned().collect(),
+        })
     }
 
     /// Whether every force channel is right.
     pub fn is_none(&self) -> bool {
-        self.force.iter().all(ForceCorrection::is_none)
+        self.force.iter().all(ForceCorrection::is_none) && self.lines.is_empty()
     }
 
-    /// The study as the right instruments would have logged it; its inertias stay as they are stated.
-    pub fn study(&self, study: &Study) -> Study {
-        let records = study.records.iter();
-        Study {
-            records: records
-                .map(|record| self.record(record, study.sample_rate_hz))
-                .collect(),
-            ..study.clone()
-        }
-    }
-
-    /// One record of it.
+    /// A record with its force channels in time, of the right size and free of one another; lines stay in it.
     pub fn record(&self, record: &Record, sample_rate_hz: f64) -> Record {
         let mut record = record.clone();
-        if self.is_none() {
+        if self.force.iter().all(ForceCorrection::is_none) {
             return record;
         }
         // First every channel in time and in size, then what one hears of the other.
@@ -96,6 +101,81 @@ impl Corrections {
         }
         record
     }
+}
+
+impl ModelFile {
+    /// The study with its force channels put right, as the right instruments would have logged it; itself when they are. Its
+    /// inertias stay as they are stated.
+    ///
+    /// # Errors
+    /// As [`ModelFile::corrections`] and [`ModelFile::corrected_record`].
+    pub fn corrected<'a>(&self, study: &'a Study) -> Result<Cow<'a, Study>> {
+        let corrections = self.corrections()?;
+        if corrections.is_none() {
+            return Ok(Cow::Borrowed(study));
+        }
+        let records = (0..study.records.len()).into_par_iter();
+        let records = records.map(|index| self.corrected_record(study, index, &corrections));
+        Ok(Cow::Owned(Study {
+            records: records.collect::<Result<_>>()?,
+            ..study.clone()
+        }))
+    }
+
+    /// One record of it, the one at `index`.
+    ///
+    /// # Errors
+    /// A record that is too short to see a line in.
+    pub(crate) fn corrected_record(
+        &self,
+        study: &Study,
+        index: usize,
+        corrections: &Corrections,
+    ) -> Result<Record> {
+        let rate = study.sample_rate_hz;
+        let mut record = corrections.record(&study.records[index], rate);
+        if corrections.lines.is_empty() {
+            return Ok(record);
+        }
+        let motion = motion::motion(study, index, &record, &self.filters)?;
+        let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
+        let predicted = self.predict(&states)?;
+        for term in &corrections.lines {
+            let axis = usize::from(term.axis);
+            let of = &self.axes[axis];
+            let mut left = motion.restoring_force(axis, of.inertia, of.restoring_force);
+            left.iter_mut()
+                .zip(&predicted[axis])
+                .for_each(|(r, p)| *r -= p);
+            let line = lines::part_of(term, &left, motion.first_row, record.rows, 1.0 / rate);
+            let sign = of.restoring_force.sign();
+            for (f, l) in record.axes[axis].force.iter_mut().zip(line) {
+                *f -= sign * l;
+            }
+        }
+        Ok(record)
+    }
+}
+
+/// The corrections that a device applies, as the effects they came from; that of an inertia stands in the model's axis.
+pub fn of_device(model: &Model) -> Vec<EffectTerm> {
+    let axes = &model.header().axes;
+    let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
+    let kinds: Vec<AxisKind> = axes.iter().map(|a| a.kind).collect();
+    let mut all = Vec::new();
+    for (axis, correction) in model.corrections().iter().enumerate().take(names.len()) {
+        for (effect, value) in [
+            ("force_gain", correction.excess),
+            ("time_delay", correction.delay_s),
+            ("crosstalk", correction.cross),
+        ] {
+            if let Some(entry) = Entry::named(effect).filter(|_| value != 0.0) {
+                let bound = Bound { entry, axis };
+                all.push(EffectTerm::new(&bound, &names, &kinds, &[value], &[]));
+            }
+        }
+    }
+    all
 }
 
 /// The effects of the instruments among a model's.
@@ -154,7 +234,17 @@ pub fn in_words(effects: &[EffectTerm]) -> Vec<String> {
             "crosstalk" => format!(
                 "the force channel of {axis} reads {value:.3e} {unit} of the force on the other axis"
             ),
-            _ => return None,
+            _ => {
+                let entry = Entry::named(&term.effect).filter(|e| e.is_per_record())?;
+                let size = entry.parameters().iter().position(|p| p.is_per_record())?;
+                let size = term.parameters.get(size)?;
+                let frequency = term.parameters.iter().find(|p| p.name != size.name)?;
+                format!(
+                    "the force channel of {axis} hums at {:.3} {} with an amplitude of {:.3e} {}, which is found and taken out in \
+                     every record anew",
+                    frequency.value, frequency.unit, size.value, size.unit
+                )
+            }
         })
     };
     corrections.filter_map(sentence).collect()

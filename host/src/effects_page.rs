@@ -46,6 +46,10 @@ fn on_the_device(entry: &Entry) -> &'static str {
             "part of the joint's model on the host; refused at export, because a device that never stops does not know when a \
              record began"
         }
+        Seat::Instrument if entry.is_per_record() => {
+            "a correction: from the moment a model holds it, it is found and taken out in every record anew; refused at export, because \
+             a device does not know its phase"
+        }
         Seat::Instrument => {
             "a correction: from the moment a model holds it, the study's data are put right by it, on the host and on the device"
         }
@@ -70,6 +74,7 @@ fn found_by(parameter: &Parameter) -> &'static str {
     match parameter.role {
         Role::Linear { positive: true } => "least squares; positive",
         Role::Linear { positive: false } => "least squares",
+        Role::SizePerRecord => "least squares in every record, with a phase",
         Role::Shape(_) => "search",
     }
 }
@@ -163,7 +168,7 @@ fn caption(entry: &Entry) -> String {
 /// The value that a loop is drawn with, relative to a displacement and a velocity of 1.
 fn example(parameter: &Parameter) -> f64 {
     match parameter.role {
-        Role::Linear { .. } => 1.0,
+        Role::Linear { .. } | Role::SizePerRecord => 1.0,
         Role::Shape(shape) => shape
             .starts
             .get(shape.starts.len() / 2)
@@ -201,6 +206,7 @@ fn curve(entry: &Entry) -> Vec<(f64, f64)> {
                 force: lead.sin(),
                 force_rate: lead.cos(),
                 other_force: t.cos(),
+                phase: 0.0,
             },
         };
         let [force, _] = (entry.real)(&taken, &at, &mut states);

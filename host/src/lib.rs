@@ -14,6 +14,7 @@ pub mod error;
 pub mod export;
 pub mod fit;
 pub mod identify;
+mod lines;
 pub mod model;
 pub mod model_file;
 pub mod motion;

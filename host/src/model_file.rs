@@ -10,7 +10,6 @@ use crate::output;
 use crate::study::Study;
 use jointwatch_shared::model::terms::InSi;
 use serde::{Deserialize, Serialize};
-use std::borrow::Cow;
 use std::path::Path;
 
 /// What the first key of every model file says.
@@ -288,19 +287,6 @@ impl ModelFile {
     /// [`crate::error::Kind::Data`] when a correction is too large to be one.
     pub fn corrections(&self) -> Result<Corrections> {
         Corrections::of(&self.effects_in_si()?, self.axes.len())
-    }
-
-    /// The study with its force channels put right; itself when they are.
-    ///
-    /// # Errors
-    /// As [`ModelFile::corrections`].
-    pub fn corrected<'a>(&self, study: &'a Study) -> Result<Cow<'a, Study>> {
-        let corrections = self.corrections()?;
-        Ok(if corrections.is_none() {
-            Cow::Borrowed(study)
-        } else {
-            Cow::Owned(corrections.study(study))
-        })
     }
 
     /// Restoring force per axis, in N or N·m, along a record with the states [x, ẋ] or [x, ẋ, φ, φ̇] in SI.

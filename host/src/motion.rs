@@ -13,8 +13,9 @@
 use crate::error::{Error, Result};
 use crate::signal::band::relative_displacement;
 use crate::signal::fir::apply;
-use crate::study::{Axis, Channels, Convention, Record, Study};
+use crate::study::{Axis, Convention, Record, Study};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 pub use crate::signal::filters::Filters;
 
@@ -35,9 +36,20 @@ pub struct Motion {
     pub acceleration: Vec<Vec<f64>>,
     /// Applied force per axis, known ground spring and damper already subtracted (Eqs. 8, 9).
     pub force: Vec<Vec<f64>>,
+    /// What the known spring and damper to ground take of the applied force, per axis; none where there is neither.
+    pub ground: Vec<Option<Vec<f64>>>,
 }
 
 impl Motion {
+    /// What the force channel of an axis reads, N or N·m: the applied force with nothing taken off.
+    pub fn applied_force(&self, axis: usize) -> Cow<'_, [f64]> {
+        let force = &self.force[axis];
+        match &self.ground[axis] {
+            None => Cow::Borrowed(force),
+            Some(ground) => force.iter().zip(ground).map(|(f, g)| f + g).collect(),
+        }
+    }
+
     /// Rows.
     pub fn rows(&self) -> usize {
         self.force[0].len()
@@ -59,6 +71,12 @@ impl Motion {
             states: cut(&self.states),
             acceleration: cut(&self.acceleration),
             force: cut(&self.force),
+            ground: {
+                let ground = self.ground.iter();
+                let cut =
+                    |g: &Option<Vec<f64>>| g.as_ref().map(|g| g[start..start + count].to_vec());
+                ground.map(cut).collect()
+            },
         }
     }
 
@@ -77,6 +95,14 @@ impl Motion {
             states: thin(&self.states),
             acceleration: thin(&self.acceleration),
             force: thin(&self.force),
+            ground: {
+                let ground = self.ground.iter();
+                let thin = |g: &Option<Vec<f64>>| {
+                    g.as_ref()
+                        .map(|g| g.iter().step_by(step).copied().collect())
+                };
+                ground.map(thin).collect()
+            },
         }
     }
 
@@ -138,6 +164,7 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
         states: Vec::new(),
         acceleration: Vec::new(),
         force: Vec::new(),
+        ground: Vec::new(),
     };
     for (axis, channels) in study.axes.iter().zip(&record.axes) {
         let inner = |series: &[f64]| series[half..series.len() - half].to_vec();
@@ -152,39 +179,32 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
             Some(logged) => inner(logged),
             None => apply(body, &filters.acceleration),
         });
-        motion.force.push(joint_and_inertia(
-            axis,
-            channels,
-            body,
-            &filters.velocity,
-            half,
-        ));
+        let mut force = inner(&channels.force);
+        let ground = to_ground(axis, body, &filters.velocity, half);
+        for (f, g) in force.iter_mut().zip(ground.iter().flatten()) {
+            *f -= g;
+        }
+        motion.force.push(force);
+        motion.ground.push(ground);
         motion.states.push(inner(&relative));
         motion.states.push(velocity);
     }
     Ok(motion)
 }
 
-/// The applied force less what the known spring and damper to ground take of it.
-fn joint_and_inertia(
-    axis: &Axis,
-    channels: &Channels,
-    body: &[f64],
-    velocity: &[f64],
-    half: usize,
-) -> Vec<f64> {
-    let mut force = channels.force[half..channels.force.len() - half].to_vec();
-    if axis.ground_stiffness != 0.0 {
-        for (f, b) in force.iter_mut().zip(&body[half..]) {
-            *f -= axis.ground_stiffness * b;
-        }
+/// What the known spring and damper from the body to ground take of the applied force.
+fn to_ground(axis: &Axis, body: &[f64], velocity: &[f64], half: usize) -> Option<Vec<f64>> {
+    if axis.ground_stiffness == 0.0 && axis.ground_damping == 0.0 {
+        return None;
     }
+    let inner = &body[half..body.len() - half];
+    let mut force: Vec<f64> = inner.iter().map(|b| axis.ground_stiffness * b).collect();
     if axis.ground_damping != 0.0 {
         for (f, v) in force.iter_mut().zip(apply(body, velocity)) {
-            *f -= axis.ground_damping * v;
+            *f += axis.ground_damping * v;
         }
     }
-    force
+    Some(force)
 }
 
 /// Low-passes a series with zero phase; `taps.len() − 1` rows are lost, half of them at each end.

@@ -158,3 +158,119 @@ fn what_cannot_be_corrected_is_refused() {
         "{refusal}"
     );
 }
+
+/// A line of the mains in the force channel of x: a part of the largest force, another phase in every record.
+const HUM_HZ: f64 = 50.03;
+
+fn humming(study: &Study, size: f64) -> Study {
+    let mut study = study.clone();
+    let rate = study.sample_rate_hz;
+    for (index, record) in study.records.iter_mut().enumerate() {
+        for (row, force) in record.axes[0].force.iter_mut().enumerate() {
+            let turns = HUM_HZ * row as f64 / rate + 0.37 * index as f64;
+            *force += size * (std::f64::consts::TAU * turns).sin();
+        }
+    }
+    study
+}
+
+#[test]
+fn hum_is_found_and_taken_out_of_every_record_without_real_force() {
+    println!("seed {SEED}");
+    let options = SimulationOptions {
+        seed: SEED,
+        ..SimulationOptions::default()
+    };
+    let right = simulate(&options).unwrap().study;
+    let rms =
+        |series: &[f64]| (series.iter().map(|v| v * v).sum::<f64>() / series.len() as f64).sqrt();
+    let size = 0.1 * rms(&right.records[0].axes[0].force);
+    let wrong = humming(&right, size);
+    let with = learnt(&wrong, &[&JOINT[..], &["mains_hum@x"]].concat());
+    let best = learnt(&right, &JOINT);
+
+    let hum = with
+        .effects
+        .iter()
+        .find(|e| e.name() == "mains_hum@x")
+        .unwrap();
+    let [amplitude, frequency] = [0, 1].map(|at| hum.parameters[at].value);
+    println!("{amplitude:.4e} for {size:.4e} at {frequency:.4} Hz");
+    assert!((amplitude / size - 1.0).abs() < 0.05);
+    assert!((frequency - HUM_HZ).abs() < 0.01);
+    assert!(hum.parameters.iter().all(|p| {
+        p.interval
+            .is_some_and(|[low, high]| low < p.value && p.value < high)
+    }));
+
+    // Every record, validation among them, is what it was before the hum came in.
+    let corrected = with.corrected(&wrong).unwrap();
+    for (seen, truth) in corrected.records.iter().zip(&right.records) {
+        let off: Vec<f64> = seen.axes[0]
+            .force
+            .iter()
+            .zip(&truth.axes[0].force)
+            .map(|(a, b)| a - b)
+            .collect();
+        println!("{}: off by {:.4} of the hum", truth.file, rms(&off) / size);
+        assert!(rms(&off) < 0.1 * size, "{}", truth.file);
+        assert_eq!(seen.axes[1], truth.axes[1]);
+    }
+    let error = |model: &ModelFile| model.validation[0].relative_error;
+    assert!(
+        error(&with) < 1.1 * error(&best),
+        "{} for {}",
+        error(&with),
+        error(&best)
+    );
+
+    let Err(refusal) = export::export(&with, None) else {
+        panic!("hum went to the device");
+    };
+    assert!(
+        refusal.sentence.contains("mains_hum") && refusal.sentence.contains("phase"),
+        "{refusal}"
+    );
+}
+
+#[test]
+fn a_wrong_gain_is_that_of_the_channel_and_not_of_what_a_ground_spring_leaves() {
+    println!("seed {SEED}");
+    let options = SimulationOptions {
+        seed: SEED,
+        axes: 1,
+        ..SimulationOptions::default()
+    };
+    let free = simulate(&options).unwrap().study;
+    let terms = ["stiffness@x", "viscous@x", "clearance@x", "force_gain@x"];
+    let [without_spring, with_spring] = [0.0, 1.0].map(|share| {
+        let mut study = free.clone();
+        // A spring to ground that takes as much force as the drive gives.
+        let body = |study: &Study| study.records[0].axes[0].body_position.clone().unwrap();
+        let rms = |series: &[f64]| {
+            (series.iter().map(|v| v * v).sum::<f64>() / series.len() as f64).sqrt()
+        };
+        let stiffness = share * rms(&free.records[0].axes[0].force) / rms(&body(&free));
+        study.axes[0].ground_stiffness = stiffness;
+        for record in &mut study.records {
+            let logged = &mut record.axes[0];
+            let body = logged.body_position.clone().unwrap();
+            for (force, b) in logged.force.iter_mut().zip(body) {
+                *force = (*force + stiffness * b) / (1.0 - EXCESS);
+            }
+        }
+        learnt(&study, &terms)
+    });
+    for model in [&without_spring, &with_spring] {
+        let (gain, error) = (
+            value(model, "force_gain@x"),
+            model.validation[0].relative_error,
+        );
+        println!("gain {gain:.5} for {EXCESS}, error {error:.5}");
+        assert!((gain / EXCESS - 1.0).abs() < 0.2, "{gain}");
+        assert!(
+            error < 1.1 * without_spring.validation[0].relative_error,
+            "{error}"
+        );
+    }
+}

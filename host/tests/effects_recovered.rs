@@ -83,7 +83,7 @@ fn states(rows: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
 fn truth(entry: &'static Entry, references: &References, random: &mut ChaCha8Rng) -> InSi {
     let values = entry.parameters().iter().map(|parameter| {
         let relative = match parameter.role {
-            Role::Linear { .. } => 0.5 + random.random::<f64>(),
+            Role::Linear { .. } | Role::SizePerRecord => 0.5 + random.random::<f64>(),
             Role::Shape(shape) => {
                 let (first, last) = (shape.starts[0], shape.starts[shape.starts.len() - 1]);
                 let place = 0.3 + 0.4 * random.random::<f64>();
@@ -104,7 +104,7 @@ fn owners(hidden: &InSi, references: &References, random: &mut ChaCha8Rng) -> Ve
     let listed = hidden.entry.parameters().iter().zip(&hidden.values);
     let ties = listed.filter_map(|(parameter, &value)| match parameter.role {
         Role::Shape(shape) => shape.tie.map(|tie| (tie, value)),
-        Role::Linear { .. } => None,
+        Role::Linear { .. } | Role::SizePerRecord => None,
     });
     let owner = |(tie, value): (Tie, f64)| {
         let entry = Entry::named(tie.effect).unwrap();
@@ -185,6 +185,7 @@ fn every_effect_of_the_joint_is_found_again_in_a_noisy_force() {
             first_row: 0,
             sample_rate_hz: RATE,
             states,
+            ground: vec![None; 2],
             acceleration: vec![vec![0.0; rows]; 2],
             force: vec![vec![0.0; rows]; 2],
         };

@@ -190,7 +190,8 @@ impl Dimension {
     }
 }
 
-/// A unit as exponents of N, m, rad and s; prints as `N·s/(m·rad)`, an inertia as `kg` or `kg·m²`.
+/// A unit as exponents of N, m, rad and s; prints as `N·s/(m·rad)`, an inertia as `kg` or `kg·m²`, a
+/// frequency as `Hz`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Unit {
     newton: i8,
@@ -211,6 +212,7 @@ impl fmt::Display for Unit {
         match [self.newton, self.metre, self.radian, self.second] {
             [1, -1, 0, 2] => return f.write_str("kg"),
             [1, 1, -1, 2] => return f.write_str("kg·m²"),
+            [0, 0, 0, -1] => return f.write_str("Hz"),
             _ => {}
         }
         let parts = [

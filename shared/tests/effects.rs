@@ -47,7 +47,7 @@ fn parameters(entry: &Entry, seed: &[f64; MAX_PARAMETERS]) -> Vec<f64> {
     let listed = entry.parameters().iter().zip(seed);
     listed
         .map(|(parameter, s)| match parameter.role {
-            Role::Linear { .. } => 0.2 + s,
+            Role::Linear { .. } | Role::SizePerRecord => 0.2 + s,
             Role::Shape(shape) => {
                 let starts = shape.starts;
                 let (low, high) = (starts[0], starts[starts.len() - 1]);
@@ -66,11 +66,12 @@ fn readings<S: Scalar>(
 ) -> Instrument<S> {
     let acceleration = scales.displacement[0] / (scales.time * scales.time);
     Instrument {
-        time: lift(row as f64 * scales.time),
+        time: lift(row as f64 * PERIOD * scales.time),
         acceleration: lift((0.3 * v - 0.8 * x) * acceleration),
         force: lift((0.5 * x + 0.4 * phi) * scales.force[0]),
         force_rate: lift((0.6 * v - 0.3 * omega) * scales.force[0] / scales.time),
         other_force: lift((0.7 * omega + 0.2 * x) * scales.force[1]),
+        phase: lift(0.3),
     }
 }
 
@@ -150,6 +151,7 @@ fn numbers_in_blobs_never_change() {
         (21, "force_gain"),
         (22, "time_delay"),
         (23, "crosstalk"),
+        (24, "mains_hum"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);
@@ -229,7 +231,7 @@ fn units_read_as_engineers_write_them() {
             .inverse()
             .unit(Translation, Translation)
             .to_string(),
-        "1/s"
+        "Hz"
     );
 }
 

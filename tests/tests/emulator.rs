@@ -152,7 +152,7 @@ fn of_the_table() -> Vec<Model> {
                 .iter()
                 .map(|parameter| {
                     let size = match parameter.role {
-                        Role::Linear { .. } => 5.0,
+                        Role::Linear { .. } | Role::SizePerRecord => 5.0,
                         Role::Shape(shape) => shape.starts[shape.starts.len() / 2],
                     };
                     size * parameter.dimension.scale(&references)

@@ -103,6 +103,9 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
             candidate.equivalent.join(", "),
         ]);
     }
+    for problem in &diagnosis.data_problems {
+        console.say(format!("Data: {problem}."))?;
+    }
     console.say(table.to_string())?;
     let mut table = Table::new(&["axis", "error before", "after", "noise floor"]);
     for (axis, before) in &diagnosis.relative_error_before {
@@ -123,7 +126,7 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
         Verdict::Effect => format!("Missing: {}.", found.join(", ")),
         Verdict::None => "Nothing is missing.".into(),
         Verdict::Unknown => "Something is missing that is not in the library.".into(),
-        Verdict::Data => "The data are at fault.".into(),
+        Verdict::Data => "The data are at fault: what is said above of effects means nothing before they are put right.".into(),
     };
     console.say(verdict)?;
     if diagnosis.verdict != Verdict::None {

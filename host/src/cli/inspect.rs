@@ -1,6 +1,7 @@
 //! `jointwatch inspect`: what a model file or a blob holds.
 
 use super::Console;
+use crate::corrections;
 use crate::error::{Error, Result};
 use crate::export;
 use crate::model::{EffectTerm, effects};
@@ -80,6 +81,9 @@ fn model_in_words(model: &ModelFile) -> String {
     text.push_str(&table.to_string());
     if !model.effects.is_empty() {
         text.push_str(&format!("\n{}", effects::table(&model.effects)));
+    }
+    for sentence in corrections::in_words(&model.effects) {
+        text.push_str(&format!("\nCorrected: {sentence}."));
     }
     for entry in &model.history {
         let errors: Vec<String> = entry
@@ -173,6 +177,9 @@ fn blob_in_words(model: &Model) -> String {
         let effects = effects::table_of_values(&EffectTerm::of_device(model));
         text.push_str(&format!("\n{effects}"));
     }
+    for sentence in corrections::in_words(&corrections::of_device(model)) {
+        text.push_str(&format!("\nCorrected: {sentence}."));
+    }
     text
 }
 
@@ -210,6 +217,7 @@ fn blob_as_json(model: &Model) -> serde_json::Value {
         "state_band_hz": header.state_band_hz,
         "axes": axes,
         "effects": EffectTerm::of_device(model),
+        "corrections": corrections::of_device(model),
     });
     match model.base() {
         DeviceBase::Polynomial(_) => json["base"] = "polynomial".into(),

@@ -33,6 +33,8 @@ pub(crate) struct Candidate {
     pub(crate) bound: Bound,
     /// All parameters, SI: shapes as found, linear ones as least squares gives them beside the model.
     pub(crate) values: Vec<f64>,
+    /// The factor of each of its columns.
+    factors: Vec<f64>,
     /// Σ (weighted residual)² that it takes away.
     pub(crate) gain: f64,
     /// What it adds to the force once the model's share in it is taken out, weighted: residual before minus after.
@@ -137,9 +139,14 @@ impl<'a> Beside<'a> {
     /// Candidates that were found on other rows of the same records, refined on these, the most promising first.
     pub(crate) fn refined(&self, candidates: Vec<Candidate>, steps: usize) -> Vec<Candidate> {
         let again = candidates.into_par_iter().filter_map(|candidate| {
-            let columns = self.records.columns(&candidate.bound, &candidate.values);
-            let projected = self.project(&columns)?;
-            let start = self.candidate(&candidate.bound, candidate.values, projected);
+            let start = if candidate.bound.entry.is_per_record() {
+                // Longer records resolve the frequency of a line further.
+                self.scan(&candidate.bound)?
+            } else {
+                let columns = self.records.columns(&candidate.bound, &candidate.values);
+                let projected = self.project(&columns)?;
+                self.candidate(&candidate.bound, candidate.values, projected)
+            };
             let mut refined = self.refine(&start, steps);
             refined.explained = self.explained(&refined);
             Some(refined)
@@ -196,7 +203,16 @@ impl<'a> Beside<'a> {
     /// The best of an effect's starting values.
     fn scan(&self, bound: &Bound) -> Option<Candidate> {
         let unknowns = self.unknowns(bound);
-        let all = combinations(&unknowns);
+        let all = if bound.entry.is_per_record() {
+            let rows = self.records.rows_per_axis();
+            let axis = self.residual.col(0).subrows(bound.axis * rows, rows);
+            let mut residual = vec![0.0; bound.axis * rows];
+            residual.extend(axis.iter());
+            let line = |u: &ShapeUnknown| self.records.line_in(&residual, bound.axis, &u.shape);
+            vec![unknowns.iter().map(line).collect()]
+        } else {
+            combinations(&unknowns)
+        };
         let thin = all.len().div_ceil(MOST_STARTS);
         let tried = all.par_iter().step_by(thin).filter_map(|chosen| {
             let values = self.values(bound, &unknowns, chosen);
@@ -209,15 +225,11 @@ impl<'a> Beside<'a> {
     }
 
     fn candidate(&self, bound: &Bound, mut values: Vec<f64>, projected: Projected) -> Candidate {
-        let mut factors = projected.factors.into_iter();
-        for (parameter, value) in bound.entry.parameters().iter().zip(&mut values) {
-            if parameter.is_linear() {
-                *value = factors.next().unwrap_or(0.0);
-            }
-        }
+        self.records.put(bound, &projected.factors, &mut values);
         Candidate {
             bound: *bound,
             values,
+            factors: projected.factors,
             gain: projected.gain,
             explained: Vec::new(),
         }
@@ -312,7 +324,10 @@ impl<'a> Beside<'a> {
         let linear = columns.len();
         for unknown in unknowns {
             let index = unknown.places[0].1;
-            columns.push(self.records.slope(&at.bound, &at.values, index));
+            let slope = self
+                .records
+                .slope(&at.bound, &at.values, &at.factors, index);
+            columns.push(slope);
         }
         let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let (mut gram, right) = self.beside(&problem.weighted(&slices));
@@ -328,7 +343,14 @@ impl<'a> Beside<'a> {
     /// Residual before minus after, weighted.
     fn explained(&self, candidate: &Candidate) -> Vec<f64> {
         let problem = self.solution.problem(self.records, self.terms);
-        let force = self.records.force(&candidate.bound, &candidate.values);
+        let columns = self.records.columns(&candidate.bound, &candidate.values);
+        let mut force = vec![0.0; self.records.measured.len()];
+        for (column, factor) in columns.iter().zip(&candidate.factors) {
+            force
+                .iter_mut()
+                .zip(column)
+                .for_each(|(f, c)| *f += factor * c);
+        }
         let column = problem.weighted(&[&force]);
         let mut share = product(&self.own, &column);
         self.factor.solve(share.as_mut());
@@ -342,10 +364,12 @@ impl<'a> Beside<'a> {
         let mut columns = self.records.columns(&candidate.bound, &candidate.values);
         for unknown in self.unknowns(&candidate.bound) {
             let index = unknown.places[0].1;
-            columns.push(
-                self.records
-                    .slope(&candidate.bound, &candidate.values, index),
-            );
+            columns.push(self.records.slope(
+                &candidate.bound,
+                &candidate.values,
+                &candidate.factors,
+                index,
+            ));
         }
         let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let mut new = problem.weighted(&slices);

@@ -212,6 +212,9 @@ pub(super) fn relative_errors(records: &Records<'_>, terms: &[Bound], solved: &S
             take(column, *inertia);
         }
     }
+    for (bound, values) in terms.iter().zip(&solved.values) {
+        records.take_out(bound, values, &mut residual);
+    }
     let rows = records.rows_per_axis();
     let axes = residual
         .chunks_exact(rows)

@@ -4,6 +4,7 @@ mod absorbed;
 mod answer;
 mod base;
 mod candidates;
+pub mod data_checks;
 mod held_out;
 mod judge;
 mod missing;

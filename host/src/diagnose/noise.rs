@@ -1,12 +1,14 @@
 //! What no model can explain: the noise floor of every axis.
 //!
 //! It is what is left on an axis while it rests, because sensors are as noisy then as ever. Where an axis never rests the
-//! spectrum of the residual above the motion's frequencies stands in for it; that floor is lower than the true one when
-//! the noise grows towards low frequencies.
+//! spectrum of the residual beside the motion's frequencies stands in for it: above them for white noise, below them for
+//! noise that grows with one over the frequency.
 
+use crate::lines;
 use crate::model::effects::{Course, add_forces};
 use crate::motion::Motion;
 use crate::signal::fir::apply;
+use crate::signal::spectrum::Accumulator;
 use crate::study::Axis;
 use jointwatch_shared::model::terms::InSi;
 
@@ -20,6 +22,16 @@ const ACTS: f64 = 6.0;
 const TAIL: [f64; 2] = [0.6, 0.9];
 /// Into how many pieces the tail is cut, of which the quietest counts.
 const PIECES: usize = 6;
+
+/// Length of the windows in which slow noise is looked for, s.
+const SLOW_WINDOW_S: f64 = 4.0;
+/// The motion begins at the frequency below which this part of its power lies.
+const MOVES: f64 = 1e-3;
+/// Fewer lines of the spectrum than this say nothing.
+const LEAST_LINES: usize = 2;
+/// Where noise that grows towards low frequencies is taken to end, Hz: slower than that it is a drift of the zero, which a
+/// constant force takes up.
+const SLOWEST_HZ: f64 = 0.1;
 
 /// The noise floor of one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,15 +59,17 @@ pub(crate) fn floors(
         forces
     };
     let predicted = motions.iter().map(predicted).collect();
-    floors_under(axes, motions, low_pass, predicted, inertia)
+    floors_under(axes, motions, low_pass, predicted, terms, inertia)
 }
 
-/// The same under any prediction: a series per record and axis, wide-band.
+/// The same under any prediction, a series per record and axis, wide-band; of `terms` only those that stand in no prediction are
+/// read, the lines of the mains.
 pub(crate) fn floors_under(
     axes: &[Axis],
     motions: &[&Motion],
     low_pass: &[f64],
     predicted: Vec<Vec<Vec<f64>>>,
+    terms: &[InSi],
     inertia: &[f64],
 ) -> Vec<Floor> {
     let conventions: Vec<_> = axes.iter().map(|a| a.restoring_force).collect();
@@ -66,12 +80,10 @@ pub(crate) fn floors_under(
         .map(|(motion, forces)| {
             let axes = forces.into_iter().enumerate();
             axes.map(|(axis, predicted)| {
-                let measured = motion.restoring_force(axis, inertia[axis], conventions[axis]);
-                measured
-                    .iter()
-                    .zip(&predicted)
-                    .map(|(r, p)| r - p)
-                    .collect()
+                let mut left = motion.restoring_force(axis, inertia[axis], conventions[axis]);
+                left.iter_mut().zip(&predicted).for_each(|(r, p)| *r -= p);
+                lines::take_out(terms, axis, &mut left, 1.0 / motion.sample_rate_hz);
+                left
             })
             .collect()
         })
@@ -115,8 +127,11 @@ pub(crate) fn floors_under(
                 };
             }
             let of_axis = residuals.iter().map(|record| record[axis].as_slice());
+            let white = from_tail(of_axis.clone(), low_pass);
+            let motion = motions.iter().map(|m| m.states[2 * axis].as_slice());
+            let rate = motions.first().map_or(1.0, |m| m.sample_rate_hz);
             Floor {
-                rms: from_tail(of_axis, low_pass),
+                rms: white.hypot(slow(of_axis, motion, low_pass, rate, white)),
                 at_rest: false,
                 acts_at_rest: false,
             }
@@ -149,6 +164,48 @@ fn from_tail<'a>(residuals: impl Iterator<Item = &'a [f64]> + Clone, low_pass: &
         .fold(f64::INFINITY, f64::min);
     let passed: f64 = low_pass.iter().map(|t| t * t).sum();
     (quietest * passed).sqrt()
+}
+
+/// RMS of noise whose power falls with one over the frequency, behind the low-pass, as the residual shows it at frequencies lower than
+/// those of the motion; 0 where the motion leaves no room there. `white` is the RMS of the white noise behind the low-pass.
+fn slow<'a>(
+    residuals: impl Iterator<Item = &'a [f64]> + Clone,
+    motion: impl Iterator<Item = &'a [f64]>,
+    low_pass: &[f64],
+    rate: f64,
+    white: f64,
+) -> f64 {
+    let shortest = residuals.clone().map(<[f64]>::len).min().unwrap_or(0);
+    let segment = ((SLOW_WINDOW_S * rate) as usize).min(shortest);
+    let spectrum = |series: &mut dyn Iterator<Item = &'a [f64]>| {
+        let mut sum = Accumulator::new(rate, segment);
+        series.for_each(|s| sum.add(s));
+        sum.finish()
+    };
+    let moving = spectrum(&mut { motion });
+    let left = spectrum(&mut { residuals });
+    // Lines 0 and 1 hold what is left of a mean under the window.
+    let first = 2;
+    let whole: f64 = moving.density.iter().skip(first).sum();
+    let mut below = 0.0;
+    let begins = moving.density.iter().skip(first).position(|d| {
+        below += d;
+        below > MOVES * whole
+    });
+    let begins = first + begins.unwrap_or(0);
+    // The window spreads the motion's first line over its neighbours.
+    let lines = first..begins.saturating_sub(2);
+    if lines.len() < LEAST_LINES {
+        return 0.0;
+    }
+    let band_hz = 0.5 * rate * low_pass.iter().map(|t| t * t).sum::<f64>();
+    let white = white * white / band_hz;
+    let count = lines.len() as f64;
+    let per_octave = lines
+        .map(|line| (left.density[line] - white) * line as f64 * left.resolution_hz)
+        .sum::<f64>()
+        / count;
+    (per_octave.max(0.0) * (band_hz / SLOWEST_HZ).ln().max(0.0)).sqrt()
 }
 
 /// A symmetric band-pass about a frequency, both as shares of half the sample rate: a cosine under a Hann window.

@@ -3,6 +3,7 @@
 use super::absorbed::absorbed;
 use super::answer::{Diagnosis, PerAxis, Verdict, in_words_found, in_words_ranked};
 use super::base::base_of;
+use super::data_checks;
 use super::missing::{self, Round};
 use super::noise;
 use crate::add;
@@ -120,7 +121,9 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             || (floors[axis].acts_at_rest && floor[axis].min(learnt_floor) > DISCREPANCY)
     });
     let unexplained = unexplained || (refuted && found.is_empty());
+    let wrong = data_checks::check(study, &model.filters);
     let verdict = match (unexplained, found.is_empty()) {
+        _ if wrong.iter().any(|finding| finding.serious) => Verdict::Data,
         (true, _) => Verdict::Unknown,
         (false, true) => Verdict::None,
         (false, false) => Verdict::Effect,
@@ -159,7 +162,7 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         ranked: in_words_ranked(first, &found, study),
         found,
         places: comparison.places,
-        data_problems: Vec::new(),
+        data_problems: wrong.into_iter().map(|finding| finding.sentence).collect(),
         notes,
     })
 }

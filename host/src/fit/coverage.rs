@@ -178,6 +178,7 @@ mod tests {
                 vec![0.0; 1000],
                 wave(velocity[1]),
             ],
+            ground: vec![None; 2],
             acceleration: vec![vec![0.0; 1000]; 2],
             force: vec![vec![0.0; 1000]; 2],
         }

@@ -97,6 +97,7 @@ pub(crate) fn fit_in_time<T>(
     }
     let mut delays = Corrections {
         force: [ForceCorrection::NONE; 2],
+        lines: Vec::new(),
     };
     for _ in 0..SHIFTS {
         for term in fit.terms.iter().filter(|term| late(term)) {

@@ -296,6 +296,7 @@ pub struct Course<'a> {
 #[derive(Clone, Debug)]
 struct Instruments<'a> {
     acceleration: Vec<&'a [f64]>,
+    /// As the channels read it, before ground springs and dampers take their share.
     force: Vec<Cow<'a, [f64]>>,
     force_rate: Vec<Vec<f64>>,
     /// 1 or −1 per axis, as its convention says.
@@ -316,13 +317,15 @@ impl<'a> Course<'a> {
     pub fn of_motion(motion: &'a Motion, conventions: &[Convention]) -> Self {
         let slices = |series: &'a [Vec<f64>]| series.iter().map(Vec::as_slice).collect();
         let period_s = 1.0 / motion.sample_rate_hz;
+        let applied = (0..motion.force.len()).map(|axis| motion.applied_force(axis));
+        let force: Vec<Cow<'a, [f64]>> = applied.collect();
         Self {
             states: slices(&motion.states),
             period_s,
             instruments: Some(Instruments {
                 acceleration: slices(&motion.acceleration),
-                force: motion.force.iter().map(Cow::from).collect(),
-                force_rate: motion.force.iter().map(|f| rate(f, period_s)).collect(),
+                force_rate: force.iter().map(|f| rate(f, period_s)).collect(),
+                force,
                 signs: conventions.iter().map(|c| c.sign()).collect(),
             }),
         }
@@ -357,13 +360,14 @@ impl<'a> Course<'a> {
         self.states.first().map_or(0, |series| series.len())
     }
 
-    /// Evaluates a law of an effect on `axis` along the record, in the record's order, from internal states of 0; `each` is
-    /// given the row and the force on the own and the other axis.
+    /// Evaluates a law of an effect on `axis` along the record, in the record's order, from internal states of 0; `phase` is the
+    /// record's own, in turns, for an effect that has one; `each` is given the row and the force on the own and the other axis.
     pub fn along<S: Scalar>(
         &self,
         law: Law<S>,
         parameters: &Parameters<S>,
         axis: usize,
+        phase: f64,
         lift: impl Fn(f64) -> S,
         mut each: impl FnMut(usize, [S; 2]),
     ) {
@@ -385,7 +389,7 @@ impl<'a> Course<'a> {
                     S::zero()
                 },
                 period: lift(self.period_s),
-                instrument: self.instrument(axis, row, &lift),
+                instrument: self.instrument(axis, row, phase, &lift),
             };
             before = Some(displacement);
             each(row, law(parameters, &at, &mut memory));
@@ -396,12 +400,15 @@ impl<'a> Course<'a> {
         &self,
         axis: usize,
         row: usize,
+        phase: f64,
         lift: &impl Fn(f64) -> S,
     ) -> Instrument<S> {
         let time = lift(row as f64 * self.period_s);
+        let phase = lift(phase);
         let Some(said) = &self.instruments else {
             return Instrument {
                 time,
+                phase,
                 ..Instrument::silent()
             };
         };
@@ -413,6 +420,7 @@ impl<'a> Course<'a> {
             force: lift(sign * said.force[axis][row]),
             force_rate: lift(sign * said.force_rate[axis][row]),
             other_force: other.map_or(S::zero(), |force| lift(sign * force[row])),
+            phase,
         }
     }
 }
@@ -442,15 +450,17 @@ fn rate(force: &[f64], period_s: f64) -> Vec<f64> {
 
 /// Adds the forces of effects to those of every axis, N or N·m, row by row along a record.
 ///
-/// `forces` has one series per axis, as long as the record.
+/// `forces` has one series per axis, as long as the record. An effect whose size and phase are the record's own is left out:
+/// it is found in what the others leave ([`crate::lines`]).
 pub fn add_forces(terms: &[InSi], course: &Course<'_>, forces: &mut [Vec<f64>]) {
-    for term in terms {
+    for term in terms.iter().filter(|term| !term.entry.is_per_record()) {
         let parameters = law_parameters(term.entry, &term.values);
         let axis = usize::from(term.axis);
         course.along(
             term.entry.real,
             &parameters,
             axis,
+            0.0,
             |v| v,
             |row, [own, other]| {
                 forces[axis][row] += own;

@@ -76,6 +76,7 @@ impl Truth {
             sample_rate_hz,
             states: self.states.clone(),
             acceleration: self.acceleration.clone(),
+            ground: vec![None; self.force.len()],
             force: self.force.clone(),
         }
     }

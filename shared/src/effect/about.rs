@@ -44,6 +44,9 @@ pub enum Role {
         /// Whether only positive values are physical.
         positive: bool,
     },
+    /// The force is proportional to it, and begins every record with another phase: size and phase are found by least squares
+    /// in every record anew, and the value that is reported is the root mean square of the records' sizes.
+    SizePerRecord,
     /// It shapes the law: searched for, from several starts.
     Shape(Shape),
 }
@@ -95,7 +98,12 @@ impl Parameter {
 
     /// Whether the force is proportional to it.
     pub fn is_linear(&self) -> bool {
-        matches!(self.role, Role::Linear { .. })
+        matches!(self.role, Role::Linear { .. } | Role::SizePerRecord)
+    }
+
+    /// Whether its size, and the phase that belongs to it, is another one in every record.
+    pub fn is_per_record(&self) -> bool {
+        self.role == Role::SizePerRecord
     }
 
     /// The value as its law takes it: itself, or one over it.

@@ -19,6 +19,7 @@ mod force_gain;
 mod inertia_error;
 mod jenkins;
 mod lugre;
+mod mains_hum;
 mod maxwell;
 mod preload;
 mod quadratic_drag;
@@ -77,6 +78,9 @@ pub struct Instrument<S> {
     pub force_rate: S,
     /// s·F of the other axis.
     pub other_force: S,
+    /// Where in its turn, from 0 to 1, what repeats with time alone was when the record began: nobody knows it beforehand, so
+    /// it is found in every record anew.
+    pub phase: S,
 }
 
 impl<S: Scalar> Kinematics<S> {
@@ -98,6 +102,7 @@ impl<S: Scalar> Instrument<S> {
             force: zero,
             force_rate: zero,
             other_force: zero,
+            phase: zero,
         }
     }
 }
@@ -262,6 +267,12 @@ impl Entry {
         self.acts == Acts::BothAxes || self.about.parameters.iter().any(crosses)
     }
 
+    /// Whether its size and phase are another one in every record.
+    #[cfg(feature = "fit")]
+    pub fn is_per_record(&self) -> bool {
+        self.about.parameters.iter().any(Parameter::is_per_record)
+    }
+
     /// Its parameters.
     #[cfg(feature = "fit")]
     pub fn parameters(&self) -> &'static [Parameter] {
@@ -294,4 +305,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<force_gain::ForceGain>(),
     Entry::of::<time_delay::TimeDelay>(),
     Entry::of::<crosstalk::Crosstalk>(),
+    Entry::of::<mains_hum::MainsHum>(),
 ];

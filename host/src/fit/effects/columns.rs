@@ -5,11 +5,12 @@
 //! same, so the rows are thinned out to what the filter's stop band allows.
 
 use crate::corrections::of_the_joint;
+use crate::lines::{self, QUARTER};
 use crate::model::effects::{Bound, Course, add_forces, law_parameters};
 use crate::motion::Motion;
 use crate::signal::fir::{apply_every, shut_from_hz};
 use crate::study::{Axis, Convention};
-use jointwatch_shared::effect::about::Role;
+use jointwatch_shared::effect::about::{Parameter, Role, Shape};
 use jointwatch_shared::effect::{Acts, MAX_PARAMETERS, Parameters};
 use jointwatch_shared::model::terms::InSi;
 use jointwatch_shared::scalar::dual::Dual;
@@ -156,7 +157,8 @@ impl<'a> Records<'a> {
         whole
     }
 
-    /// One column per linear parameter of a term: its share of the force when it is 1 and the other linear ones are 0.
+    /// One column per linear parameter of a term: its share of the force when it is 1 and the other linear ones are 0. A
+    /// parameter with a size and phase of its own in every record has two per record, a quarter of a turn apart.
     ///
     /// `values` are the term's parameters in SI, of which only those that shape the law are read.
     pub(crate) fn columns(&self, bound: &Bound, values: &[f64]) -> Vec<Vec<f64>> {
@@ -164,31 +166,107 @@ impl<'a> Records<'a> {
         let linear: Vec<usize> = linear
             .filter_map(|(index, p)| p.is_linear().then_some(index))
             .collect();
-        linear
+        let mut wanted = Vec::new();
+        for &unit in &linear {
+            if bound.entry.parameters()[unit].is_per_record() {
+                let phases = [0.0, QUARTER];
+                let all = (0..self.rows.len()).flat_map(|record| phases.map(|p| (Some(record), p)));
+                wanted.extend(all.map(|(record, phase)| (unit, record, phase)));
+            } else {
+                wanted.push((unit, None, 0.0));
+            }
+        }
+        wanted
             .par_iter()
-            .map(|&unit| {
+            .map(|&(unit, record, phase)| {
                 let mut parameters = law_parameters(bound.entry, values);
                 for &index in &linear {
                     parameters[index] = f64::from(u8::from(index == unit));
                 }
-                self.real_column(bound, &parameters)
+                self.real_column(bound, &parameters, record, phase)
             })
             .collect()
     }
 
-    /// The force of a term with all of its parameters, SI.
-    pub(crate) fn force(&self, bound: &Bound, values: &[f64]) -> Vec<f64> {
-        self.real_column(bound, &law_parameters(bound.entry, values))
+    /// How many columns [`Records::columns`] makes of a term.
+    pub(crate) fn count(&self, bound: &Bound) -> usize {
+        let listed = bound.entry.parameters().iter();
+        listed.map(|p| self.columns_of(p)).sum()
     }
 
-    /// The force of a law with these parameters, as the law takes them.
-    fn real_column(&self, bound: &Bound, parameters: &Parameters<f64>) -> Vec<f64> {
+    fn columns_of(&self, parameter: &Parameter) -> usize {
+        match parameter.role {
+            Role::Linear { .. } => 1,
+            Role::SizePerRecord => 2 * self.rows.len(),
+            Role::Shape(_) => 0,
+        }
+    }
+
+    /// Puts what least squares found for the columns of a term into its parameters.
+    pub(crate) fn put(&self, bound: &Bound, factors: &[f64], values: &mut [f64]) {
+        let mut rest = factors;
+        for (parameter, value) in bound.entry.parameters().iter().zip(values) {
+            let (mine, others) = rest.split_at(self.columns_of(parameter).min(rest.len()));
+            rest = others;
+            match parameter.role {
+                Role::Linear { .. } => *value = mine.first().copied().unwrap_or(0.0),
+                Role::SizePerRecord => {
+                    let square: f64 = mine.iter().map(|f| f * f).sum();
+                    *value = (square / self.rows.len().max(1) as f64).sqrt();
+                }
+                Role::Shape(_) => {}
+            }
+        }
+    }
+
+    /// The force of a term with all of its parameters, SI; of one with a phase of its own in every record, nothing.
+    pub(crate) fn force(&self, bound: &Bound, values: &[f64]) -> Vec<f64> {
+        if bound.entry.is_per_record() {
+            return vec![0.0; self.axes * self.rows_per_axis()];
+        }
+        self.real_column(bound, &law_parameters(bound.entry, values), None, 0.0)
+    }
+
+    /// Takes from a residual what a term with a phase of its own in every record has in it, by least squares in each.
+    pub(crate) fn take_out(&self, bound: &Bound, values: &[f64], residual: &mut [f64]) {
+        if !bound.entry.is_per_record() {
+            return;
+        }
+        for pair in self.columns(bound, values).chunks_exact(2) {
+            let [first, second] = pair else { continue };
+            let found = lines::least_squares([first, second], residual);
+            for ((r, a), b) in residual.iter_mut().zip(first).zip(second) {
+                *r -= found[0] * a + found[1] * b;
+            }
+        }
+    }
+
+    /// The frequency, Hz, near a start of a term's shape at which a residual holds the strongest line.
+    pub(crate) fn line_in(&self, residual: &[f64], axis: usize, shape: &Shape) -> f64 {
+        let mut start = axis * self.rows_per_axis();
+        let records = self.rows.iter().map(|&count| {
+            start += count;
+            &residual[start - count..start]
+        });
+        let records: Vec<&[f64]> = records.collect();
+        lines::strongest(&records, self.thinned_rate_hz, shape)
+    }
+
+    /// The force of a law with these parameters, as the law takes them; in one record alone, or in all.
+    fn real_column(
+        &self,
+        bound: &Bound,
+        parameters: &Parameters<f64>,
+        only: Option<usize>,
+        phase: f64,
+    ) -> Vec<f64> {
         let law = bound.entry.real;
-        self.column(bound, |course, own, other| {
+        self.column(bound, only, |course, own, other| {
             course.along(
                 law,
                 parameters,
                 bound.axis,
+                phase,
                 |v| v,
                 |_, [f, g]| {
                     own.push(f);
@@ -198,8 +276,14 @@ impl<'a> Records<'a> {
         })
     }
 
-    /// How the force of a term changes with the logarithm of one of its shape parameters.
-    pub(crate) fn slope(&self, bound: &Bound, values: &[f64], parameter: usize) -> Vec<f64> {
+    /// How the force of a term changes with the logarithm of one of its shape parameters; `factors` are those of its columns.
+    pub(crate) fn slope(
+        &self,
+        bound: &Bound,
+        values: &[f64],
+        factors: &[f64],
+        parameter: usize,
+    ) -> Vec<f64> {
         let taken = law_parameters(bound.entry, values);
         let mut parameters: Parameters<Dual> = [Dual::constant(0.0); MAX_PARAMETERS];
         for (place, value) in parameters.iter_mut().zip(taken) {
@@ -216,23 +300,44 @@ impl<'a> Records<'a> {
             slope: if reciprocal { -value } else { value },
         };
         let law = bound.entry.dual;
-        self.column(bound, |course, own, other| {
-            course.along(law, &parameters, bound.axis, Dual::constant, |_, [f, g]| {
-                own.push(f.slope);
-                other.push(g.slope);
-            });
-        })
+        let along = |parameters: &Parameters<Dual>, only: Option<usize>, phase: f64| {
+            self.column(bound, only, |course, own, other| {
+                let axis = bound.axis;
+                course.along(law, parameters, axis, phase, Dual::constant, |_, [f, g]| {
+                    own.push(f.slope);
+                    other.push(g.slope);
+                });
+            })
+        };
+        let own_size = bound.entry.parameters().iter();
+        let Some(size) = own_size.clone().position(Parameter::is_per_record) else {
+            return along(&parameters, None, 0.0);
+        };
+        let mut sum = vec![0.0; self.axes * self.rows_per_axis()];
+        for (record, pair) in factors.chunks_exact(2).enumerate() {
+            parameters[size] = Dual::constant(pair[0].hypot(pair[1]));
+            let phase = pair[1].atan2(pair[0]) / std::f64::consts::TAU;
+            for (s, part) in sum.iter_mut().zip(along(&parameters, Some(record), phase)) {
+                *s += part;
+            }
+        }
+        sum
     }
 
-    /// Evaluates a law on every record, then low-passes and thins out.
+    /// Evaluates a law on every record, or on one alone, then low-passes and thins out.
     fn column(
         &self,
         bound: &Bound,
+        only: Option<usize>,
         evaluate: impl Fn(&Course<'_>, &mut Vec<f64>, &mut Vec<f64>) + Sync,
     ) -> Vec<f64> {
         let mut whole = vec![0.0; self.axes * self.rows_per_axis()];
         let mut start = 0;
-        for (course, &rows) in self.courses.iter().zip(&self.rows) {
+        for (record, (course, &rows)) in self.courses.iter().zip(&self.rows).enumerate() {
+            if only.is_some_and(|only| only != record) {
+                start += rows;
+                continue;
+            }
             let (mut own, mut other) = (Vec::new(), Vec::new());
             evaluate(course, &mut own, &mut other);
             let mut put = |axis: usize, series: &[f64]| {

@@ -153,6 +153,9 @@ pub(crate) fn solve(
         .collect();
     let mut from = match from {
         Some(start) => vec![start],
+        None if terms.iter().any(|t| t.entry.is_per_record()) => {
+            vec![lines_last(records, axes, terms, &shapes)?]
+        }
         None => starts::starts(records, terms, &shapes, axes.len()),
     };
     let mut best: Option<(Solved, Stopped)> = None;
@@ -193,6 +196,33 @@ pub(crate) fn solve(
     })
 }
 
+/// Starting values of every shape of terms among which some are lines, whose frequencies show only in what the other terms
+/// leave of the force.
+fn lines_last(
+    records: &Records<'_>,
+    axes: &[Axis],
+    terms: &[Bound],
+    shapes: &[ShapeUnknown],
+) -> Result<Vec<f64>> {
+    let is_line = |term: usize| terms[term].entry.is_per_record();
+    let others: Vec<usize> = (0..terms.len()).filter(|&term| !is_line(term)).collect();
+    let bounds: Vec<Bound> = others.iter().map(|&term| terms[term]).collect();
+    let (values, residual) = if bounds.is_empty() {
+        (Vec::new(), records.measured.clone())
+    } else {
+        let solved = solve(records, axes, &bounds, None)?.solved;
+        (solved.values, solved.residual)
+    };
+    let start = |unknown: &ShapeUnknown| {
+        let (term, index) = unknown.places[0];
+        match others.iter().position(|&other| other == term) {
+            Some(place) => values[place][index],
+            None => records.line_in(&residual, terms[term].axis, &unknown.shape),
+        }
+    };
+    Ok(shapes.iter().map(start).collect())
+}
+
 /// One over the standard deviation of each axis's residual.
 pub(crate) fn residual_weights(records: &Records<'_>, residual: &[f64]) -> Vec<f64> {
     let rows = records.rows_per_axis().max(1);
@@ -208,7 +238,9 @@ pub(crate) fn residual_weights(records: &Records<'_>, residual: &[f64]) -> Vec<f
 }
 
 fn check_rows(records: &Records<'_>, terms: &[Bound], shapes: &[ShapeUnknown]) -> Result<()> {
-    let parameters: usize = terms.iter().map(|t| t.entry.parameters().len()).sum();
+    let linear: usize = terms.iter().map(|t| records.count(t)).sum();
+    let searched: usize = shapes.iter().map(|s| s.places.len()).sum();
+    let parameters = linear + searched;
     let tied: usize = shapes.iter().map(|s| s.places.len() - 1).sum();
     let unknown = parameters - tied + records.accelerations.iter().flatten().count();
     let rows = records.rows_per_axis();
@@ -292,6 +324,10 @@ pub(crate) fn assemble(
         );
     }
     let mut linear = errors.iter().flat_map(|e| e.linear.iter().copied());
+    let before = |term: usize| -> usize {
+        let terms = problem.terms[..term].iter();
+        terms.map(|bound| problem.records.count(bound)).sum()
+    };
     let mut found = Vec::new();
     for (term, (bound, values)) in problem.terms.iter().zip(&solved.values).enumerate() {
         let mut intervals = Vec::new();
@@ -307,6 +343,22 @@ pub(crate) fn assemble(
                             "{name} came out as {value:.3e}, which is not physical: another effect is missing or takes its place"
                         ));
                     }
+                }
+                Role::SizePerRecord => {
+                    // The value is √(Σf²/records) of the records' factors f.
+                    let count = problem.records.count(bound);
+                    let start = before(term);
+                    let factors = &solved.factors[start..start + count];
+                    let errors: Vec<f64> = linear.by_ref().take(count).collect();
+                    let square: f64 = factors
+                        .iter()
+                        .zip(&errors)
+                        .map(|(f, e)| f * f * e * e)
+                        .sum();
+                    let error = square.sqrt() / (value * problem.records.rows.len() as f64);
+                    let known = errors.len() == count && error.is_finite();
+                    let low = (value - QUANTILE * error).max(0.0);
+                    intervals.push(known.then_some([low, value + QUANTILE * error]));
                 }
                 Role::Shape(shape) => {
                     let place = (term, index);

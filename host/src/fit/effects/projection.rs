@@ -22,6 +22,8 @@ pub(crate) struct Solved {
     pub(crate) columns: Vec<Vec<f64>>,
     /// Measured minus fitted, not weighted.
     pub(crate) residual: Vec<f64>,
+    /// The factor of every column.
+    pub(crate) factors: Vec<f64>,
     /// Σ (residual·weight)².
     pub(crate) cost: f64,
     /// Linear unknowns that the records determine.
@@ -94,8 +96,7 @@ impl Problem<'_> {
         let mut values = self.values(shapes);
         let mut columns: Vec<Vec<f64>> = Vec::new();
         for (term, bound) in self.terms.iter().enumerate() {
-            let linear = bound.entry.parameters().iter().filter(|p| p.is_linear());
-            let count = linear.count();
+            let count = self.records.count(bound);
             let kept = before.filter(|before| {
                 let parameters = bound.entry.parameters().iter();
                 let mut pairs = parameters.zip(values[term].iter().zip(&before.values[term]));
@@ -130,14 +131,16 @@ impl Problem<'_> {
                 *r -= factor * value;
             }
         }
-        let mut found = (0..unknowns).map(|c| solution.coefficients[(c, 0)]);
+        let factors: Vec<f64> = (0..unknowns)
+            .map(|c| solution.coefficients[(c, 0)])
+            .collect();
+        let mut rest = factors.as_slice();
         for (bound, values) in self.terms.iter().zip(&mut values) {
-            for (parameter, value) in bound.entry.parameters().iter().zip(values) {
-                if parameter.is_linear() {
-                    *value = found.next().unwrap_or(0.0);
-                }
-            }
+            let (mine, others) = rest.split_at(self.records.count(bound));
+            self.records.put(bound, mine, values);
+            rest = others;
         }
+        let mut found = rest.iter().copied();
         let inertia = self.records.accelerations.iter();
         let inertia = inertia
             .map(|column| column.as_ref().and_then(|_| found.next()))
@@ -149,6 +152,7 @@ impl Problem<'_> {
             columns,
             residual,
             rank: solution.rank,
+            factors,
         })
     }
 
@@ -161,12 +165,18 @@ impl Problem<'_> {
 
     /// How the fitted force changes with the logarithm of each shape, at fixed linear parameters.
     pub(crate) fn slopes(&self, solved: &Solved) -> Vec<Vec<f64>> {
+        let factors = |term: usize| {
+            let before: usize = self.terms[..term]
+                .iter()
+                .map(|t| self.records.count(t))
+                .sum();
+            &solved.factors[before..before + self.records.count(&self.terms[term])]
+        };
         let slope = |unknown: &ShapeUnknown| {
             let mut sum = vec![0.0; self.records.measured.len()];
             for &(term, index) in &unknown.places {
-                let part = self
-                    .records
-                    .slope(&self.terms[term], &solved.values[term], index);
+                let (bound, values) = (&self.terms[term], &solved.values[term]);
+                let part = self.records.slope(bound, values, factors(term), index);
                 for (s, p) in sum.iter_mut().zip(part) {
                     *s += p;
                 }

@@ -192,6 +192,7 @@ fn record(rows: usize, force: impl Fn(f64, f64) -> f64) -> Motion {
         first_row: 0,
         sample_rate_hz: 1000.0,
         states: vec![x, v],
+        ground: vec![None],
         acceleration: vec![vec![0.0; rows]],
         force: vec![r],
     }

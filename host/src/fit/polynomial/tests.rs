@@ -53,6 +53,7 @@ fn planted(polynomial: &Polynomial, rows: usize, noise: f64, seed: u64) -> Motio
         record: 0,
         first_row: 0,
         sample_rate_hz: 1000.0,
+        ground: vec![None; force.len()],
         acceleration: vec![vec![0.0; rows]; force.len()],
         states,
         force,

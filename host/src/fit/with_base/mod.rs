@@ -166,7 +166,11 @@ impl<'a> OnRecords<'a> {
         for unknown in super::effects::unknowns::shapes(&bounds, &self.records.references) {
             let mut tangent = vec![0.0; self.records.measured.len()];
             for &(term, index) in &unknown.places {
-                let slope = self.records.slope(&terms[term].0, &terms[term].1, index);
+                let (bound, values) = &terms[term];
+                let parameters = bound.entry.parameters().iter().zip(values);
+                let linear = parameters.filter(|(p, _)| p.is_linear());
+                let factors: Vec<f64> = linear.map(|(_, value)| *value).collect();
+                let slope = self.records.slope(bound, values, &factors, index);
                 tangent.iter_mut().zip(slope).for_each(|(t, s)| *t += s);
             }
             columns.push(tangent);
