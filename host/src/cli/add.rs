@@ -1,6 +1,7 @@
 //! `jointwatch add`: add physical effects to a model, and see the error fall.
 
 use super::Console;
+use super::plots::Plots;
 use crate::add::{self, Added};
 use crate::error::{Error, Result};
 use crate::model::effects;
@@ -26,6 +27,8 @@ pub(crate) struct Add {
     /// Keep an effect that does not help.
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    plots: Plots,
 }
 
 impl Add {
@@ -35,6 +38,7 @@ impl Add {
         let study = Study::read(&self.study)?;
         working.set_message("finding all values anew");
         let added = add::add(&study, &model, &self.effects)?;
+        let drawings = self.plots.of_added(&study, &added, &self.effects)?;
         working.finish_and_clear();
         say(console, &added)?;
         let output = self.output.unwrap_or_else(|| {
@@ -50,6 +54,7 @@ impl Add {
         }
         added.model.write(&output)?;
         console.say(format!("\nModel written to {}.", output.display()))?;
+        self.plots.write(console, &drawings)?;
         console.json(&serde_json::json!({
             "model": output, "helps": added.helps, "changes": added.changes, "effects": added.model.effects,
         }))

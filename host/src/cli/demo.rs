@@ -57,6 +57,7 @@ impl Demo {
         Compare {
             study: study.clone(),
             model: model.clone(),
+            plots: super::plots::Plots::into(file("plots")),
         }
         .run(&writes)?;
 

@@ -1,6 +1,7 @@
 //! `jointwatch diagnose`: which physical effect a model lacks.
 
 use super::Console;
+use super::plots::Plots;
 use crate::diagnose::{self, Diagnosis, Verdict};
 use crate::error::Result;
 use crate::model_file::ModelFile;
@@ -16,6 +17,8 @@ pub(crate) struct Diagnose {
     study: PathBuf,
     /// The model that `identify` wrote.
     model: PathBuf,
+    #[command(flatten)]
+    plots: Plots,
 }
 
 impl Diagnose {
@@ -25,8 +28,10 @@ impl Diagnose {
         let study = Study::read(&self.study)?;
         working.set_message("searching for missing effects");
         let diagnosis = diagnose::diagnose(&study, &model)?;
+        let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
         working.finish_and_clear();
         say(console, &diagnosis)?;
+        self.plots.write(console, &drawings)?;
         console.json(&diagnosis)
     }
 }

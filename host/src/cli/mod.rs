@@ -10,6 +10,7 @@ mod identify;
 mod identify_network;
 mod inspect;
 mod paper;
+mod plots;
 mod replay;
 mod respond;
 mod simulate;
