@@ -13,11 +13,11 @@ use std::path::PathBuf;
 #[derive(Args)]
 pub(crate) struct Compare {
     /// The study: its study.toml, or the folder that holds it.
-    pub(super) study: PathBuf,
+    study: PathBuf,
     /// The model that `identify` wrote.
-    pub(super) model: PathBuf,
+    model: PathBuf,
     #[command(flatten)]
-    pub(super) plots: Plots,
+    plots: Plots,
 }
 
 impl Compare {

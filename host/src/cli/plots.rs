@@ -21,13 +21,6 @@ pub(super) struct Plots {
 }
 
 impl Plots {
-    /// Pictures into a folder.
-    pub(super) fn into(folder: PathBuf) -> Self {
-        Self {
-            folder: Some(folder),
-        }
-    }
-
     /// The pictures of a comparison; none when none were asked for.
     pub(super) fn of_comparison(
         &self,

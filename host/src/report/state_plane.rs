@@ -39,7 +39,7 @@ struct Cells {
 }
 
 /// A rectangle of the plane, in the units of the drawing.
-type Box = [(f64, f64); 2];
+type Frame = [(f64, f64); 2];
 
 impl StatePlane<'_> {
     /// The map as an SVG document: the RMS of the residual as shades over displacement and velocity, the failing regions
@@ -217,7 +217,7 @@ impl StatePlane<'_> {
 /// A failing region.
 struct Region {
     letter: char,
-    boxes: Vec<Box>,
+    boxes: Vec<Frame>,
     words: String,
 }
 
