@@ -384,6 +384,9 @@ fn the_demo_tells_the_whole_story_and_leaves_its_folder() {
         "4. ",
         "5. ",
         "6. ",
+        "7. ",
+        "$ jointwatch diagnose",
+        "Hidden in the rig was",
         "the same bits as the host",
     ] {
         assert!(said.contains(part), "{part} is missing in {said}");
@@ -393,9 +396,13 @@ fn the_demo_tells_the_whole_story_and_leaves_its_folder() {
         "study.toml",
         "valid.csv",
         "truth/truth.json",
+        "base.json",
         "model.json",
         "model.bin",
         "comparison.json",
+        "diagnosis.json",
+        "plots/before/where-x.svg",
+        "plots/after/staircase.svg",
     ] {
         assert!(out.join(file).is_file(), "{file} is missing");
     }

@@ -1,6 +1,7 @@
 //! `jointwatch add`: add physical effects to a model, and see the error fall.
 
 use super::Console;
+use super::plots::Plots;
 use crate::add::{self, Added};
 use crate::diagnose::PerAxis;
 use crate::error::{Error, Result};
@@ -27,6 +28,8 @@ pub(crate) struct Add {
     /// Keep an effect that does not help.
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    plots: Plots,
 }
 
 impl Add {
@@ -36,6 +39,7 @@ impl Add {
         let study = Study::read(&self.study)?;
         working.set_message("finding all values anew");
         let added = add::add(&study, &model, &self.effects)?;
+        let drawings = self.plots.of_added(&study, &added, &self.effects)?;
         working.finish_and_clear();
         say(console, &added)?;
         let output = self.output.unwrap_or_else(|| output_beside(&self.model));
@@ -49,6 +53,7 @@ impl Add {
         }
         added.model.write(&output)?;
         console.say(format!("\nModel written to {}.", output.display()))?;
+        self.plots.write(console, &drawings)?;
         console.json(&serde_json::json!({
             "model": output, "helps": added.helps, "changes": added.changes, "errors": added.errors,
             "noise_floor": noise_floor(&added), "effects": added.model.effects,

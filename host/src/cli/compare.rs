@@ -1,6 +1,7 @@
 //! `jointwatch compare`: a model against the records of a study.
 
 use super::Console;
+use super::plots::Plots;
 use crate::compare;
 use crate::error::Result;
 use crate::model_file::ModelFile;
@@ -12,9 +13,11 @@ use std::path::PathBuf;
 #[derive(Args)]
 pub(crate) struct Compare {
     /// The study: its study.toml, or the folder that holds it.
-    pub(super) study: PathBuf,
+    study: PathBuf,
     /// The model that `identify` wrote.
-    pub(super) model: PathBuf,
+    model: PathBuf,
+    #[command(flatten)]
+    plots: Plots,
 }
 
 impl Compare {
@@ -23,11 +26,13 @@ impl Compare {
         let model = ModelFile::read(&self.model)?;
         let study = Study::read(&self.study)?;
         let comparison = compare::compare(&study, &model)?;
+        let drawings = self.plots.of_comparison(&study, &model, &comparison)?;
         working.finish_and_clear();
         for note in &study.notes {
             console.say(format!("Note: {note}."))?;
         }
         console.say(compare::in_words(&comparison, &model))?;
+        self.plots.write(console, &drawings)?;
         console.json(&comparison)
     }
 }

@@ -1,17 +1,20 @@
 //! `jointwatch demo`: the whole story on a simulated rig, in a folder that the user can go on with.
+//!
+//! Every step is a command as the user would type it, printed and then run through the same parser; the emulated device is
+//! the one step that has no command of its own.
 
-use super::Console;
-use super::compare::Compare;
-use super::export::Export;
-use super::identify::Identify;
-use super::replay::Replay;
-use super::simulate::{Decibels, Simulate};
+use super::{Cli, Console, perform};
 use crate::device::{self, Board};
 use crate::error::{Error, Result};
 use crate::export;
-use crate::sim::SimulationOptions;
-use clap::Args;
+use clap::{Args, Parser};
+use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
 use jointwatch_shared::selftest;
+use rand::seq::IndexedRandom;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Points at which the emulated device and the host evaluate the model, besides the corners of its range.
@@ -20,13 +23,18 @@ const POINTS: u32 = 100_000;
 /// The slot that the blob is loaded into, as the firmware calls it.
 const SLOT: &str = "a";
 
+/// The axes of the simulated rig.
+const AXES: [&str; 2] = ["x", "phi"];
+/// Effects that its study lists.
+const LISTED: [&str; 4] = ["stiffness", "viscous", "clearance", "clearance_coupling"];
+
 /// Options of `jointwatch demo`.
 #[derive(Args)]
 pub(crate) struct Demo {
     /// The folder to make; jointwatch-demo, or the first free jointwatch-demo-2, -3, … when left out.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Seed of the simulated rig's drives and noise.
+    /// Seed of the story: which effect is hidden on which axis and how strongly, the rig's drives and its noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 }
@@ -34,65 +42,200 @@ pub(crate) struct Demo {
 impl Demo {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let out = self.out.unwrap_or_else(first_free_folder);
-        let step = console.inner();
-        let file = |name: &str| out.join(name);
-        let (study, model, blob) = (file("study.toml"), file("model.json"), file("model.bin"));
-
-        console.say("1. A rig with a joint nobody has the equation of (simulated: clearance on both axes, and coupling)\n")?;
-        let simulate = Simulate {
-            out: out.clone(),
-            axes: 2,
-            snr_db: Decibels(Some(60.0)),
-            seed: self.seed,
-            vary: None,
-            duration: SimulationOptions::default().duration_s,
+        let story = Story {
+            console: console.inner(),
+            out: &out,
         };
-        simulate.run(&step)?;
+        let (study, base) = (story.file("study.toml"), story.file("base.json"));
+        let (blob, diagnosis) = (story.file("model.bin"), story.file("diagnosis.json"));
+        let mut model = story.file("model.json");
 
-        console.say("\n2. Learn its restoring force from the three training records: a polynomial of 256 terms per axis\n")?;
-        Identify::polynomial(study.clone(), model.clone()).run(&step)?;
+        story.heading("1. A rig whose joint does something that its study does not list (what it is stays hidden until the end)")?;
+        let (hidden, share) = chosen(self.seed);
+        let (seed, share) = (self.seed.to_string(), format!("{share:.2}"));
+        let out_text = out.to_string_lossy();
+        let simulate = [
+            "simulate", "--out", &out_text, "--seed", &seed, "--share", &share,
+        ];
+        console.say(format!("$ {} --hidden …\n", line(&simulate)))?;
+        perform_quietly(&[&simulate[..], &["--hidden", &hidden]].concat())?;
+        console
+            .say("Four records of 10000 rows at 2000 Hz; sensor noise 60 dB below the signals.")?;
 
-        console.say("\n3. Compare the model with measurements, and see where it fails\n")?;
-        let writes = step.writing_json_to(file("comparison.json"));
-        Compare {
-            study: study.clone(),
-            model: model.clone(),
+        story.heading("2. A base model from the physics that the study does list")?;
+        story.step(&["identify", &study, "--model", "physical", "-o", &base])?;
+
+        story.heading("3. How wrong it is, and where it fails")?;
+        let (comparison, before) = (story.file("comparison.json"), story.file("plots/before"));
+        story.step(&[
+            "compare",
+            &study,
+            &base,
+            "--json",
+            &comparison,
+            "--plots",
+            &before,
+        ])?;
+
+        story.heading("4. What is missing")?;
+        story.step(&["diagnose", &study, &base, "--json", &diagnosis])?;
+        let found = found(&read_json(&diagnosis)?);
+
+        if found.is_empty() {
+            console.say(
+                "\nNothing is named that could be added, so the base goes to the device as it is.",
+            )?;
+            model = base;
+        } else {
+            story.heading("5. Add it, and watch the error fall")?;
+            let mut add = vec!["add", &study, &base];
+            add.extend(found.iter().map(String::as_str));
+            let after = story.file("plots/after");
+            add.extend(["-o", &model, "--plots", &after]);
+            story.step(&add)?;
         }
-        .run(&writes)?;
 
-        console.say("\n4. Export it for the microcontroller: fixed-size, integers only\n")?;
-        Export {
-            model,
-            output: blob.clone(),
-            budget: None,
-        }
-        .run(&step)?;
+        story.heading("6. Export it for the microcontroller, and hear what the device would say, from raw counts on")?;
+        story.step(&["export", &model, "-o", &blob])?;
+        let replay = story.file("replay.json");
+        story.step(&[
+            "replay",
+            &blob,
+            &study,
+            "--record",
+            "valid.csv",
+            "--json",
+            &replay,
+        ])?;
 
-        console.say("\n5. Replay: what the device would say about the validation record, from raw counts on\n")?;
-        let replay = Replay {
-            blob: blob.clone(),
-            study,
-            record: Some("valid.csv".into()),
-            output: None,
-        };
-        replay.run(&step.writing_json_to(file("replay.json")))?;
+        story.heading("7. The firmware's own evaluation, on an emulated Cortex-M4F")?;
+        let emulated = emulate(console, Path::new(&blob))?;
+        console.say(format!("\n{emulated}"))?;
 
-        console.say("\n6. The firmware's own evaluation, on an emulated Cortex-M4F\n")?;
-        let emulated = emulate(console, &blob)?;
-        console.say(&emulated)?;
-
+        let truth = truth(&read_json(&story.file("truth/truth.json"))?, &found);
         console.say(format!(
-            "\nAll of it is in {}. Go on with:\n  jointwatch inspect {}\n  jointwatch compare {} {}\n  \
-             jointwatch identify {} --model polynomial --fit select -o {}",
+            "\n{truth}\n\nAll of it is in {}, the pictures in {}. Go on with:\n  jointwatch inspect {model}\n  \
+             jointwatch respond {study} {model}\n  jointwatch demo --seed {}",
             out.display(),
-            file("model.bin").display(),
-            file("study.toml").display(),
-            file("model.json").display(),
-            file("study.toml").display(),
-            file("few-terms.json").display()
+            story.file("plots"),
+            self.seed.wrapping_add(1)
         ))?;
-        console.json(&serde_json::json!({ "folder": out, "emulated": emulated }))
+        console.json(&serde_json::json!({
+            "folder": out, "hidden": hidden, "found": found, "emulated": emulated,
+        }))
     }
+}
+
+/// The steps of the demo.
+struct Story<'a> {
+    console: Console,
+    out: &'a Path,
+}
+
+impl Story<'_> {
+    fn file(&self, name: &str) -> String {
+        self.out.join(name).to_string_lossy().into_owned()
+    }
+
+    fn heading(&self, text: &str) -> Result<()> {
+        self.console.say(format!("\n{text}\n"))
+    }
+
+    /// Prints a command and runs it.
+    fn step(&self, words: &[&str]) -> Result<()> {
+        self.console.say(format!("$ {}\n", line(words)))?;
+        let cli = parsed(words)?;
+        let console = Console {
+            json: cli.global.json,
+            quiet: self.console.quiet,
+        };
+        perform(cli.command, &console)
+    }
+}
+
+fn perform_quietly(words: &[&str]) -> Result<()> {
+    let console = Console {
+        json: None,
+        quiet: true,
+    };
+    perform(parsed(words)?.command, &console)
+}
+
+fn parsed(words: &[&str]) -> Result<Cli> {
+    let words = std::iter::once(&"jointwatch").chain(words);
+    Cli::try_parse_from(words).map_err(|e| Error::usage(e.kind().to_string()))
+}
+
+/// A command as it is typed.
+fn line(words: &[&str]) -> String {
+    let word = |word: &&str| match word.contains(char::is_whitespace) {
+        true => format!("'{word}'"),
+        false => (*word).to_string(),
+    };
+    let words: Vec<String> = words.iter().map(word).collect();
+    format!("jointwatch {}", words.join(" "))
+}
+
+/// Which effect of the joint a seed hides, on which axis, and its share of the RMS force.
+fn chosen(seed: u64) -> (String, f64) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let may = |entry: &&Entry| entry.seat == Seat::Joint && !LISTED.contains(&entry.about.name);
+    let names: Vec<&str> = EFFECTS.iter().filter(may).map(|e| e.about.name).collect();
+    let effect = names.choose(&mut rng).unwrap_or(&"coulomb");
+    let axis = AXES.choose(&mut rng).unwrap_or(&AXES[0]);
+    (format!("{effect}@{axis}"), rng.random_range(0.08..0.2))
+}
+
+/// What a diagnosis found, as `add` takes it.
+fn found(diagnosis: &Value) -> Vec<String> {
+    let listed = diagnosis["found"].as_array();
+    let mut effects = Vec::new();
+    for one in listed.into_iter().flatten() {
+        let (Some(effect), Some(axis)) = (one["effect"].as_str(), one["axis"].as_str()) else {
+            continue;
+        };
+        let on_both = Entry::named(effect).is_some_and(|e| e.acts == Acts::BothAxes);
+        match axis {
+            "both" if on_both => effects.push(effect.to_string()),
+            "both" => effects.extend(AXES.map(|axis| format!("{effect}@{axis}"))),
+            axis => effects.push(format!("{effect}@{axis}")),
+        }
+    }
+    effects
+}
+
+/// What had been hidden, beside what was found.
+fn truth(truth: &Value, found: &[String]) -> String {
+    let hidden = &truth["effects"][0];
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_string();
+    let name = format!("{}@{}", text(&hidden["effect"]), text(&hidden["axis"]));
+    let parameters = hidden["parameters"].as_array().into_iter().flatten();
+    let values: Vec<String> = parameters
+        .map(|p| {
+            let value = p["value"].as_f64().unwrap_or(f64::NAN);
+            format!("{} {value:.4e} {}", text(&p["name"]), text(&p["unit"]))
+        })
+        .collect();
+    let share = 100.0 * hidden["share_of_rms_force"].as_f64().unwrap_or(f64::NAN);
+    let judged = match found {
+        [one] if *one == name => "That is what was found".to_string(),
+        [] => "Nothing was found".to_string(),
+        some if some.contains(&name) => format!("Found was {}", some.join(", ")),
+        some => format!(
+            "Found was another effect that looks like it here, {}",
+            some.join(", ")
+        ),
+    };
+    format!(
+        "Hidden in the rig was {name}, {share:.1} % of the RMS force, with {}. {judged}.",
+        values.join(", ")
+    )
+}
+
+fn read_json(path: &str) -> Result<Value> {
+    let failed = |e: String| Error::failed(format!("{path}: it could not be read back ({e})"));
+    let text = fs::read_to_string(path).map_err(|e| failed(e.to_string()))?;
+    serde_json::from_str(&text).map_err(|e| failed(e.to_string()))
 }
 
 /// Runs the self-test image with the blob in its flash slot, and holds its digest against the host's.

@@ -1,11 +1,13 @@
 //! `jointwatch diagnose`: which physical effect a model lacks; with `--apply`, the model with everything that was missing.
 
+use super::plots::Plots;
 use super::{Console, staircase};
 use crate::apply::{self, Applied};
 use crate::diagnose::{self, Diagnosis, Ranked, Verdict};
 use crate::error::{Error, Result};
 use crate::model::effects;
 use crate::model_file::ModelFile;
+use crate::report::Drawing;
 use crate::study::Study;
 use crate::table::Table;
 use clap::Args;
@@ -24,6 +26,8 @@ pub(crate) struct Diagnose {
     /// Where --apply writes the model; the model's own name with -added when left out.
     #[arg(short, long, value_name = "FILE", requires = "apply")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    plots: Plots,
 }
 
 impl Diagnose {
@@ -35,17 +39,20 @@ impl Diagnose {
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));
             let applied = apply::apply(&study, &model, &each)?;
+            let drawings = self.plots.of_applied(&study, &applied)?;
             working.finish_and_clear();
-            return self.end(console, &applied);
+            return self.end(console, &applied, &drawings);
         }
         let diagnosis = diagnose::diagnose(&study, &model)?;
+        let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
         working.finish_and_clear();
         say(console, &diagnosis)?;
+        self.plots.write(console, &drawings)?;
         console.json(&diagnosis)
     }
 
     /// Shows what was done and writes the model.
-    fn end(self, console: &Console, applied: &Applied) -> Result<()> {
+    fn end(self, console: &Console, applied: &Applied, drawings: &[Drawing]) -> Result<()> {
         let output = self
             .output
             .unwrap_or_else(|| super::add::output_beside(&self.model));
@@ -61,6 +68,7 @@ impl Diagnose {
         } else {
             console.say("Nothing was added, so no model was written.")?;
         }
+        self.plots.write(console, drawings)?;
         let mut json = serde_json::to_value(&applied.first).map_err(not_json)?;
         let more = serde_json::json!({
             "staircase": applied.staircase,

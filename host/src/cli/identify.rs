@@ -58,18 +58,6 @@ pub(crate) struct Identify {
 }
 
 impl Identify {
-    /// The default fit of a polynomial, as `demo` uses it.
-    pub(super) fn polynomial(study: PathBuf, output: PathBuf) -> Self {
-        Self {
-            study,
-            model: Kind::Polynomial,
-            fit: None,
-            order: None,
-            network: NetworkArguments::none(),
-            output,
-        }
-    }
-
     pub(super) fn run(self, console: &Console) -> Result<()> {
         match self.model {
             Kind::Polynomial => self.network.refuse("polynomial")?,

@@ -41,15 +41,6 @@ fn neurons(text: &str) -> std::result::Result<Neurons, String> {
 }
 
 impl NetworkArguments {
-    /// None of them given.
-    pub(super) fn none() -> Self {
-        Self {
-            neurons: None,
-            restarts: None,
-            seed: None,
-        }
-    }
-
     /// Refuses those that were given for another kind of model.
     pub(super) fn refuse(&self, model: &str) -> Result<()> {
         let given = [

@@ -10,6 +10,7 @@ mod identify;
 mod identify_network;
 mod inspect;
 mod paper;
+mod plots;
 mod replay;
 mod respond;
 mod simulate;
@@ -112,14 +113,6 @@ impl Console {
         }
     }
 
-    /// The same console, its JSON going to a file.
-    pub(crate) fn writing_json_to(&self, path: PathBuf) -> Self {
-        Self {
-            json: Some(path),
-            quiet: self.quiet,
-        }
-    }
-
     /// A line on standard error that shows that work goes on; invisible when that is no terminal.
     pub(crate) fn working(&self, what: &'static str) -> ProgressBar {
         if self.quiet || !std::io::stderr().is_terminal() {
@@ -152,6 +145,24 @@ fn print_to_stdout(text: &str) -> Result<()> {
     }
 }
 
+/// Runs the subcommand that was given.
+fn perform(command: Command, console: &Console) -> Result<()> {
+    match command {
+        Command::Demo(command) => command.run(console),
+        Command::Simulate(command) => command.run(console),
+        Command::Identify(command) => command.run(console),
+        Command::Compare(command) => command.run(console),
+        Command::Diagnose(command) => command.run(console),
+        Command::Add(command) => command.run(console),
+        Command::Effects(command) => command.run(console),
+        Command::Export(command) => command.run(console),
+        Command::Inspect(command) => command.run(console),
+        Command::Replay(command) => command.run(console),
+        Command::Respond(command) => command.run(console),
+        Command::Paper(command) => command.run(console),
+    }
+}
+
 /// Runs one command and reports its failure as one sentence on standard error.
 pub fn run(cli: Cli) -> ExitCode {
     if let Some(threads) = cli.global.threads
@@ -166,20 +177,7 @@ pub fn run(cli: Cli) -> ExitCode {
         json: cli.global.json,
         quiet: cli.global.quiet,
     };
-    let done = match cli.command {
-        Command::Demo(command) => command.run(&console),
-        Command::Simulate(command) => command.run(&console),
-        Command::Identify(command) => command.run(&console),
-        Command::Compare(command) => command.run(&console),
-        Command::Diagnose(command) => command.run(&console),
-        Command::Add(command) => command.run(&console),
-        Command::Effects(command) => command.run(&console),
-        Command::Export(command) => command.run(&console),
-        Command::Inspect(command) => command.run(&console),
-        Command::Replay(command) => command.run(&console),
-        Command::Respond(command) => command.run(&console),
-        Command::Paper(command) => command.run(&console),
-    };
+    let done = perform(cli.command, &console);
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {

@@ -2,7 +2,7 @@
 
 use super::Console;
 use crate::error::Result;
-use crate::sim::{self, RigParameters, SimulationOptions};
+use crate::sim::{self, Hide, RigParameters, SimulationOptions};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -11,27 +11,36 @@ use std::path::PathBuf;
 pub(crate) struct Simulate {
     /// The folder to make; it must not exist yet, or be empty.
     #[arg(long, value_name = "DIR")]
-    pub(super) out: PathBuf,
+    out: PathBuf,
     /// Axes: 2 for translation and rotation with their coupling, 1 for translation alone.
     #[arg(long, value_name = "1|2", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
-    pub(super) axes: u8,
+    axes: u8,
     /// Signal-to-noise ratio of accelerometers, force and torque, dB; "none" for noiseless ones.
     #[arg(long, value_name = "DB", default_value = "60", value_parser = decibels)]
-    pub(super) snr_db: Decibels,
+    snr_db: Decibels,
     /// Seed of the drives and the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(super) seed: u64,
+    seed: u64,
     /// Draw the rig's masses, stiffnesses, clearances and coupling around the documented ones, by this seed.
     #[arg(long, value_name = "N")]
-    pub(super) vary: Option<u64>,
+    vary: Option<u64>,
     /// Length of each record, s.
     #[arg(long, value_name = "S", default_value_t = SimulationOptions::default().duration_s)]
-    pub(super) duration: f64,
+    duration: f64,
+    /// An effect that the rig has and its study does not list, e.g. jenkins@x; the axes are x and phi.
+    #[arg(long, value_name = "EFFECT@AXIS")]
+    hidden: Option<String>,
+    /// RMS of the hidden effect's force over RMS of the restoring force.
+    #[arg(long, value_name = "S", default_value_t = SHARE, requires = "hidden")]
+    share: f64,
 }
+
+/// The share of a hidden effect when nothing is said of it.
+const SHARE: f64 = 0.1;
 
 /// A signal-to-noise ratio, or none at all.
 #[derive(Clone, Copy)]
-pub(super) struct Decibels(pub(super) Option<f64>);
+struct Decibels(Option<f64>);
 
 fn decibels(text: &str) -> std::result::Result<Decibels, String> {
     if text == "none" {
@@ -53,6 +62,10 @@ impl Simulate {
             snr_db: self.snr_db.0,
             seed: self.seed,
             duration_s: self.duration,
+            hidden: self.hidden.map(|effect| Hide {
+                effect,
+                share: self.share,
+            }),
             ..SimulationOptions::default()
         };
         let working = console.working("simulating the rig");
@@ -75,6 +88,13 @@ impl Simulate {
             self.out.join("study.toml").display(),
             self.out.join("truth").display()
         ))?;
+        if let Some(hidden) = &simulation.hidden {
+            console.say(format!(
+                "Hidden in it is {}, {:.1} % of the RMS force; the study's base does not list it.",
+                hidden.term.name(),
+                100.0 * hidden.share
+            ))?;
+        }
         let records: Vec<_> = study
             .records
             .iter()

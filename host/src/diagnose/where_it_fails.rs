@@ -16,6 +16,42 @@ pub struct Place {
     pub share_of_error: f64,
     /// The part of the rows (for a band: of the common band) that it takes, 0 to 1.
     pub share_of_rows: f64,
+    /// The place in numbers, for drawings.
+    #[serde(skip)]
+    pub extent: Extent,
+}
+
+/// A place in numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Extent {
+    /// No part stands out.
+    Everywhere,
+    /// Where all of these hold.
+    States(Vec<Condition>),
+    /// A stretch of the record `file`, seconds since its beginning.
+    Time {
+        /// The record's file.
+        file: String,
+        /// Where it begins, s.
+        from_s: f64,
+        /// Where it ends, s.
+        to_s: f64,
+    },
+    /// A band, Hz.
+    Frequency([f64; 2]),
+}
+
+/// A state, or its magnitude, lies between two values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Condition {
+    /// Which state: 0 and 1 for displacement and velocity of the first axis, 2 and 3 for those of the second.
+    pub state: usize,
+    /// Whether it is about the magnitude.
+    pub magnitude: bool,
+    /// What it lies above, SI; none where it has no lower end.
+    pub above: Option<f64>,
+    /// What it lies below, SI.
+    pub below: Option<f64>,
 }
 
 /// One record's errors of one axis beside the states they belong to, row by row.
@@ -141,16 +177,19 @@ fn state_region(axis: &str, names: &[StateName], records: &[ErrorRecord<'_>]) ->
             region: "no region of the states stands out".into(),
             share_of_error: 1.0,
             share_of_rows: 1.0,
+            extent: Extent::Everywhere,
         });
     }
     let share_of_error = inside.iter().map(|&row| squares[row]).sum::<f64>() / total;
     let share_of_rows = inside.len() as f64 / squares.len() as f64;
+    let conditions = conditions(&cuts, &features);
     Some(Place {
         axis: axis.into(),
         kind: "state",
-        region: region_in_words(&cuts, &features, names),
+        region: region_in_words(&conditions, names),
         share_of_error,
         share_of_rows,
+        extent: Extent::States(conditions),
     })
 }
 
@@ -213,42 +252,43 @@ fn best_cut(
     denser.then_some((cut, kept))
 }
 
-fn region_in_words(cuts: &[Cut], features: &[Feature], names: &[StateName]) -> String {
+/// What all cuts together ask of the states, in the order of the features.
+fn conditions(cuts: &[Cut], features: &[Feature]) -> Vec<Condition> {
     // Several cuts of one quantity on the same side are one condition: the last is the tightest.
-    let mut conditions: Vec<(usize, bool, f64)> = Vec::new();
-    for cut in cuts {
-        match conditions
-            .iter_mut()
-            .find(|(feature, above, _)| *feature == cut.feature && *above == cut.above)
-        {
-            Some((_, _, threshold)) => *threshold = cut.threshold,
-            None => conditions.push((cut.feature, cut.above, cut.threshold)),
-        }
-    }
-    let mut words: Vec<String> = Vec::new();
-    for (index, feature) in features.iter().enumerate() {
-        let side = |above: bool| {
-            let cut = conditions
-                .iter()
-                .find(|&&(f, a, _)| f == index && a == above);
-            cut.map(|&(_, _, threshold)| significant(threshold * names[feature.state].factor))
-        };
-        let name = &names[feature.state];
-        let quantity = if feature.magnitude {
+    let last = |feature: usize, above: bool| {
+        let mut mine = cuts.iter().rev();
+        let cut = mine.find(|c| c.feature == feature && c.above == above)?;
+        Some(cut.threshold)
+    };
+    let condition = |(index, feature): (usize, &Feature)| {
+        let (above, below) = (last(index, true), last(index, false));
+        (above.is_some() || below.is_some()).then_some(Condition {
+            state: feature.state,
+            magnitude: feature.magnitude,
+            above,
+            below,
+        })
+    };
+    features.iter().enumerate().filter_map(condition).collect()
+}
+
+fn region_in_words(conditions: &[Condition], names: &[StateName]) -> String {
+    let words = conditions.iter().map(|condition| {
+        let name = &names[condition.state];
+        let quantity = if condition.magnitude {
             format!("|{}|", name.name)
         } else {
             name.name.clone()
         };
-        match (side(true), side(false)) {
-            (Some(low), Some(high)) => {
-                words.push(format!("{quantity} from {low} to {high} {}", name.unit))
-            }
-            (Some(low), None) => words.push(format!("{quantity} above {low} {}", name.unit)),
-            (None, Some(high)) => words.push(format!("{quantity} below {high} {}", name.unit)),
-            (None, None) => {}
+        let side = |threshold: Option<f64>| threshold.map(|t| significant(t * name.factor));
+        match (side(condition.above), side(condition.below)) {
+            (Some(low), Some(high)) => format!("{quantity} from {low} to {high} {}", name.unit),
+            (Some(low), None) => format!("{quantity} above {low} {}", name.unit),
+            (None, Some(high)) => format!("{quantity} below {high} {}", name.unit),
+            (None, None) => quantity,
         }
-    }
-    words.join(" and ")
+    });
+    words.collect::<Vec<_>>().join(" and ")
 }
 
 fn time_span(axis: &str, records: &[ErrorRecord<'_>], rate: f64, total: f64) -> Option<Place> {
@@ -275,6 +315,7 @@ fn time_span(axis: &str, records: &[ErrorRecord<'_>], rate: f64, total: f64) -> 
         region: "spread evenly over time".into(),
         share_of_error: 1.0,
         share_of_rows: 1.0,
+        extent: Extent::Everywhere,
     };
     let Some((index, first, last, share)) = best else {
         return Some(evenly());
@@ -296,6 +337,11 @@ fn time_span(axis: &str, records: &[ErrorRecord<'_>], rate: f64, total: f64) -> 
         ),
         share_of_error: share,
         share_of_rows: part,
+        extent: Extent::Time {
+            file: record.file.into(),
+            from_s: at(first),
+            to_s: at(last),
+        },
     })
 }
 
@@ -337,6 +383,7 @@ fn frequency_band(
         region: format!("{} Hz to {} Hz", significant(low), significant(high)),
         share_of_error: share,
         share_of_rows: ((last + 1 - first) as f64 * step / band_hz).min(1.0),
+        extent: Extent::Frequency([low, high]),
     })
 }
 

@@ -101,7 +101,15 @@ impl EffectTerm {
     /// One sentence when the effect, its axis or its parameters are not known.
     pub fn in_si(&self, axes: &[ModelAxis]) -> Result<InSi> {
         let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
-        let bound = Bound::parse(&self.name(), &names)?;
+        self.bound_in_si(&names)
+    }
+
+    /// The same for axes of which only the names are known.
+    ///
+    /// # Errors
+    /// As [`EffectTerm::in_si`].
+    pub fn bound_in_si(&self, names: &[&str]) -> Result<InSi> {
+        let bound = Bound::parse(&self.name(), names)?;
         let listed = bound.entry.parameters();
         let fits = listed.len() == self.parameters.len()
             && listed

@@ -4,7 +4,7 @@ use super::effects::law_parameters;
 use super::{InputRange, Network, Polynomial, exponents};
 use crate::corrections::of_the_joint;
 use crate::error::Result;
-use crate::model_file::{Base, ModelFile};
+use crate::model_file::{Base, ModelFile, NoBase};
 use jointwatch_shared::effect::{Instrument, Kinematics, Law as EffectLaw, Parameters, States};
 use jointwatch_shared::model::terms::InSi;
 
@@ -99,6 +99,21 @@ impl Evaluator {
         evaluator.effects = effects.iter().map(EffectPoint::new).collect();
         evaluator.step_s = 1.0 / model.filters.sample_rate_hz;
         Ok(evaluator)
+    }
+
+    /// Prepares effects of the joint alone, for a joint of `inputs` states and steps of `step_s` seconds.
+    pub(crate) fn of_effects(inputs: usize, effects: &[InSi], step_s: f64) -> Self {
+        let unit = InputRange {
+            center: 0.0,
+            half_range: 1.0,
+        };
+        let base = Base::None(NoBase {
+            inputs: vec![unit; inputs],
+        });
+        let mut evaluator = Self::of_base(&base);
+        evaluator.effects = effects.iter().map(EffectPoint::new).collect();
+        evaluator.step_s = step_s;
+        evaluator
     }
 
     fn of_base(base: &Base) -> Self {

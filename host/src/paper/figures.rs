@@ -3,26 +3,8 @@
 use crate::error::{Error, Result};
 use crate::model_file::ModelFile;
 use crate::motion::{self, Motion};
-use crate::report::{Against, Course, Figure, Panel, comparison, courses, phase};
+use crate::report::{Against, Course, Drawing, Figure, Panel, comparison, courses, phase};
 use crate::study::{Role, Study};
-
-/// A figure as it is written.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Drawing {
-    /// Its file's name.
-    pub file: String,
-    /// The SVG document.
-    pub svg: String,
-}
-
-impl Drawing {
-    fn new(name: &str, figure: &Figure) -> Result<Self> {
-        Ok(Self {
-            file: format!("{name}.svg"),
-            svg: figure.svg()?,
-        })
-    }
-}
 
 /// Verification and validation of a model (Figs. 7 to 10 and 15 to 18): one figure each, for the last training record,
 /// which in a study of two axes is the one with both driven, and for the last validation record.

@@ -1,11 +1,12 @@
 //! Measured joints in place of the paper's test rig (Figs. 14 to 18): public data, where they are at hand.
 
-use super::figures::{Drawing, training, verification_and_validation};
+use super::figures::{training, verification_and_validation};
 use super::network;
 use super::polynomials::Denominator;
 use crate::compare;
 use crate::error::{Error, Result};
 use crate::model_file::{AxisError, ModelFile};
+use crate::report::Drawing;
 use crate::study::{Role, Study};
 use serde::Serialize;
 use std::fs;

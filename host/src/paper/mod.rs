@@ -13,7 +13,7 @@ pub mod ratios;
 mod simulated;
 mod spread;
 
-pub use figures::Drawing;
+pub use crate::report::Drawing;
 pub use measured::{MeasuredFit, MeasuredJoint};
 pub use polynomials::Denominator;
 pub use simulated::{Drawn, Sensors};

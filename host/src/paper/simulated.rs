@@ -1,12 +1,13 @@
 //! The paper's Section 3 on the simulated rig: its studies, the models learnt from them, and Figs. 6 to 10.
 
-use super::figures::{Drawing, training, verification_and_validation};
+use super::figures::{training, verification_and_validation};
 use super::network;
 use super::polynomials::Denominator;
 use super::ratios::{Errors, PolynomialRun, SeedRun};
 use crate::error::Result;
 use crate::identify::Prepared;
 use crate::model_file::{AxisError, ModelFile};
+use crate::report::Drawing;
 use crate::sim::{SimulationOptions, simulate};
 use crate::study::Study;
 use serde::Serialize;

@@ -24,13 +24,23 @@ pub struct Course {
     pub predicted: Vec<f64>,
 }
 
-/// Every axis of a record as a model sees it; both forces low-passed alike, as the error figures have them.
+impl Course {
+    /// What the model leaves of the measured force, row by row, N or N·m.
+    pub fn residual(&self) -> Vec<f64> {
+        let forces = self.measured.iter().zip(&self.predicted);
+        forces
+            .map(|(measured, predicted)| measured - predicted)
+            .collect()
+    }
+}
+
+/// Every axis of a record as a model sees it, the record's instruments put right ([`ModelFile::corrected`]); both forces low-passed alike, as the error figures have them.
 ///
 /// # Errors
 /// [`crate::error::Kind::Data`] when the states are not those of the model's inputs.
 pub fn courses(model: &ModelFile, motion: &Motion) -> Result<Vec<Course>> {
     let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
-    let predicted = model.base.predict(&states)?;
+    let predicted = model.predict(&states)?;
     let band = &model.filters.band;
     let half = band.len() / 2;
     let axes = model.axes.iter().zip(predicted).enumerate();

@@ -1,7 +1,7 @@
 //! A figure: panels in rows above a legend, drawn as SVG.
 
 use super::quantity::tick;
-use super::simplify::simplify_to;
+use super::simplify::{extremes, simplify, simplify_to};
 use super::style::{self, Pen};
 use crate::error::{Error, Result};
 use plotters::coord::Shift;
@@ -34,6 +34,19 @@ pub struct Panel {
     pub vertical: String,
     /// The curves, the later ones above the earlier ones.
     pub curves: Vec<Curve>,
+    /// How long curves are thinned out.
+    pub thinned: Thinned,
+    /// Stretches of the horizontal axis that are shaded over the whole height.
+    pub shaded: Vec<(f64, f64)>,
+}
+
+/// How a curve of more points than a drawing can show is thinned out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Thinned {
+    /// To an outline that strays from the curve by less than the eye sees: for loops, and for histories of few swings.
+    Outline,
+    /// To the least and the largest value in every pixel column: for histories of any length, of which no peak is lost.
+    Columns,
 }
 
 /// Rows of panels; the panels of a row are equally wide.
@@ -148,13 +161,21 @@ impl Panel {
         let across = f64::from(width - style::BESIDE - 3 * style::MARGIN) / (right - left);
         let titled = style::BELOW + 2 * style::MARGIN + style::TITLE_HEIGHT;
         let up = f64::from(height - titled) / (top - bottom);
+        let shades = self.shaded.iter().map(|&(from, to)| {
+            let corners = [(from.max(left), bottom), (to.min(right), top)];
+            Rectangle::new(corners, style::shade())
+        });
+        chart.draw_series(shades).map_err(failed)?;
         for curve in &self.curves {
             let drawn: Vec<(f64, f64)> = curve
                 .points
                 .iter()
                 .map(|(x, y)| (across * (x - left), up * (y - bottom)))
                 .collect();
-            let thin = simplify_to(&drawn, TOLERANCE, budget);
+            let thin = match self.thinned {
+                Thinned::Outline => simplify_to(&drawn, TOLERANCE, budget),
+                Thinned::Columns => simplify(&extremes(&drawn), TOLERANCE),
+            };
             let thin = thin
                 .into_iter()
                 .map(|(x, y)| (left + x / across, bottom + y / up));
@@ -167,7 +188,7 @@ impl Panel {
 }
 
 /// The range of an axis: from the least to the largest value and a share of that beyond on either side.
-fn limits(values: impl Iterator<Item = f64>, beyond: f64) -> (f64, f64) {
+pub(super) fn limits(values: impl Iterator<Item = f64>, beyond: f64) -> (f64, f64) {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
         (v.min(low), v.max(high))
     });
@@ -180,7 +201,7 @@ fn limits(values: impl Iterator<Item = f64>, beyond: f64) -> (f64, f64) {
     (low - beyond * span, high + beyond * span)
 }
 
-fn failed(error: impl Display) -> Error {
+pub(super) fn failed(error: impl Display) -> Error {
     Error::failed(format!("a figure could not be drawn ({error})"))
 }
 
@@ -199,6 +220,8 @@ mod tests {
                     points: points.clone(),
                 })
                 .into(),
+            thinned: Thinned::Outline,
+            shaded: Vec::new(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Phase plots: the restoring force over relative displacement or velocity.
 
 use super::course::Course;
-use super::figure::{Curve, Panel};
+use super::figure::{Curve, Panel, Thinned};
 use super::quantity::Quantity;
 use super::style::Pen;
 use crate::compare::peak;
@@ -67,5 +67,7 @@ fn panel(course: &Course, against: Against, title: String, forces: &[(Pen, &[f64
                     .collect(),
             })
             .collect(),
+        thinned: Thinned::Outline,
+        shaded: Vec::new(),
     }
 }

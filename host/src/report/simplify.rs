@@ -47,6 +47,30 @@ pub(super) fn simplify_to(
     thin
 }
 
+/// What is left of a history when every pixel column keeps its first, least, largest and last point, in their order.
+///
+/// Points in units of the drawing, a pixel each, from left to right; no peak is lost, however long the history.
+pub(super) fn extremes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut thin = Vec::new();
+    for column in points.chunk_by(|a, b| a.0.floor() == b.0.floor()) {
+        let place = |at: Option<(usize, &(f64, f64))>| at.map_or(0, |(index, _)| index);
+        let by_height =
+            |a: &(usize, &(f64, f64)), b: &(usize, &(f64, f64))| a.1.1.total_cmp(&b.1.1);
+        let least = place(column.iter().enumerate().min_by(by_height));
+        let largest = place(column.iter().enumerate().max_by(by_height));
+        let mut kept = [0, least, largest, column.len() - 1];
+        kept.sort_unstable();
+        let mut before = None;
+        for index in kept {
+            if before != Some(index) {
+                thin.push(column[index]);
+            }
+            before = Some(index);
+        }
+    }
+    thin
+}
+
 fn distance_to_segment(point: (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let length = dx * dx + dy * dy;
@@ -90,6 +114,37 @@ mod tests {
         assert_eq!(simplify(&points, 0.5).len(), 2);
         points[437].1 = 3.0;
         assert!(simplify(&points, 0.5).contains(&(437.0, 3.0)));
+    }
+
+    #[test]
+    fn a_history_keeps_every_peak_and_few_points() {
+        let height = |i: u32| {
+            if i == 61_234 {
+                9.0
+            } else {
+                (f64::from(i) * 0.7).sin()
+            }
+        };
+        let points: Vec<(f64, f64)> = (0..200_000)
+            .map(|i| (f64::from(i) * 1400.0 / 200_000.0, height(i)))
+            .collect();
+        let thin = extremes(&points);
+        assert!(thin.len() <= 4 * 1400, "{} points", thin.len());
+        assert!(thin.contains(&points[61_234]));
+        assert!(thin.is_sorted_by(|a, b| a.0 < b.0));
+        assert_eq!(
+            (thin[0], thin[thin.len() - 1]),
+            (points[0], points[199_999])
+        );
+        for column in 0..1400 {
+            let range = |points: &[(f64, f64)]| {
+                let mine = points.iter().filter(|p| p.0.floor() == f64::from(column));
+                mine.fold((f64::MAX, f64::MIN), |(low, high), p| {
+                    (low.min(p.1), high.max(p.1))
+                })
+            };
+            assert_eq!(range(&thin), range(&points), "column {column}");
+        }
     }
 
     #[test]

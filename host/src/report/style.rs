@@ -1,6 +1,6 @@
 //! How the drawings look: sizes, letters, greys and line styles, in one place.
 
-use plotters::style::{Color, FontFamily, IntoFont, RGBColor, ShapeStyle, TextStyle};
+use plotters::style::{Color, FontFamily, IntoFont, RGBAColor, RGBColor, ShapeStyle, TextStyle};
 
 /// Width of every figure in drawing units; a page shows it at about half this size.
 pub(super) const WIDTH: u32 = 1600;
@@ -24,6 +24,34 @@ pub(super) const NUMBER_SIZE: u32 = 26;
 const GRID: RGBColor = RGBColor(225, 225, 225);
 const FRAME: RGBColor = RGBColor(90, 90, 90);
 const TEXT: RGBColor = RGBColor(0, 0, 0);
+
+/// What marks a failing region, a shaded stretch or a line to be reached: vermilion, which stands out from blues and greys
+/// for every kind of colour vision (M. Okabe, K. Ito, Color Universal Design, 2008).
+pub(super) const MARK: RGBColor = RGBColor(213, 94, 0);
+/// The lightest, the middle and the darkest shade of a heat map, blue: the order shows in the lightness alone.
+const HEAT: [RGBColor; 3] = [
+    RGBColor(236, 243, 250),
+    RGBColor(86, 148, 200),
+    RGBColor(3, 28, 74),
+];
+
+/// The shade of a value between 0 (least) and 1 (most).
+pub(super) fn heat(share: f64) -> RGBColor {
+    let share = share.clamp(0.0, 1.0);
+    let (from, to, part) = if share < 0.5 {
+        (HEAT[0], HEAT[1], 2.0 * share)
+    } else {
+        (HEAT[1], HEAT[2], 2.0 * share - 1.0)
+    };
+    let mix = |a: u8, b: u8| (f64::from(a) + part * (f64::from(b) - f64::from(a))).round() as u8;
+    RGBColor(mix(from.0, to.0), mix(from.1, to.1), mix(from.2, to.2))
+}
+
+/// The fill of a stretch that is marked.
+pub(super) fn shade() -> ShapeStyle {
+    let RGBColor(r, g, b) = MARK;
+    RGBAColor(r, g, b, 0.22).filled()
+}
 
 /// What a curve shows; decides how it is drawn.
 ///
@@ -91,6 +119,14 @@ pub(super) fn with_dashes(svg: &str) -> String {
 pub(super) fn letters(size: u32) -> TextStyle<'static> {
     // A family that every viewer has, and letters that stay letters: nothing is drawn as outlines.
     (FontFamily::SansSerif, size).into_font().color(&TEXT)
+}
+
+/// The size of letters, at most `size`, at which a line of words fits into `room` drawing units; still readable ones where it
+/// does not.
+pub(super) fn fitting(words: &str, room: f64, size: u32) -> u32 {
+    // A letter of a sans-serif face is a little over half as wide as high.
+    let wanted = room / (0.56 * words.chars().count().max(1) as f64);
+    (wanted as u32).clamp(14, size)
 }
 
 pub(super) fn grid() -> ShapeStyle {

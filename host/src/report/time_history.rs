@@ -1,7 +1,7 @@
 //! Time histories: the restoring force over time, measured and predicted.
 
 use super::course::Course;
-use super::figure::{Curve, Panel};
+use super::figure::{Curve, Panel, Thinned};
 use super::quantity::Quantity;
 use super::style::Pen;
 use crate::compare::peak;
@@ -33,6 +33,39 @@ pub fn compared(course: &Course, rows: Range<usize>) -> Panel {
             curve(Pen::Measured, &course.measured),
             curve(Pen::Model, &course.predicted),
         ],
+        thinned: Thinned::Outline,
+        shaded: Vec::new(),
+    }
+}
+
+/// A panel with measured and predicted restoring force over the whole record.
+pub fn whole(course: &Course) -> Panel {
+    Panel {
+        title: format!("{}: restoring force, whole record", course.axis),
+        thinned: Thinned::Columns,
+        ..compared(course, 0..course.time_s.len())
+    }
+}
+
+/// A panel with the residual, measured less predicted, over the whole record; `failing` are stretches to shade, s.
+pub fn residual(course: &Course, failing: Vec<(f64, f64)>) -> Panel {
+    let residual = course.residual();
+    let force = Quantity::new(
+        &format!("residual of {}", course.axis),
+        course.kind.force_unit(),
+        peak(&residual),
+    );
+    let times = course.time_s.iter().zip(residual);
+    Panel {
+        title: format!("{}: residual, measured less predicted", course.axis),
+        horizontal: "time (s)".into(),
+        vertical: force.label(),
+        curves: vec![Curve {
+            pen: Pen::Alone,
+            points: times.map(|(t, e)| (*t, force.scaled(e))).collect(),
+        }],
+        thinned: Thinned::Columns,
+        shaded: failing,
     }
 }
 

@@ -2,10 +2,11 @@
 
 use super::course::{Course, Follower, Mechanism};
 use crate::error::{Error, Result};
+use crate::model::EffectTerm;
 use crate::signal::band::relative_displacement;
 use crate::sim::{
-    Bodies, BodyState, Excitation, JointLaw, RigParameters, SUBSTEPS, SimulationOptions,
-    joint_state, record_drives,
+    Bodies, BodyState, Excitation, HiddenJoint, JointLaw, RigParameters, SUBSTEPS,
+    SimulationOptions, joint_state, record_drives,
 };
 use crate::study::Study;
 use serde::Deserialize;
@@ -28,6 +29,9 @@ struct TruthFile {
     drive_band_hz: [f64; 2],
     validation_level: f64,
     rig: RigParameters,
+    /// What is hidden in the rig.
+    #[serde(default)]
+    effects: Vec<EffectTerm>,
 }
 
 /// The truth beside a study, when it was simulated by `jointwatch simulate`.
@@ -104,7 +108,18 @@ impl<'a> ShakenRecord<'a> {
             return Err(foreign("its rows or its sample rate are others"));
         }
         let parameters = &truth.file.rig;
-        let bodies = Bodies::new(parameters).run(&drive, rows, options.sample_rate_hz, SUBSTEPS);
+        let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+        let effects = truth.file.effects.iter();
+        let hidden: Vec<_> = effects
+            .map(|e| e.bound_in_si(&names))
+            .collect::<Result<_>>()
+            .map_err(|e| foreign(&e.sentence))?;
+        let step_s = 1.0 / (options.sample_rate_hz * SUBSTEPS as f64);
+        let mut bodies = Bodies {
+            parameters,
+            joint: HiddenJoint::new(parameters, study.axes.len(), hidden.first(), step_s),
+        };
+        let bodies = bodies.run(&drive, rows, options.sample_rate_hz, SUBSTEPS);
         let first_row = record.first_row;
         let used = &bodies[first_row..first_row + record.rows];
         let states: Vec<Vec<f64>> = (0..2 * study.axes.len())

@@ -81,9 +81,17 @@ fn write_into(
     let truth_dir = dir.join("truth");
     fs::create_dir(&truth_dir)?;
     fs::write(dir.join("study.toml"), study_toml(simulation))?;
+    let hidden = simulation.hidden.iter().map(|hidden| {
+        serde_json::json!({
+            "effect": hidden.term.effect,
+            "axis": hidden.term.axis,
+            "share_of_rms_force": hidden.share,
+            "parameters": hidden.term.parameters,
+        })
+    });
     let truth = serde_json::json!({
-        "effects": [],
-        "expected_verdict": "none",
+        "effects": hidden.collect::<Vec<_>>(),
+        "expected_verdict": if simulation.hidden.is_some() { "effect" } else { "none" },
         "seed": options.seed,
         "snr_db": options.snr_db,
         "quantised": options.quantised,

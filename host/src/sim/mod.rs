@@ -8,6 +8,7 @@
 
 mod excitation;
 mod files;
+mod hidden;
 mod integrate;
 mod joint;
 mod motion;
@@ -17,6 +18,7 @@ mod simulation;
 
 pub use excitation::Excitation;
 pub use files::write_study;
+pub use hidden::{Hidden, HiddenJoint, Hide};
 pub use integrate::{Equations, advance};
 pub use joint::{Contact, Joint, JointLaw};
 pub use motion::{Bodies, BodyState, DRIVE_RAMP_S, joint_state};

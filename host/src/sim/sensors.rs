@@ -1,5 +1,6 @@
 //! What the sensors make of the motion: encoder counts, and noise on accelerometers and strain gauges.
 
+use super::joint::JointLaw;
 use super::motion::{Bodies, BodyState, joint_state};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -25,30 +26,23 @@ pub const ENCODER_STEP: [f64; 2] = [2e-6, std::f64::consts::TAU / 262_144.0];
 /// Columns that are encoders, and the axis of each.
 const ENCODERS: [(usize, usize); 4] = [(0, 0), (1, 0), (2, 1), (3, 1)];
 
-/// The noise-free channels of a record, one series per entry of [`COLUMNS`].
-pub(super) fn channels(bodies: &Bodies, states: &[BodyState]) -> Vec<Vec<f64>> {
-    let mut columns = vec![Vec::with_capacity(states.len()); COLUMNS.len()];
-    for y in states {
-        // The drive acts on body 1 only, so the accelerations of bodies 2 and 3 do not need it.
-        let contacts = bodies.joint.contacts(joint_state(y));
-        let rate = bodies.derivative(y, contacts, [0.0; 2]);
-        let row = [
-            y[1],
-            y[2],
-            y[5],
-            y[6],
-            rate[9],
-            rate[10],
-            rate[13],
-            rate[14],
-            bodies.shaft_force(0, y),
-            bodies.shaft_force(1, y),
-        ];
-        for (column, value) in columns.iter_mut().zip(row) {
-            column.push(value);
-        }
-    }
-    columns
+/// What the sensors would read at one instant if they were free of noise, one value per entry of [`COLUMNS`].
+pub(super) fn reading<L: JointLaw>(bodies: &Bodies<'_, L>, y: &BodyState) -> [f64; 10] {
+    // The drive acts on body 1 only, so the accelerations of bodies 2 and 3 do not need it.
+    let contacts = bodies.joint.contacts(joint_state(y));
+    let rate = bodies.derivative(y, contacts, [0.0; 2]);
+    [
+        y[1],
+        y[2],
+        y[5],
+        y[6],
+        rate[9],
+        rate[10],
+        rate[13],
+        rate[14],
+        bodies.shaft_force(0, y),
+        bodies.shaft_force(1, y),
+    ]
 }
 
 /// The noise of each channel, SI, root mean square: `snr_db` below the channel's root mean square over all

@@ -1,12 +1,15 @@
 //! Shaking the simulated rig: which records are taken, and the study they make.
 
 use super::excitation::Excitation;
-use super::motion::{Bodies, DRIVE_RAMP_S, joint_state};
+use super::hidden::{self, Hidden, HiddenJoint, Hide};
+use super::joint::JointLaw;
+use super::motion::{Bodies, BodyState, DRIVE_RAMP_S, joint_state};
 use super::rig::RigParameters;
-use super::sensors::{ENCODER_STEP, add_noise, channels, noise_rms, quantise};
+use super::sensors::{COLUMNS, ENCODER_STEP, add_noise, noise_rms, quantise, reading};
 use crate::error::{Error, Result};
 use crate::motion::Motion;
 use crate::study::{Axis, AxisKind, Channels, Convention, Record, Role, Study};
+use jointwatch_shared::model::terms::InSi;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
@@ -34,6 +37,8 @@ pub struct SimulationOptions {
     pub band_hz: [f64; 2],
     /// Drive of the validation record, as a multiple of the training records'.
     pub validation_level: f64,
+    /// An effect that the rig has and its study does not list.
+    pub hidden: Option<Hide>,
 }
 
 impl Default for SimulationOptions {
@@ -50,6 +55,7 @@ impl Default for SimulationOptions {
             sample_rate_hz: 2000.0,
             band_hz: [2.0, 60.0],
             validation_level: 0.85,
+            hidden: None,
         }
     }
 }
@@ -93,6 +99,24 @@ pub struct Simulation {
     pub truth: Vec<Truth>,
     /// Noise per column, root mean square, SI.
     pub noise_rms: [f64; 10],
+    /// What was hidden.
+    pub hidden: Option<Hidden>,
+}
+
+/// One record before the sensors make something of it.
+pub(super) struct Taken {
+    /// One series per entry of [`COLUMNS`].
+    pub(super) columns: Vec<Vec<f64>>,
+    pub(super) truth: Truth,
+    /// What a hidden effect of the joint exerts, per axis.
+    pub(super) hidden: Vec<Vec<f64>>,
+}
+
+impl Taken {
+    /// The record as a study holds it, without a name.
+    pub(super) fn record(&self, axes: usize) -> Record {
+        record("", Role::Train, &self.columns, axes)
+    }
 }
 
 /// One run: its file, its role, and the level of each axis's drive.
@@ -187,46 +211,36 @@ fn axes(options: &SimulationOptions) -> Vec<Axis> {
 pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
     let rows = check(options)?;
     let runs = runs(options);
-    let simulated: Vec<(Vec<Vec<f64>>, Truth)> = runs
-        .par_iter()
-        .enumerate()
-        .map(|(index, run)| {
-            let drive = drives(options, run, index, rows);
-            let mut bodies = Bodies::new(&options.rig);
-            let states = bodies.run(&drive, rows, options.sample_rate_hz, SUBSTEPS);
-            let columns = channels(&bodies, &states);
-            let truth = Truth {
-                states: (0..2 * options.axes)
-                    .map(|input| states.iter().map(|y| joint_state(y)[input]).collect())
-                    .collect(),
-                restoring_force: (0..options.axes)
-                    .map(|axis| {
-                        states
-                            .iter()
-                            .map(|y| options.rig.joint.restoring_force(joint_state(y))[axis])
-                            .collect()
-                    })
-                    .collect(),
-                acceleration: (0..options.axes)
-                    .map(|axis| columns[4 + 2 * axis].clone())
-                    .collect(),
-                force: (0..options.axes)
-                    .map(|axis| columns[8 + axis].clone())
-                    .collect(),
-            };
-            (columns, truth)
-        })
-        .collect();
-    let (mut columns, truth): (Vec<_>, Vec<_>) = simulated.into_iter().unzip();
-    if columns
-        .iter()
-        .flatten()
-        .flatten()
-        .any(|value| !value.is_finite())
-    {
-        return Err(Error::failed(
-            "the simulated rig is unstable with these parameters: try a smaller coupling or more damping",
-        ));
+    let axes = axes(options);
+    let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
+    let base = super::files::base_terms(options.axes);
+    // Every simulated axis states its inertia.
+    let inertia: Vec<f64> = axes.iter().map(|a| a.inertia.unwrap_or_default()).collect();
+    let rig = hidden::Rig {
+        axes: &names,
+        base: &base,
+        inertia: &inertia,
+        sample_rate_hz: options.sample_rate_hz,
+        take: &|effect| take(options, &runs, rows, effect, |run| run.role == Role::Train),
+    };
+    let hide = options.hidden.as_ref();
+    let hidden = hide.map(|what| rig.hide(what)).transpose()?;
+    let effect = hidden.as_ref().map(|h| &h.in_si);
+    let taken = take(options, &runs, rows, effect, |_| true)?;
+    let (mut columns, truth): (Vec<_>, Vec<_>) =
+        taken.into_iter().map(|t| (t.columns, t.truth)).unzip();
+    let mut axes = axes;
+    if let Some(term) = effect {
+        for columns in &mut columns {
+            let right = record("", Role::Train, columns, axes.len());
+            let logged = hidden::in_the_log(term, &right, options.sample_rate_hz, axes.len())?;
+            for (axis, channels) in logged.axes.into_iter().enumerate() {
+                columns[8 + axis] = channels.force;
+            }
+        }
+        for (index, axis) in axes.iter_mut().enumerate() {
+            axis.inertia = Some(hidden::stated_inertia(term, index, inertia[index])?);
+        }
     }
     let training: Vec<_> = columns
         .iter()
@@ -246,13 +260,13 @@ pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
         path: PathBuf::from("study.toml"),
         sample_rate_hz: options.sample_rate_hz,
         band_hz: None,
-        axes: axes(options),
         records: runs
             .iter()
             .zip(&columns)
-            .map(|(run, columns)| record(run, columns, options.axes))
+            .map(|(run, columns)| record(run.file, run.role, columns, options.axes))
             .collect(),
-        base_terms: super::files::base_terms(options.axes),
+        axes,
+        base_terms: base,
         notes: Vec::new(),
     };
     Ok(Simulation {
@@ -260,7 +274,77 @@ pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
         columns,
         truth,
         noise_rms: noise,
+        hidden,
     })
+}
+
+/// Takes those of the runs that are wanted, free of noise, with an effect in the joint.
+fn take(
+    options: &SimulationOptions,
+    runs: &[Run],
+    rows: usize,
+    effect: Option<&InSi>,
+    wanted: impl Fn(&Run) -> bool + Sync,
+) -> Result<Vec<Taken>> {
+    let step_s = 1.0 / (options.sample_rate_hz * SUBSTEPS as f64);
+    let taken: Vec<Taken> = runs
+        .par_iter()
+        .enumerate()
+        .filter(|(_, run)| wanted(run))
+        .map(|(index, run)| {
+            let drive = drives(options, run, index, rows);
+            let bodies = Bodies {
+                parameters: &options.rig,
+                joint: HiddenJoint::new(&options.rig, options.axes, effect, step_s),
+            };
+            shake(bodies, &drive, options.axes, rows, options.sample_rate_hz)
+        })
+        .collect();
+    let mut values = taken.iter().flat_map(|t| &t.columns).flatten();
+    if !values.all(|value| value.is_finite()) {
+        return Err(Error::failed(
+            "the simulated rig is unstable with these parameters: try a smaller coupling, more damping, or to hide a smaller share",
+        ));
+    }
+    Ok(taken)
+}
+
+/// One record from rest.
+fn shake(
+    mut bodies: Bodies<'_, HiddenJoint>,
+    drive: &[Excitation; 2],
+    axes: usize,
+    rows: usize,
+    sample_rate_hz: f64,
+) -> Taken {
+    let series = |count: usize| vec![Vec::with_capacity(rows); count];
+    let push = |into: &mut Vec<Vec<f64>>, values: &[f64]| {
+        into.iter_mut().zip(values).for_each(|(s, v)| s.push(*v));
+    };
+    let mut columns = series(COLUMNS.len());
+    let (mut states, mut forces, mut hidden) = (series(2 * axes), series(axes), series(axes));
+    let mut y = BodyState::zeros();
+    for row in 0..rows {
+        let state = joint_state(&y);
+        push(&mut columns, &reading(&bodies, &y));
+        push(&mut states, &state);
+        let contacts = bodies.joint.contacts(state);
+        push(&mut forces, &bodies.joint.force(state, contacts));
+        push(&mut hidden, &bodies.joint.hidden_force(state));
+        bodies.next_row(&mut y, drive, row, sample_rate_hz, SUBSTEPS);
+    }
+    Taken {
+        truth: Truth {
+            acceleration: (0..axes)
+                .map(|axis| columns[4 + 2 * axis].clone())
+                .collect(),
+            force: (0..axes).map(|axis| columns[8 + axis].clone()).collect(),
+            states,
+            restoring_force: forces,
+        },
+        columns,
+        hidden,
+    }
 }
 
 /// The drives of one run, translation first.
@@ -298,10 +382,10 @@ fn stream(seed: u64, record: usize, use_of: usize) -> u64 {
     seed.wrapping_mul(64) + (record * 4 + use_of) as u64
 }
 
-fn record(run: &Run, columns: &[Vec<f64>], axes: usize) -> Record {
+fn record(file: &str, role: Role, columns: &[Vec<f64>], axes: usize) -> Record {
     Record {
-        file: run.file.into(),
-        role: run.role,
+        file: file.into(),
+        role,
         first_row: 0,
         rows: columns[0].len(),
         axes: (0..axes)

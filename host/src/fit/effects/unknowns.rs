@@ -78,7 +78,7 @@ fn owner(
 }
 
 /// The size of a parameter's unit beside the motion that was measured, SI.
-fn reference(bound: &Bound, parameter: &Parameter, references: &References) -> f64 {
+pub(crate) fn reference(bound: &Bound, parameter: &Parameter, references: &References) -> f64 {
     let seen = if bound.axis == 0 {
         *references
     } else {

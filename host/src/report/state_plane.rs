@@ -1,0 +1,457 @@
+//! The residual over the state plane: how large it is at which displacement and velocity, and where the model fails.
+
+use super::course::Course;
+use super::figure::{failed, limits};
+use super::quantity::{Quantity, tick};
+use super::style;
+use crate::compare::peak;
+use crate::diagnose::where_it_fails::{Condition, Extent, Place};
+use crate::error::{Error, Result};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// Cells across and up.
+const CELLS: [usize; 2] = [40, 26];
+/// A cell with fewer rows than this is drawn, but does not set the scale.
+const ROWS_FOR_SCALE: usize = 5;
+/// Height of the map with its axes and its title.
+const MAP_HEIGHT: u32 = 760;
+/// Height of one line of words below it.
+const LINE_HEIGHT: u32 = 44;
+/// Width of the strip with the colour scale.
+const SCALE_WIDTH: u32 = 250;
+
+/// The map of one axis.
+pub struct StatePlane<'a> {
+    /// The axis over the records whose error is judged, one course each.
+    pub courses: &'a [Course],
+    /// Which axis of the study it is, from 0.
+    pub axis: usize,
+    /// Where the error of this axis sits.
+    pub places: &'a [Place],
+}
+
+/// RMS of the residual cell by cell, row by row from below; none where the joint never was.
+struct Cells {
+    rms: Vec<Option<f64>>,
+    most: f64,
+}
+
+/// A rectangle of the plane, in the units of the drawing.
+type Frame = [(f64, f64); 2];
+
+impl StatePlane<'_> {
+    /// The map as an SVG document: the RMS of the residual as shades over displacement and velocity, the failing regions
+    /// framed and lettered, and below them in words.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`] when there are no rows or a number is not finite.
+    pub fn svg(&self) -> Result<String> {
+        let Some(first) = self.courses.first() else {
+            return Err(Error::data("a map of the residual needs a record"));
+        };
+        let all = |series: fn(&Course) -> &Vec<f64>| self.courses.iter().flat_map(series).copied();
+        let displacements = all(|c| &c.displacement);
+        let velocities = all(|c| &c.velocity);
+        let residuals: Vec<f64> = self.courses.iter().flat_map(Course::residual).collect();
+        let finite = |v: &f64| v.is_finite();
+        if residuals.is_empty()
+            || !(residuals.iter().all(|v| finite(v))
+                && displacements.clone().all(|v| finite(&v))
+                && velocities.clone().all(|v| finite(&v)))
+        {
+            return Err(Error::data(format!(
+                "the map of the residual of {} has no points, or one that is not finite; compare the model on this record to see why",
+                first.axis
+            )));
+        }
+        let quantity = |name: &str, unit, values: &[f64]| {
+            Quantity::new(&format!("{name} of {}", first.axis), unit, peak(values))
+        };
+        let (x, v): (Vec<f64>, Vec<f64>) = (displacements.collect(), velocities.collect());
+        let across = quantity("displacement", first.kind.displacement_unit(), &x);
+        let up = quantity("velocity", first.kind.velocity_unit(), &v);
+        let points = x.iter().zip(&v).zip(&residuals);
+        let points: Vec<[f64; 3]> = points
+            .map(|((x, v), e)| [across.scaled(*x), up.scaled(*v), *e])
+            .collect();
+        let horizontal = limits(points.iter().map(|p| p[0]), 0.0);
+        let vertical = limits(points.iter().map(|p| p[1]), 0.0);
+        let cells = Cells::of(&points, horizontal, vertical);
+        let scale = Quantity::new(
+            &format!("RMS residual of {}", first.axis),
+            first.kind.force_unit(),
+            cells.most,
+        );
+
+        let regions = self.regions(&across, &up, horizontal, vertical);
+        let height = MAP_HEIGHT + LINE_HEIGHT * regions.len() as u32 + style::MARGIN;
+        let mut svg = String::new();
+        {
+            let root =
+                SVGBackend::with_string(&mut svg, (style::WIDTH, height)).into_drawing_area();
+            root.fill(&WHITE).map_err(failed)?;
+            let (picture, words) = root.split_vertically(MAP_HEIGHT);
+            let (map, bar) = picture.split_horizontally(style::WIDTH - SCALE_WIDTH);
+            let mut chart = ChartBuilder::on(&map)
+                .margin(style::MARGIN)
+                .caption(
+                    format!("{}: residual over the state plane", first.axis),
+                    style::letters(style::TEXT_SIZE),
+                )
+                .x_label_area_size(style::BELOW)
+                .y_label_area_size(style::BESIDE)
+                .build_cartesian_2d(horizontal.0..horizontal.1, vertical.0..vertical.1)
+                .map_err(failed)?;
+            let letters = style::letters(style::NUMBER_SIZE);
+            chart
+                .configure_mesh()
+                .disable_mesh()
+                .axis_style(style::frame())
+                .x_labels(10)
+                .y_labels(8)
+                .label_style(letters)
+                .axis_desc_style(style::letters(style::TEXT_SIZE))
+                .x_desc(across.label())
+                .y_desc(up.label())
+                .x_label_formatter(&|value| tick(*value, horizontal.1 - horizontal.0))
+                .y_label_formatter(&|value| tick(*value, vertical.1 - vertical.0))
+                .draw()
+                .map_err(failed)?;
+            chart
+                .draw_series(cells.boxes(horizontal, vertical))
+                .map_err(failed)?;
+            for region in &regions {
+                for frame in &region.boxes {
+                    let [(left, low), (right, high)] = *frame;
+                    // plotters draws rectangles with hairlines whatever their style says.
+                    let outline = [
+                        (left, low),
+                        (right, low),
+                        (right, high),
+                        (left, high),
+                        (left, low),
+                    ];
+                    chart
+                        .draw_series([PathElement::new(outline, style::MARK.stroke_width(5))])
+                        .map_err(failed)?;
+                    // The letter stands inside, at the upper left.
+                    let corner = (frame[0].0, frame[1].1);
+                    let tag = EmptyElement::at(corner)
+                        + Rectangle::new([(0, 0), (38, 40)], style::MARK.filled())
+                        + Text::new(
+                            region.letter.to_string(),
+                            (19, 21),
+                            style::letters(style::TEXT_SIZE)
+                                .color(&WHITE)
+                                .pos(Pos::new(HPos::Center, VPos::Center)),
+                        );
+                    chart.draw_series([tag]).map_err(failed)?;
+                }
+            }
+            draw_scale(&bar, &scale, cells.most)?;
+            let room = f64::from(style::WIDTH - style::BESIDE - 2 * style::MARGIN);
+            for (line, region) in regions.iter().enumerate() {
+                let left = style::BESIDE as i32 + style::MARGIN as i32;
+                let middle = (LINE_HEIGHT * line as u32 + LINE_HEIGHT / 2) as i32;
+                let text = style::letters(style::fitting(&region.words, room, style::NUMBER_SIZE));
+                let text = text.pos(Pos::new(HPos::Left, VPos::Center));
+                words
+                    .draw(&Text::new(region.words.clone(), (left, middle), text))
+                    .map_err(failed)?;
+            }
+            root.present().map_err(failed)?;
+        }
+        // Without this the background shines through between the cells.
+        Ok(svg.replacen("<svg ", "<svg shape-rendering=\"crispEdges\" ", 1))
+    }
+
+    /// The failing regions of the states, lettered, as far as they show in this plane.
+    fn regions(
+        &self,
+        across: &Quantity,
+        up: &Quantity,
+        horizontal: (f64, f64),
+        vertical: (f64, f64),
+    ) -> Vec<Region> {
+        let mut regions = Vec::new();
+        let mut letters = 'A'..='Z';
+        for place in self.places.iter().filter(|p| p.kind == "state") {
+            let Extent::States(conditions) = &place.extent else {
+                regions.push(Region {
+                    letter: ' ',
+                    boxes: Vec::new(),
+                    words: format!("Where it fails: {}.", place.region),
+                });
+                continue;
+            };
+            let of = |state: usize, quantity: &Quantity, whole| {
+                let mine = conditions.iter().filter(|c| c.state == state);
+                mine.fold(vec![whole], |left, c| {
+                    intersection(&left, &stretches(c, quantity))
+                })
+            };
+            let widths = of(2 * self.axis, across, horizontal);
+            let heights = of(2 * self.axis + 1, up, vertical);
+            let boxes = widths.iter().flat_map(|&(left, right)| {
+                let heights = heights.iter();
+                heights.map(move |&(low, high)| [(left, low), (right, high)])
+            });
+            let letter = letters.next().unwrap_or('Z');
+            regions.push(Region {
+                letter,
+                boxes: boxes.collect(),
+                words: format!(
+                    "{letter}: {:.0} % of the error in {:.1} % of the rows, where {}",
+                    100.0 * place.share_of_error,
+                    100.0 * place.share_of_rows,
+                    place.region
+                ),
+            });
+        }
+        regions
+    }
+}
+
+/// A failing region.
+struct Region {
+    letter: char,
+    boxes: Vec<Frame>,
+    words: String,
+}
+
+impl Cells {
+    fn of(points: &[[f64; 3]], horizontal: (f64, f64), vertical: (f64, f64)) -> Self {
+        let [columns, rows] = CELLS;
+        let cell = |value: f64, (low, high): (f64, f64), count: usize| {
+            let share = (value - low) / (high - low);
+            ((share * count as f64) as usize).min(count - 1)
+        };
+        let mut sums = vec![(0.0, 0_usize); columns * rows];
+        for [x, v, e] in points {
+            let place = cell(*v, vertical, rows) * columns + cell(*x, horizontal, columns);
+            sums[place].0 += e * e;
+            sums[place].1 += 1;
+        }
+        let rms = |&(sum, count): &(f64, usize)| (sum / count as f64).sqrt();
+        let most = |least: usize| {
+            let full = sums.iter().filter(|(_, count)| *count >= least);
+            full.map(rms).fold(0.0, f64::max)
+        };
+        let seen = most(ROWS_FOR_SCALE);
+        Self {
+            most: if seen > 0.0 { seen } else { most(1) },
+            rms: sums.iter().map(|s| (s.1 > 0).then(|| rms(s))).collect(),
+        }
+    }
+
+    fn boxes(
+        &self,
+        horizontal: (f64, f64),
+        vertical: (f64, f64),
+    ) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
+        let [columns, rows] = CELLS;
+        let at = |(low, high): (f64, f64), index: usize, count: usize| {
+            low + (high - low) * index as f64 / count as f64
+        };
+        let seen = self.rms.iter().enumerate();
+        seen.filter_map(move |(place, rms)| {
+            let (row, column) = (place / columns, place % columns);
+            let corner = |right: usize, up: usize| {
+                (
+                    at(horizontal, column + right, columns),
+                    at(vertical, row + up, rows),
+                )
+            };
+            let shade = style::heat(share((*rms)?, self.most));
+            Some(Rectangle::new([corner(0, 0), corner(1, 1)], shade.filled()))
+        })
+    }
+}
+
+fn share(value: f64, most: f64) -> f64 {
+    if most > 0.0 { value / most } else { 0.0 }
+}
+
+/// The colour scale: from no residual to the largest.
+fn draw_scale(area: &DrawingArea<SVGBackend, Shift>, scale: &Quantity, most: f64) -> Result<()> {
+    let margin = style::MARGIN as i32;
+    let (top, bottom) = (
+        margin + style::TITLE_HEIGHT as i32,
+        MAP_HEIGHT as i32 - margin - style::BELOW as i32,
+    );
+    let (left, right) = (90, 130);
+    let steps = 64;
+    let height = |step: i32| bottom - (bottom - top) * step / steps;
+    for step in 0..steps {
+        let shade = style::heat((f64::from(step) + 0.5) / f64::from(steps));
+        let corners = [(left, height(step + 1)), (right, height(step))];
+        area.draw(&Rectangle::new(corners, shade.filled()))
+            .map_err(failed)?;
+    }
+    area.draw(&Rectangle::new(
+        [(left, top), (right, bottom)],
+        style::frame(),
+    ))
+    .map_err(failed)?;
+    let most = scale.scaled(most);
+    for quarter in 0..=4 {
+        let value = most * f64::from(quarter) / 4.0;
+        let letters = style::letters(style::NUMBER_SIZE).pos(Pos::new(HPos::Left, VPos::Center));
+        let place = (right + 10, bottom - (bottom - top) * quarter / 4);
+        area.draw(&Text::new(tick(value, most), place, letters))
+            .map_err(failed)?;
+    }
+    let turned = style::letters(style::TEXT_SIZE)
+        .transform(FontTransform::Rotate270)
+        .pos(Pos::new(HPos::Center, VPos::Center));
+    area.draw(&Text::new(
+        scale.label(),
+        (left - 36, (top + bottom) / 2),
+        turned,
+    ))
+    .map_err(failed)
+}
+
+/// Where a condition holds, as stretches of its state in the units of the drawing.
+fn stretches(condition: &Condition, quantity: &Quantity) -> Vec<(f64, f64)> {
+    let low = condition.above.map(|v| quantity.scaled(v));
+    let high = condition
+        .below
+        .map_or(f64::INFINITY, |v| quantity.scaled(v));
+    if !condition.magnitude {
+        return vec![(low.unwrap_or(f64::NEG_INFINITY), high)];
+    }
+    match low {
+        Some(low) if low > 0.0 => vec![(-high, -low), (low, high)],
+        _ => vec![(-high, high)],
+    }
+}
+
+fn intersection(some: &[(f64, f64)], others: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let pairs = some.iter().flat_map(|a| others.iter().map(move |b| (a, b)));
+    pairs
+        .map(|(a, b)| (a.0.max(b.0), a.1.min(b.1)))
+        .filter(|(low, high)| low < high)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::AxisKind;
+
+    fn course(rows: u32) -> Course {
+        let x: Vec<f64> = (0..rows)
+            .map(|i| 2e-3 * (f64::from(i) * 0.37).sin())
+            .collect();
+        let measured = x.iter().map(|x| 10.0 * (x.abs() - 1e-3).max(0.0));
+        Course {
+            axis: "x".into(),
+            kind: AxisKind::Translation,
+            time_s: (0..rows).map(|i| 1e-3 * f64::from(i)).collect(),
+            velocity: (0..rows)
+                .map(|i| 0.1 * (f64::from(i) * 0.0723).cos())
+                .collect(),
+            measured: measured.collect(),
+            predicted: vec![0.0; rows as usize],
+            displacement: x,
+        }
+    }
+
+    fn place(conditions: Vec<Condition>) -> Place {
+        Place {
+            axis: "x".into(),
+            kind: "state",
+            region: "|x| above 1.00 mm".into(),
+            share_of_error: 0.9,
+            share_of_rows: 0.3,
+            extent: Extent::States(conditions),
+        }
+    }
+
+    #[test]
+    fn a_magnitude_is_framed_on_both_sides_and_a_velocity_halves_the_frames() {
+        let beyond = Condition {
+            state: 0,
+            magnitude: true,
+            above: Some(1e-3),
+            below: None,
+        };
+        let rising = Condition {
+            state: 1,
+            magnitude: false,
+            above: Some(0.0),
+            below: None,
+        };
+        // A condition on another axis frames nothing here.
+        let other = Condition { state: 2, ..beyond };
+        let courses = [course(4000)];
+        let frames = |conditions: Vec<Condition>| {
+            let places = [place(conditions)];
+            let plane = StatePlane {
+                courses: &courses,
+                axis: 0,
+                places: &places,
+            };
+            let mm = Quantity::new("x", "m", 2e-3);
+            let m_s = Quantity::new("v", "m/s", 0.1);
+            plane.regions(&mm, &m_s, (-2.0, 2.0), (-0.1, 0.1))[0]
+                .boxes
+                .clone()
+        };
+        assert_eq!(
+            frames(vec![beyond]),
+            [[(-2.0, -0.1), (-1.0, 0.1)], [(1.0, -0.1), (2.0, 0.1)]]
+        );
+        assert_eq!(
+            frames(vec![beyond, rising, other]),
+            [[(-2.0, 0.0), (-1.0, 0.1)], [(1.0, 0.0), (2.0, 0.1)]]
+        );
+        let places = [place(vec![beyond])];
+        let plane = StatePlane {
+            courses: &courses,
+            axis: 0,
+            places: &places,
+        };
+        let svg = plane.svg().unwrap();
+        assert!(svg.contains("A: 90 % of the error") && svg.contains("RMS residual of x (mN)"));
+        let framed = format!("stroke=\"#{:02X}{:02X}{:02X}\"", 213, 94, 0);
+        assert_eq!(svg.matches(&framed).count(), 2, "{svg}");
+    }
+
+    #[test]
+    fn shades_follow_the_residual() {
+        let points: Vec<[f64; 3]> = (0..1000)
+            .map(|i| [f64::from(i % 10), f64::from(i / 100), f64::from(i % 10)])
+            .collect();
+        let cells = Cells::of(&points, (0.0, 9.0), (0.0, 9.0));
+        assert!((cells.most - 9.0).abs() < 1e-12);
+        assert_eq!(cells.rms.iter().flatten().count(), 100);
+        let luminance = |share| {
+            let RGBColor(r, g, b) = style::heat(share);
+            0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
+        };
+        let shades: Vec<f64> = (0..=20).map(|i| luminance(f64::from(i) / 20.0)).collect();
+        assert!(shades.is_sorted_by(|a, b| a > b), "{shades:?}");
+    }
+
+    #[test]
+    fn nothing_to_draw_is_refused() {
+        let empty = StatePlane {
+            courses: &[course(0)],
+            axis: 0,
+            places: &[],
+        };
+        assert_eq!(empty.svg().unwrap_err().exit_code(), 3);
+        let mut broken = course(100);
+        broken.predicted[7] = f64::NAN;
+        let plane = StatePlane {
+            courses: &[broken],
+            axis: 0,
+            places: &[],
+        };
+        assert!(plane.svg().unwrap_err().sentence.contains("not finite"));
+    }
+}
