@@ -11,8 +11,6 @@ use serde::{Deserialize, Serialize};
 pub const CHANNELS: usize = 5;
 /// The fewest and the most samples of a block.
 pub const BLOCK: [u16; 2] = [16, 1024];
-/// The longest wait after something that spoils the residual, in samples.
-pub const MOST_SETTLE: u16 = 8192;
 /// The largest drift and the largest threshold of a [`Cusum`].
 pub const MOST_CUSUM: i32 = 1 << 24;
 
@@ -37,12 +35,14 @@ pub struct TwoSided {
 /// What is normal on one axis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisLimits {
-    /// The monitor counts force in the model's force unit times 2^this, 0 to 31: the least with which the RMS force of the
+    /// True where a stiffer joint lowers the measured force at a positive displacement, by the signs of the study's columns.
+    pub reversed: bool,
+    /// The monitor counts force in the model's force unit times 2^this, 0 to 30: the least with which the RMS force of the
     /// validation records is under 2¹⁶.
     pub force_shift: u8,
     /// Mean square of the measured force on the validation records, in the square of that unit; at least 1.
     pub force_power: u64,
-    /// Mean square of displacement and velocity there, both in units of 2⁻¹⁶ of their training half-range; at least 1.
+    /// Mean square of displacement and velocity there, both in units of 2⁻¹⁵ of their training half-range; at least 1.
     pub state_power: [u64; 2],
     /// Of the logarithm of the error's share of the force, in 1/1024 octaves of power.
     pub error: Cusum,
@@ -62,8 +62,6 @@ pub struct Limits {
     pub model_checksum: u32,
     /// Samples of one block of statistics; a power of two from 16 to 1024.
     pub block: u16,
-    /// Samples after a state outside the training range or a sensor fault until the residual is free of it; at most 8192.
-    pub settle: u16,
     /// The part of the time outside the training range that makes the verdict *suspect*, in 1/1000; 1 to 1000.
     pub outside_permille: u16,
     /// The mean time between false alarms for which the thresholds were set, in hours; at least 1.
@@ -94,12 +92,6 @@ impl Limits {
             1.0,
         )?;
         within(
-            "samples that the monitor waits after a fault",
-            f64::from(self.settle),
-            0.0,
-            f64::from(MOST_SETTLE),
-        )?;
-        within(
             "part of the time outside the training range, in 1/1000",
             f64::from(self.outside_permille),
             1.0,
@@ -128,9 +120,9 @@ impl AxisLimits {
             "force shift of the monitor",
             f64::from(self.force_shift),
             0.0,
-            31.0,
+            30.0,
         )?;
-        // Forces are held to ±2²³ and states to ±2¹⁶ of the monitor's units.
+        // Forces are held to ±2²³ and states to ±2¹⁵ of the monitor's units.
         let most = (1_u64 << 46) as f64;
         within(
             "force power of the monitor",
@@ -138,7 +130,7 @@ impl AxisLimits {
             1.0,
             most,
         )?;
-        let most = (1_u64 << 32) as f64;
+        let most = (1_u64 << 30) as f64;
         for power in self.state_power {
             within("state power of the monitor", power as f64, 1.0, most)?;
         }
@@ -159,11 +151,11 @@ impl AxisLimits {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     extern crate std;
     use super::*;
 
-    fn limits() -> Limits {
+    pub(in super::super) fn axis() -> AxisLimits {
         let side = Cusum {
             drift: 1600,
             threshold: 6000,
@@ -172,22 +164,25 @@ mod tests {
             more: side,
             less: side,
         };
-        let axis = AxisLimits {
+        AxisLimits {
+            reversed: false,
             force_shift: 12,
             force_power: 1 << 31,
-            state_power: [1 << 29, 1 << 28],
+            state_power: [1 << 27; 2],
             error: side,
             stiffness: both,
             friction: both,
             moving_counts: [100, 100, 0, 5000, 4000],
-        };
+        }
+    }
+
+    pub(in super::super) fn limits() -> Limits {
         Limits {
             model_checksum: 0x1234_5678,
             block: 64,
-            settle: 200,
             outside_permille: 200,
             false_alarm_hours: 720,
-            axes: Vec::from_slice(&[axis.clone(), axis]).unwrap(),
+            axes: Vec::from_slice(&[axis(), axis()]).unwrap(),
         }
     }
 
@@ -201,14 +196,13 @@ mod tests {
     #[test]
     fn check_names_every_quantity_that_the_arithmetic_cannot_take() {
         assert_eq!(limits().check(), Ok(()));
-        let broken: [(&str, fn(&mut Limits)); 11] = [
+        let broken: [(&str, fn(&mut Limits)); 10] = [
             ("samples of a block", |l| l.block = 8),
             ("power of two", |l| l.block = 96),
-            ("waits after a fault", |l| l.settle = 9000),
             ("part of the time", |l| l.outside_permille = 1001),
             ("hours between", |l| l.false_alarm_hours = 0),
             ("axes of the monitor", |l| l.axes.clear()),
-            ("force shift", |l| l.axes[1].force_shift = 32),
+            ("force shift", |l| l.axes[1].force_shift = 31),
             ("force power", |l| l.axes[0].force_power = 0),
             ("state power", |l| l.axes[0].state_power[1] = 1 << 33),
             ("drift", |l| l.axes[1].friction.less.drift = i32::MIN),
