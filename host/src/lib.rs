@@ -14,6 +14,7 @@ pub mod fit;
 pub mod identify;
 pub mod model;
 pub mod model_file;
+pub mod monitor_limits;
 pub mod motion;
 pub mod output;
 pub mod paper;

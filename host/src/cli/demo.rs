@@ -74,6 +74,8 @@ impl Demo {
             study,
             record: Some("valid.csv".into()),
             output: None,
+            monitor: false,
+            false_alarm_days: 30,
         };
         replay.run(&step.writing_json_to(file("replay.json")))?;
 

@@ -1,7 +1,7 @@
 //! One block of samples of one axis: how large the error is beside the force, and whether it goes with displacement or velocity.
 
 use super::limits::AxisLimits;
-use super::logarithm::{SHARE, exp2, log2};
+use super::logarithm::{OCTAVE, SHARE, exp2, log2};
 use crate::pipeline::Output;
 
 /// The largest force that is counted, in the monitor's units: 128 times the validation records' RMS force at least.
@@ -88,30 +88,45 @@ impl Sums {
             };
         }
         let [stiffness, friction] = shares;
+        // Displacement: the joint's nonlinearity, which a model misses some of, is one of displacement first of all.
+        let [travel, _] = self.state;
+        let [usual, _] = limits.state_power;
+        let level = log2(travel as u64) - log2(usual << log_block);
+        let level = level.clamp(-LEVELS * OCTAVE, LEVELS * OCTAVE);
+        let [of_error, of_stiffness, of_friction] = limits.per_octave;
+        let expected = |per_octave: i32| ((i64::from(per_octave) * i64::from(level)) >> 10) as i32;
         Statistics {
-            error: log2(self.error as u64) - log_force,
-            stiffness,
-            friction,
-            moves: self.force as u64 >= (limits.force_power << log_block) / GENTLEST,
+            level,
+            error: log2(self.error as u64) - log_force - expected(of_error),
+            stiffness: stiffness - expected(of_stiffness),
+            friction: friction - expected(of_friction),
+            moves: self.force as u64 >= (limits.force_power << log_block) / GENTLEST
+                && level > -LEVELS * OCTAVE,
         }
     }
 }
 
-/// A block whose force power is less than this part of the validation records' is not judged: the share of the error that is
-/// healthy was not measured there.
+/// A block whose force power is less than this part of the validation records' is not judged, nor one whose travel is at the
+/// bottom of [`LEVELS`]: the share of the error that is healthy was not measured there.
 const GENTLEST: u64 = 4;
+
+/// The dependence on the level of motion is followed for so many octaves of power either way.
+const LEVELS: i32 = 3;
 
 /// What a block says about one axis. P̄ and Ū² are the mean squares on the validation records ([`AxisLimits`]), which
 /// stand in the denominators so that a joint that is driven gently is not judged by the quotient of two small numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
+    /// log₂(Σx²/(n·Ū²)) in 1/1024 octaves, held to ±3 octaves: how far the joint travels, beside the validation records. What
+    /// a healthy joint's statistics owe to it ([`AxisLimits::per_octave`]) is taken off those below.
+    pub level: i32,
     /// log₂(Σe²/(Σr² + n·P̄)) in 1/1024 octaves.
     pub error: i32,
     /// Σe·x/√((Σr² + n·P̄)·(Σx² + n·Ū²)) in 2⁻¹⁶, positive for a stiffer joint; ±2⁴ at most.
     pub stiffness: i32,
     /// The same with the velocity, positive for more friction.
     pub friction: i32,
-    /// Whether the force is large enough for the others to be judged.
+    /// Whether force and travel are large enough for the others to be judged.
     pub moves: bool,
 }
 

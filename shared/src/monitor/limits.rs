@@ -44,6 +44,9 @@ pub struct AxisLimits {
     pub force_power: u64,
     /// Mean square of displacement and velocity there, both in units of 2⁻¹⁵ of their training half-range; at least 1.
     pub state_power: [u64; 2],
+    /// By how much error, stiffness and friction change on a healthy joint per octave of Σx², in the units of their limits:
+    /// a model that is a little wrong is wrong by another share of the force at another amplitude.
+    pub per_octave: [i32; 3],
     /// Of the logarithm of the error's share of the force, in 1/1024 octaves of power.
     pub error: Cusum,
     /// Of the part of the residual that goes with the displacement, in 2⁻¹⁶ of the force.
@@ -134,10 +137,14 @@ impl AxisLimits {
         for power in self.state_power {
             within("state power of the monitor", power as f64, 1.0, most)?;
         }
+        let most = f64::from(MOST_CUSUM);
+        for slope in self.per_octave {
+            let quantity = "change per octave of the monitor's statistics";
+            within(quantity, f64::from(slope), -most, most)?;
+        }
         let two_sided = [self.stiffness, self.friction];
         let sides = two_sided.iter().flat_map(|both| [both.more, both.less]);
         for side in sides.chain([self.error]) {
-            let most = f64::from(MOST_CUSUM);
             within("drift of the monitor", f64::from(side.drift), -most, most)?;
             within(
                 "threshold of the monitor",
@@ -169,6 +176,7 @@ pub(super) mod tests {
             force_shift: 12,
             force_power: 1 << 31,
             state_power: [1 << 27; 2],
+            per_octave: [0; 3],
             error: side,
             stiffness: both,
             friction: both,
@@ -196,7 +204,7 @@ pub(super) mod tests {
     #[test]
     fn check_names_every_quantity_that_the_arithmetic_cannot_take() {
         assert_eq!(limits().check(), Ok(()));
-        let broken: [(&str, fn(&mut Limits)); 10] = [
+        let broken: [(&str, fn(&mut Limits)); 11] = [
             ("samples of a block", |l| l.block = 8),
             ("power of two", |l| l.block = 96),
             ("part of the time", |l| l.outside_permille = 1001),
@@ -205,6 +213,7 @@ pub(super) mod tests {
             ("force shift", |l| l.axes[1].force_shift = 31),
             ("force power", |l| l.axes[0].force_power = 0),
             ("state power", |l| l.axes[0].state_power[1] = 1 << 33),
+            ("change per octave", |l| l.axes[0].per_octave[2] = i32::MAX),
             ("drift", |l| l.axes[1].friction.less.drift = i32::MIN),
             ("threshold", |l| l.axes[0].stiffness.more.threshold = 0),
         ];

@@ -190,6 +190,12 @@ impl Verdict {
         }
     }
 
+    /// Whether it says the same as another, however far it is.
+    pub fn same_reason(&self, other: &Self) -> bool {
+        let said = |v: &Self| (v.state, v.cause, v.axis, v.channel);
+        said(self) == said(other)
+    }
+
     /// The reason as a sentence without a full stop; `names` are those of the axes.
     pub fn words<'a>(&self, names: &'a [&'a str]) -> Words<'a> {
         Words {
