@@ -10,7 +10,7 @@ use core::hint::black_box;
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::selftest::{CORNER_POINTS, Points, corner, digest, reference_model};
-use jointwatch_shared::selftest_chain::chain_digest;
+use jointwatch_shared::selftest_chain::{USUAL_TAPS, Watched, chain_digest};
 use jointwatch_shared::selftest_network::reference_network;
 
 /// Reads a counter that, under QEMU's `-icount shift=0`, has counted every executed instruction.
@@ -214,6 +214,13 @@ fn model(
         text,
         "instructions {name} inputs {inputs} min {least} max {most}"
     )?;
+    if let Some((least, most)) = instructions_per_sample(model, counter) {
+        let [derivative, band] = USUAL_TAPS;
+        writeln!(
+            text,
+            "sample {name} taps {derivative} {band} samples {SAMPLES_COUNTED} min {least} max {most}"
+        )?;
+    }
     // Laws of effects have branches, a base has none.
     if least == most || !model.terms().list().is_empty() {
         return Ok(0);
@@ -242,6 +249,32 @@ fn instructions(model: &Model, counter: Counter, inputs: u32) -> (u32, u32) {
         most = most.max(taken);
     }
     (least, most)
+}
+
+/// Samples of the chain over which instructions are counted: several blocks of the monitor after the filters are full.
+const SAMPLES_COUNTED: u32 = 1000;
+/// Samples before the count begins.
+const SAMPLES_TO_FILL: u32 = 400;
+
+/// The fewest and the most instructions that one sample took from counts to verdict; none when the model does not fit the
+/// rig of the fixed motion. Not inlined, as [`decoder`].
+#[inline(never)]
+fn instructions_per_sample(model: &Model, counter: Counter) -> Option<(u32, u32)> {
+    let overhead = span(counter, || ());
+    let mut watched = Watched::new(model, SEED)?;
+    let (mut least, mut most) = (u32::MAX, 0);
+    for number in 0..SAMPLES_TO_FILL + SAMPLES_COUNTED {
+        let raw = watched.counts();
+        let taken = span(counter, || {
+            black_box(watched.step(black_box(&raw)));
+        })
+        .saturating_sub(overhead);
+        if number >= SAMPLES_TO_FILL {
+            least = least.min(taken);
+            most = most.max(taken);
+        }
+    }
+    Some((least, most))
 }
 
 /// What the counter counts from before `work` to after it. Not inlined, so that every use has the same overhead.

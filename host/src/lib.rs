@@ -17,6 +17,7 @@ pub mod identify;
 mod lines;
 pub mod model;
 pub mod model_file;
+pub mod monitor_limits;
 pub mod motion;
 pub mod output;
 pub mod paper;

@@ -211,6 +211,17 @@ impl SetUp {
             .map(|samples| samples as f64 / study.sample_rate_hz)
     }
 
+    /// The counts of one record, sample by sample, and what the chain says at each of them.
+    pub fn samples<'a>(
+        &'a self,
+        record: &Record,
+        model: &'a Model,
+    ) -> impl Iterator<Item = (RawSample, Option<Output>)> + use<'a> {
+        let mut state = ChainState::default();
+        let counts = raw_counts(record, &self.converters).into_iter();
+        counts.map(move |raw| (raw, self.chain.step(&mut state, model, &raw)))
+    }
+
     /// Runs the chain over one record.
     ///
     /// # Errors
@@ -223,11 +234,7 @@ impl SetUp {
         };
         let record_corrected = corrections.record(record, study.sample_rate_hz);
         let motion = motion::motion(study, 0, &record_corrected, &self.filters)?;
-        let mut state = ChainState::default();
-        let outputs: Vec<Output> = raw_counts(record, &self.converters)
-            .iter()
-            .filter_map(|raw| chain.step(&mut state, model, raw))
-            .collect();
+        let outputs: Vec<Output> = self.samples(record, model).filter_map(|(_, o)| o).collect();
         Ok(summarise(study, &motion, record, model, chain, outputs))
     }
 }

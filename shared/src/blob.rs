@@ -88,6 +88,11 @@ pub fn encode(model: &Model) -> [u8; BLOB_LEN] {
     blob
 }
 
+/// The checksum that stands at a blob's end, by which one model is told from another.
+pub fn checksum(blob: &[u8; BLOB_LEN]) -> u32 {
+    blob.last_chunk().copied().map_or(0, u32::from_le_bytes)
+}
+
 /// The model of a blob, checked in every respect.
 ///
 /// # Errors

@@ -1,7 +1,10 @@
-//! A fixed rig and a fixed motion for the self-test: the whole on-board chain, from counts to residuals, as one digest.
+//! A fixed rig and a fixed motion for the self-test: the whole on-board chain, from counts to residuals, as one digest; and
+//! chain and monitor together, sample by sample, so that their instructions can be counted.
 
 use crate::error::Error;
 use crate::model::Model;
+use crate::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
+use crate::monitor::{Faults, Monitor, MonitorState, Verdict};
 use crate::pipeline::{Chain, ChainState, RawSample};
 use crate::rig::{Rig, RigAxis, Taps};
 use crate::selftest::{Digest, Points};
@@ -33,19 +36,29 @@ const BAND: [i32; 9] = {
     ]
 };
 
-/// At most 129 or 257 of them, as many as the filter in question holds.
-fn taps<const MOST: usize>(taps: &[i32], shift: i8) -> Taps<MOST> {
-    Taps {
-        taps: Vec::from_slice(taps).unwrap_or_default(),
-        shift,
+/// Lengths of derivatives and low-pass of the digest's rig.
+const SHORT_TAPS: [usize; 2] = [VELOCITY.len(), BAND.len()];
+
+/// Lengths of derivatives and low-pass of a rig that is sampled at 1 kHz and judged up to 70 Hz.
+pub const USUAL_TAPS: [usize; 2] = [41, 129];
+
+/// The taps with as many zeros on both sides as make `length`, at most 129 or 257, as many as the filter in question holds.
+fn taps<const MOST: usize>(taps: &[i32], shift: i8, length: usize) -> Taps<MOST> {
+    let mut all = Vec::new();
+    let zeros = length.saturating_sub(taps.len()) / 2;
+    let zeros = || core::iter::repeat_n(0, zeros);
+    for tap in zeros().chain(taps.iter().copied()).chain(zeros()) {
+        // Lengths are constants of this file and fit.
+        let _ = all.push(tap);
     }
+    Taps { taps: all, shift }
 }
 
 /// A rig with every path of the chain in use: x with an accelerometer, phi with a derived acceleration, both held to ground.
 ///
 /// # Errors
 /// None; the type is that of the calls it makes.
-fn reference_rig() -> Result<Rig, Error> {
+fn reference_rig([derivative, band]: [usize; 2]) -> Result<Rig, Error> {
     let axis = RigAxis {
         displacement_step: 1.0 / 3200.0,
         displacement_difference: true,
@@ -70,9 +83,9 @@ fn reference_rig() -> Result<Rig, Error> {
     let rig = Rig {
         sample_rate_hz: 32.0,
         axes,
-        velocity: taps(&VELOCITY, 25),
-        acceleration: taps(&ACCELERATION, 19),
-        band: taps(&BAND, 30),
+        velocity: taps(&VELOCITY, 25, derivative),
+        acceleration: taps(&ACCELERATION, 19, derivative),
+        band: taps(&BAND, 30, band),
     };
     rig.check().map(|()| rig)
 }
@@ -85,6 +98,14 @@ struct Motion {
 }
 
 impl Motion {
+    fn new(seed: u64) -> Self {
+        Self {
+            points: Points::new(seed),
+            position: [0; 4],
+            velocity: [0; 4],
+        }
+    }
+
     fn next(&mut self) -> RawSample {
         // Symplectic Euler of a spring, in counts of 2⁻⁸; bounded because kicks are small and every step is damped.
         for ((position, velocity), tone) in
@@ -110,23 +131,19 @@ impl Motion {
 
 /// The digest of every output of the chain over `samples` samples of the fixed motion; 0 when `model` does not fit the rig.
 pub fn chain_digest(model: &Model, seed: u64, samples: u32) -> u64 {
-    reference_chain(model).map_or(0, |chain| run(&chain, model, seed, samples))
+    reference_chain(model, SHORT_TAPS).map_or(0, |chain| run(&chain, model, seed, samples))
 }
 
 /// The chain of the reference rig. Kept apart from [`run`], so that the rig has left the stack before the chain's state
 /// comes: the smallest microcontroller has 16 KiB.
 #[inline(never)]
-fn reference_chain(model: &Model) -> Result<Chain, Error> {
-    reference_rig().and_then(|rig| Chain::new(model, &rig))
+fn reference_chain(model: &Model, taps: [usize; 2]) -> Result<Chain, Error> {
+    reference_rig(taps).and_then(|rig| Chain::new(model, &rig))
 }
 
 #[inline(never)]
 fn run(chain: &Chain, model: &Model, seed: u64, samples: u32) -> u64 {
-    let mut motion = Motion {
-        points: Points::new(seed),
-        position: [0; 4],
-        velocity: [0; 4],
-    };
+    let mut motion = Motion::new(seed);
     let mut state = ChainState::default();
     let mut digest = Digest::new();
     for _ in 0..samples {
@@ -135,6 +152,79 @@ fn run(chain: &Chain, model: &Model, seed: u64, samples: u32) -> u64 {
         }
     }
     digest.value()
+}
+
+/// Chain and monitor as a board runs them: every sample of the fixed motion through filters of the usual length.
+pub struct Watched<'a> {
+    chain: Chain,
+    model: &'a Model,
+    monitor: Monitor,
+    state: ChainState,
+    watch: MonitorState,
+    motion: Motion,
+}
+
+impl<'a> Watched<'a> {
+    /// Sets both up for a model; none when it does not fit the rig.
+    pub fn new(model: &'a Model, seed: u64) -> Option<Self> {
+        let chain = reference_chain(model, USUAL_TAPS).ok()?;
+        let monitor = Monitor::new(limits(model.axes()), &chain).ok()?;
+        Some(Self {
+            chain,
+            model,
+            monitor,
+            state: ChainState::default(),
+            watch: MonitorState::default(),
+            motion: Motion::new(seed),
+        })
+    }
+
+    /// What the sensors give next: an eighth of the fixed motion, which stays inside the range, so that every residual counts.
+    pub fn counts(&mut self) -> RawSample {
+        let mut sample = self.motion.next();
+        for raw in &mut sample {
+            raw.displacement = raw.displacement.map(|d| d.wrapping_sub(i32::MAX) >> 3);
+        }
+        sample
+    }
+
+    /// One sample through chain, model and monitor.
+    pub fn step(&mut self, raw: &RawSample) -> Verdict {
+        let output = self.chain.step(&mut self.state, self.model, raw);
+        let well = Faults::default();
+        self.monitor
+            .update(&mut self.watch, raw, output.as_ref(), &well)
+    }
+}
+
+/// Limits under which every statistic is judged.
+fn limits(axes: usize) -> Limits {
+    let side = Cusum {
+        drift: 0,
+        threshold: 1 << 20,
+    };
+    let both = TwoSided {
+        more: side,
+        less: side,
+    };
+    let axis = AxisLimits {
+        reversed: false,
+        force_shift: 12,
+        force_power: 1,
+        state_power: [1; 2],
+        per_octave: [1; 3],
+        error: side,
+        stiffness: both,
+        friction: both,
+        moving_counts: [1; 5],
+    };
+    Limits {
+        model_checksum: 0,
+        block: 64,
+        outside_permille: 1000,
+        false_alarm_hours: 1,
+        axes: core::iter::repeat_n(axis, axes.min(2)).collect(),
+    }
 }
 
 #[cfg(test)]
@@ -148,12 +238,8 @@ mod tests {
     #[test]
     fn the_fixed_motion_exercises_the_chain_and_keeps_its_digest() {
         let model = reference_model();
-        let chain = Chain::new(model, &reference_rig().unwrap()).unwrap();
-        let mut motion = Motion {
-            points: Points::new(1),
-            position: [0; 4],
-            velocity: [0; 4],
-        };
+        let chain = Chain::new(model, &reference_rig(SHORT_TAPS).unwrap()).unwrap();
+        let mut motion = Motion::new(1);
         let mut state = ChainState::default();
         let (mut outputs, mut outside, mut at_rest) = (0, 0, 0);
         for _ in 0..20_000 {
@@ -167,6 +253,15 @@ mod tests {
         let percent = 100 * outside / outputs;
         assert!((1..60).contains(&percent), "{percent} % outside");
         assert!(at_rest < 10, "{at_rest} forces are zero");
+        // The monitor behind it fills blocks and comes to a verdict.
+        let mut watched = Watched::new(model, 1).unwrap();
+        for _ in 0..5000 {
+            let raw = watched.counts();
+            watched.step(&raw);
+        }
+        let (blocks, sums) = watched.watch.last_block();
+        assert!(blocks > 5, "{blocks} blocks");
+        assert!(sums.iter().all(|sums| sums.error > 0 && sums.force > 0));
         let digest = chain_digest(model, 1, 20_000);
         assert_eq!(digest, GOLDEN, "digest is {digest:#018x}");
     }

@@ -5,12 +5,15 @@ use crate::compare::RESTS_BELOW;
 use crate::diagnose::where_it_fails::significant;
 use crate::error::{Error, Result};
 use crate::export;
+use crate::monitor_limits::{self, Calibration};
 use crate::output;
 use crate::replay::{self, RecordReplay, Replayed};
 use crate::study::{Record, Study};
 use crate::table::Table;
 use clap::Args;
+use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
+use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, Verdict};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -27,6 +30,12 @@ pub(crate) struct Replay {
     /// Write every output of the chain (raw 32-bit numbers and SI values) as CSV; needs --record in a study of several.
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
+    /// Set the monitor's limits from the study's validation records and say what it would have said over each record.
+    #[arg(long)]
+    pub(super) monitor: bool,
+    /// Mean time between the monitor's false alarms, in days.
+    #[arg(long, value_name = "DAYS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=36_500), requires = "monitor")]
+    pub(super) false_alarm_days: u32,
 }
 
 impl Replay {
@@ -40,6 +49,10 @@ impl Replay {
             .iter()
             .map(|record| set_up.replay(&study, record, &model));
         let replayed: Vec<Replayed> = replayed.collect::<Result<_>>()?;
+        let watched = self
+            .monitor
+            .then(|| watch(&study, &records, &set_up, &model, self.false_alarm_days))
+            .transpose()?;
         working.finish_and_clear();
         if let Some(path) = &self.output {
             let [only] = replayed.as_slice() else {
@@ -61,7 +74,12 @@ impl Replay {
         if let Some(path) = &self.output {
             console.say(format!("Outputs written to {}.", path.display()))?;
         }
-        console.json(&serde_json::json!({ "records": summaries }))
+        let Some(watched) = watched else {
+            return console.json(&serde_json::json!({ "records": summaries }));
+        };
+        console.say(watched.in_words(&study, self.false_alarm_days))?;
+        console
+            .json(&serde_json::json!({ "records": summaries, "monitor": watched.as_json(&study) }))
     }
 
     fn chosen<'a>(&self, study: &'a Study) -> Result<Vec<&'a Record>> {
@@ -143,6 +161,99 @@ fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> Stri
         1e3 * delays_s[0],
         1e3 * delays_s[1]
     )
+}
+
+/// What the monitor said over records.
+struct Watched {
+    calibration: Calibration,
+    /// Per record, its file and every change of the verdict with its time in s.
+    records: Vec<(String, Vec<(f64, Verdict)>)>,
+}
+
+/// Sets the limits and runs the monitor over every record, each from a fresh start.
+fn watch(
+    study: &Study,
+    records: &[&Record],
+    set_up: &replay::SetUp,
+    model: &Model,
+    false_alarm_days: u32,
+) -> Result<Watched> {
+    let checksum = blob::checksum(&blob::encode(model));
+    let hours = 24 * false_alarm_days;
+    let calibration = monitor_limits::limits(study, set_up, model, checksum, hours)?;
+    let monitor = Monitor::new(calibration.limits.clone(), &set_up.chain)
+        .map_err(|e| Error::data(format!("{}: {e}", study.path.display())))?;
+    let over = |record: &&Record| {
+        let mut state = MonitorState::default();
+        let mut changes: Vec<(f64, Verdict)> = Vec::new();
+        for (row, (raw, output)) in set_up.samples(record, model).enumerate() {
+            let verdict = monitor.update(&mut state, &raw, output.as_ref(), &Faults::default());
+            if !changes
+                .last()
+                .is_some_and(|(_, last)| last.same_reason(&verdict))
+            {
+                changes.push((row as f64 / study.sample_rate_hz, verdict));
+            }
+        }
+        (record.file.clone(), changes)
+    };
+    let records = records.iter().map(over).collect();
+    Ok(Watched {
+        calibration,
+        records,
+    })
+}
+
+impl Watched {
+    fn in_words(&self, study: &Study, false_alarm_days: u32) -> String {
+        let names: Vec<&str> = study.axes.iter().map(|axis| axis.name.as_str()).collect();
+        let block_s = f64::from(self.calibration.limits.block) / study.sample_rate_hz;
+        let mut text = format!(
+            "The monitor, set from the validation records to one false alarm in {false_alarm_days} days, in blocks of {:.0} ms:",
+            1e3 * block_s
+        );
+        for (name, sides) in names.iter().zip(&self.calibration.healthy) {
+            let [error, rest @ ..] = sides.map(|side| side.blocks_to_alarm * block_s);
+            let slowest = rest.into_iter().fold(0.0, f64::max);
+            let _ = write!(
+                text,
+                "\n  {name}: a stiffness or viscous friction that changes by 10 % of the RMS force is expected to raise the alarm \
+                 within {slowest:.1} s, any other change of that size within {error:.1} s of driven motion"
+            );
+        }
+        for (file, changes) in &self.records {
+            for (time, verdict) in changes {
+                let _ = write!(
+                    text,
+                    "\n  {file} {time:8.3} s  {}: {}",
+                    verdict.state.words(),
+                    verdict.words(&names)
+                );
+            }
+        }
+        text
+    }
+
+    fn as_json(&self, study: &Study) -> serde_json::Value {
+        let names: Vec<&str> = study.axes.iter().map(|axis| axis.name.as_str()).collect();
+        let records = self.records.iter().map(|(file, changes)| {
+            let changes = changes.iter().map(|(time_s, verdict)| {
+                serde_json::json!({
+                    "time_s": time_s,
+                    "state": verdict.state.words(),
+                    "cause": verdict.cause.tag(),
+                    "reason": verdict.words(&names).to_string(),
+                    "permille": verdict.permille,
+                })
+            });
+            serde_json::json!({ "file": file, "changes": changes.collect::<Vec<_>>() })
+        });
+        serde_json::json!({
+            "healthy": self.calibration.healthy,
+            "judged_blocks": self.calibration.blocks,
+            "records": records.collect::<Vec<_>>(),
+        })
+    }
 }
 
 /// One line per output: the row it describes, then raw integers, then SI.

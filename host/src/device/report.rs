@@ -24,6 +24,8 @@ pub struct ModelReport {
     pub digest: u64,
     /// Its instructions, on boards that can count them.
     pub instructions: Option<Instructions>,
+    /// The instructions of one sample from counts to verdict, through filters of the usual length.
+    pub sample: Option<Instructions>,
 }
 
 /// What the self-test found out about the on-board chain.
@@ -97,9 +99,9 @@ impl SelfTestReport {
     /// Takes the instruction counts, and whatever failed, from another run of the same image.
     pub(super) fn add_counts(&mut self, counted: SelfTestReport) {
         for model in &mut self.models {
-            model.instructions = counted
-                .model(&model.name)
-                .and_then(|seen| seen.instructions);
+            let seen = counted.model(&model.name);
+            model.instructions = seen.and_then(|seen| seen.instructions);
+            model.sample = seen.and_then(|seen| seen.sample);
         }
         self.errors = self.errors.max(counted.errors);
         self.passed &= counted.passed;
@@ -156,6 +158,7 @@ impl SelfTestReport {
                     points: points.parse().ok()?,
                     digest: hexadecimal(digest)?,
                     instructions: None,
+                    sample: None,
                 });
             }
             ["chain", "seed", seed, "samples", samples, digest] => {
@@ -178,6 +181,26 @@ impl SelfTestReport {
                 let model = self.models.iter_mut().find(|model| model.name == name)?;
                 model.instructions = Some(Instructions {
                     inputs: inputs.parse().ok()?,
+                    least: least.parse().ok()?,
+                    most: most.parse().ok()?,
+                });
+            }
+            [
+                "sample",
+                name,
+                "taps",
+                _,
+                _,
+                "samples",
+                samples,
+                "min",
+                least,
+                "max",
+                most,
+            ] => {
+                let model = self.models.iter_mut().find(|model| model.name == name)?;
+                model.sample = Some(Instructions {
+                    inputs: samples.parse().ok()?,
                     least: least.parse().ok()?,
                     most: most.parse().ok()?,
                 });
@@ -224,6 +247,7 @@ board stm32f405
 clock internal 16000000
 digest reference seed 7 points 10 0x00000000000000ff
 instructions reference inputs 500 min 1200 max 1201
+sample reference taps 41 129 samples 1000 min 3000 max 3100
 chain seed 7 samples 20 0x000000000000beef
 error the instructions of reference depend on its input
 decoder taken 2 refused 64 errors 0
@@ -253,6 +277,12 @@ result failed
             most: 1201,
         };
         assert_eq!(reference.instructions, Some(counted));
+        let counted = Instructions {
+            inputs: 1000,
+            least: 3000,
+            most: 3100,
+        };
+        assert_eq!(reference.sample, Some(counted));
         assert_eq!(report.model("a").unwrap().digest, u64::MAX);
         let chain = ChainReport {
             seed: 7,

@@ -1,0 +1,458 @@
+//! The monitor's limits, from how a healthy joint's validation records look after the device's own integers.
+//!
+//! Every record runs through the chain and the monitor itself; what the monitor sums up per block is what the limits are
+//! set on. `docs/monitor.md` derives the formulas; in short, per statistic y and side:
+//!
+//! - in-control mean μ: the largest over the records (a model is better on one than on another), plus its own uncertainty;
+//! - long-run variance σ² of y, with the autocorrelation from block to block, plus its own uncertainty;
+//! - drift = μ + half the shift that a change by 10 % of the RMS force makes;
+//! - θ, the rate at which the sum's excursions die out: the root of E exp(θ·(y − drift)) = 1, by the Gaussian formula
+//!   2·(drift − μ)/σ² and by the records' own tail with an exponential fitted beyond its highest tenth; the smaller counts;
+//! - threshold = ln(blocks between false alarms × statistics)/θ, so that the mean time between false alarms of all of them
+//!   together is at least the one stated.
+
+use crate::compare::RESTS_BELOW;
+use crate::error::{Error, Result};
+use crate::replay::SetUp;
+use crate::study::{Record, Role, Study};
+use jointwatch_shared::model::Model;
+use jointwatch_shared::monitor::limits::{
+    AxisLimits, BLOCK, CHANNELS, Cusum, Limits, MOST_CUSUM, TwoSided,
+};
+use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, OCTAVE, Sums, share_of_change};
+use jointwatch_shared::pipeline::{Output, RawSample};
+use serde::Serialize;
+
+/// The change of stiffness or friction that the limits are tuned to, as a part of the RMS force.
+const CHANGE: f64 = 0.1;
+/// The least drift above the healthy mean of the error, in octaves of power.
+const LEAST_GROWTH_OCTAVES: f64 = 0.5;
+/// How long a block lasts, s: some periods of what moves a joint, and some ten of them within the time to an alarm.
+const BLOCK_S: f64 = 0.064;
+/// The fewest judged blocks of validation from which limits are set.
+const FEWEST_BLOCKS: usize = 24;
+/// Standard deviations of its own uncertainty by which a mean or a variance is taken larger than it came out.
+const CAUTION: f64 = 2.0;
+/// The part of a statistic's highest values to which the exponential tail is fitted.
+const TAIL: f64 = 0.1;
+/// Share of the time outside the training range that is suspect, in 1/1000, where the validation records ask for no more.
+const OUTSIDE_PERMILLE: f64 = 200.0;
+/// Statistics with a limit per axis.
+const SIDES: f64 = 5.0;
+
+/// What one statistic of one axis looks like on a healthy joint, in its own unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Healthy {
+    /// Largest mean over the records, with its uncertainty.
+    pub mean: f64,
+    /// Square root of the long-run variance of a block, with its uncertainty.
+    pub spread: f64,
+    /// Above which the cumulative sum rises.
+    pub drift: f64,
+    /// Where it raises the alarm.
+    pub threshold: f64,
+    /// Blocks from a change of [`CHANGE`] of the RMS force to the alarm, in the mean.
+    pub blocks_to_alarm: f64,
+}
+
+/// The limits and what they were made from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibration {
+    /// For the rig block.
+    pub limits: Limits,
+    /// Judged blocks of validation records, per axis.
+    pub blocks: Vec<usize>,
+    /// Per axis: error, stiffer, softer, more friction, less friction.
+    pub healthy: Vec<[Healthy; 5]>,
+}
+
+/// One record after the chain.
+struct Course {
+    validation: bool,
+    samples: Vec<(RawSample, Option<Output>)>,
+}
+
+/// Sets the limits for a model on the rig of a study.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] when the study has no validation record or too little of it moves inside the training range,
+/// and when a monitor with these limits raises an alarm on the very records they were set from.
+pub fn limits(
+    study: &Study,
+    set_up: &SetUp,
+    model: &Model,
+    model_checksum: u32,
+    false_alarm_hours: u32,
+) -> Result<Calibration> {
+    let refuse = |what: String| Error::data(format!("{}: {what}", study.path.display()));
+    if study.records.iter().all(|r| r.role != Role::Validate) {
+        return Err(refuse(
+            "no record has role = \"validate\", and the monitor's limits come from those; log one that the model was not \
+             learnt from"
+                .into(),
+        ));
+    }
+    let course = |record: &Record| Course {
+        validation: record.role == Role::Validate,
+        samples: set_up.samples(record, model).collect(),
+    };
+    let courses: Vec<Course> = study.records.iter().map(course).collect();
+    let block = block(study.sample_rate_hz);
+    let mut limits = Limits {
+        model_checksum,
+        block,
+        outside_permille: outside_permille(&courses),
+        false_alarm_hours,
+        axes: (0..study.axes.len())
+            .map(|axis| scales(&courses, axis))
+            .collect(),
+    };
+    let not_held = |e| refuse(format!("the monitor's limits cannot be held ({e})"));
+    let monitor = Monitor::new(limits.clone(), &set_up.chain).map_err(not_held)?;
+    let seen: Vec<(bool, Vec<[Sums; 2]>)> = courses
+        .iter()
+        .map(|course| (course.validation, blocks(&monitor, course)))
+        .collect();
+
+    let blocks_between =
+        f64::from(false_alarm_hours) * 3600.0 * study.sample_rate_hz / f64::from(block);
+    let log_rarity = (blocks_between * SIDES * study.axes.len() as f64).ln();
+    let mut healthy = Vec::new();
+    let mut judged = Vec::new();
+    for (axis, mine) in limits.axes.iter_mut().enumerate() {
+        mine.per_octave = per_octave(&series(&seen, axis, mine, block));
+        let series = series(&seen, axis, mine, block);
+        let count = series
+            .iter()
+            .filter(|s| s.validation)
+            .map(|s| s.values.len())
+            .sum();
+        if count < FEWEST_BLOCKS {
+            return Err(refuse(format!(
+                "only {count} blocks of {:.0} ms of the validation records move {} inside the training range, and the \
+                 monitor's limits need {FEWEST_BLOCKS}; log a longer record for validation",
+                1e3 * f64::from(block) / study.sample_rate_hz,
+                study.axes[axis].name
+            )));
+        }
+        let sides = sides(&series, log_rarity);
+        let [error, stiffer, softer, more, less] = sides.map(|side| Cusum {
+            drift: side.drift.round() as i32,
+            threshold: side.threshold.ceil() as i32,
+        });
+        mine.error = error;
+        mine.stiffness = TwoSided {
+            more: stiffer,
+            less: softer,
+        };
+        mine.friction = TwoSided { more, less };
+        healthy.push(sides);
+        judged.push(count);
+    }
+    limits.check().map_err(not_held)?;
+    Ok(Calibration {
+        limits,
+        blocks: judged,
+        healthy,
+    })
+}
+
+/// The power of two nearest to [`BLOCK_S`].
+fn block(sample_rate_hz: f64) -> u16 {
+    let [least, most] = BLOCK;
+    let exponent = (BLOCK_S * sample_rate_hz).log2().round();
+    (exponent.exp2() as u16).clamp(least, most)
+}
+
+/// Three times the share of the validation records, and [`OUTSIDE_PERMILLE`] at least.
+fn outside_permille(courses: &[Course]) -> u16 {
+    let outputs = || {
+        validation(courses)
+            .flat_map(|c| &c.samples)
+            .filter_map(|(_, o)| o.as_ref())
+    };
+    let outside = outputs().filter(|o| o.outside != 0).count() as f64;
+    let share = outside / outputs().count().max(1) as f64;
+    (3e3 * share).clamp(OUTSIDE_PERMILLE, 1e3).round() as u16
+}
+
+fn validation(courses: &[Course]) -> impl Iterator<Item = &Course> {
+    courses.iter().filter(|course| course.validation)
+}
+
+/// Powers of force and states, the sign of the axis, and how far a channel goes when it moves; cumulative sums that never
+/// end, for the run that measures what they are to be.
+fn scales(courses: &[Course], axis: usize) -> AxisLimits {
+    let force_of = |course: &Course| -> Vec<f64> {
+        let outputs = course.samples.iter().filter_map(|(_, o)| o.as_ref());
+        outputs.map(|o| f64::from(o.measured[axis])).collect()
+    };
+    let powers: Vec<(f64, &Course)> = validation(courses)
+        .map(|course| (mean_square(&force_of(course)), course))
+        .collect();
+    let largest = powers.iter().map(|(power, _)| *power).fold(0.0, f64::max);
+    // A record in which the axis rests says nothing about how far it moves.
+    let moving: Vec<&Course> = powers
+        .iter()
+        .filter(|(power, _)| *power >= RESTS_BELOW * RESTS_BELOW * largest)
+        .map(|(_, course)| *course)
+        .collect();
+    let outputs = || {
+        moving
+            .iter()
+            .flat_map(|c| &c.samples)
+            .filter_map(|(_, o)| o.as_ref())
+    };
+    let force: Vec<f64> = outputs().map(|o| f64::from(o.measured[axis])).collect();
+    let states = [0, 1].map(|s| -> Vec<f64> {
+        outputs()
+            .map(|o| f64::from(o.state[2 * axis + s] >> 16))
+            .collect()
+    });
+    let rms = mean_square(&force).sqrt();
+    let force_shift = (rms.log2() - 16.0).ceil().clamp(0.0, 30.0);
+    let unit = force_shift.exp2();
+    let power = |value: f64| (value.round() as u64).max(1);
+    // Whichever of displacement and velocity the force goes with more tells the sign of the axis.
+    let along = states.each_ref().map(|state| correlation(&force, state));
+    let [x, v] = along;
+    let whole = |channel: usize| -> Vec<f64> {
+        let samples = moving.iter().flat_map(|c| &c.samples);
+        samples
+            .map(|(raw, _)| f64::from(channels(raw, axis)[channel]))
+            .collect()
+    };
+    let moving_counts = std::array::from_fn(|channel| {
+        let counts = whole(channel);
+        let spread = (mean_square(&counts) - mean(&counts).powi(2))
+            .max(0.0)
+            .sqrt();
+        spread.round() as u32
+    });
+    let never = Cusum {
+        drift: MOST_CUSUM,
+        threshold: MOST_CUSUM,
+    };
+    let neither = TwoSided {
+        more: never,
+        less: never,
+    };
+    AxisLimits {
+        reversed: if x.abs() >= v.abs() { x < 0.0 } else { v < 0.0 },
+        force_shift: force_shift as u8,
+        force_power: power(mean_square(&force) / (unit * unit)),
+        state_power: states.map(|state| power(mean_square(&state))),
+        per_octave: [0; 3],
+        error: never,
+        stiffness: neither,
+        friction: neither,
+        moving_counts,
+    }
+}
+
+fn channels(raw: &RawSample, axis: usize) -> [i32; CHANNELS] {
+    let raw = &raw[axis];
+    let [far, near] = raw.displacement;
+    [far, near, raw.body, raw.acceleration, raw.force]
+}
+
+/// The sums of every block that the monitor finishes.
+fn blocks(monitor: &Monitor, course: &Course) -> Vec<[Sums; 2]> {
+    let mut state = MonitorState::default();
+    let mut seen = Vec::new();
+    let mut number = 0;
+    for (raw, output) in &course.samples {
+        monitor.update(&mut state, raw, output.as_ref(), &Faults::default());
+        let (finished, sums) = state.last_block();
+        if finished != number {
+            number = finished;
+            seen.push(*sums);
+        }
+    }
+    seen
+}
+
+/// The statistics of one record's judged blocks on one axis.
+struct Series {
+    validation: bool,
+    /// The level of motion, in octaves.
+    levels: Vec<f64>,
+    /// Error, stiffer, softer, more friction, less friction.
+    values: Vec<[f64; 5]>,
+    /// Mean over the blocks of Σe²/Σr².
+    error_share: f64,
+}
+
+fn series(
+    seen: &[(bool, Vec<[Sums; 2]>)],
+    axis: usize,
+    limits: &AxisLimits,
+    block: u16,
+) -> Vec<Series> {
+    let of_record = |(validation, blocks): &(bool, Vec<[Sums; 2]>)| {
+        let judged = blocks.iter().map(|sums| &sums[axis]).filter_map(|sums| {
+            let seen = sums.statistics(limits, block.trailing_zeros());
+            seen.moves.then_some((sums, seen))
+        });
+        let (mut error, mut force) = (0.0, 0.0);
+        let (mut values, mut levels) = (Vec::new(), Vec::new());
+        for (sums, seen) in judged {
+            levels.push(f64::from(seen.level) / f64::from(OCTAVE));
+            error += sums.error as f64;
+            force += sums.force as f64;
+            let [e, s, f] = [seen.error, seen.stiffness, seen.friction].map(f64::from);
+            values.push([e, s, -s, f, -f]);
+        }
+        Series {
+            validation: *validation,
+            levels,
+            values,
+            error_share: if force > 0.0 { error / force } else { 0.0 },
+        }
+    };
+    seen.iter().map(of_record).collect()
+}
+
+/// The slopes of error, stiffness and friction over the level of motion by least squares, on the validation records.
+fn per_octave(series: &[Series]) -> [i32; 3] {
+    let judged = || series.iter().filter(|s| s.validation);
+    let levels: Vec<f64> = judged().flat_map(|s| s.levels.iter().copied()).collect();
+    let middle = mean(&levels);
+    let spread: f64 = levels.iter().map(|l| (l - middle).powi(2)).sum();
+    // Error, stiffer and more friction among the five sides.
+    [0, 1, 3].map(|side| {
+        let values = judged().flat_map(|s| s.values.iter().map(|v| v[side]));
+        let product: f64 = levels
+            .iter()
+            .zip(values)
+            .map(|(l, v)| (l - middle) * v)
+            .sum();
+        (product / spread.max(1e-9)).round() as i32
+    })
+}
+
+fn sides(series: &[Series], log_rarity: f64) -> [Healthy; 5] {
+    let judged = series.iter().filter(|s| s.validation);
+    let (error, count) = judged.fold((0.0, 0.0), |(sum, count), s| {
+        let n = s.values.len() as f64;
+        (sum + n * s.error_share, count + n)
+    });
+    let share = error / f64::max(count, 1.0);
+    let growth = ((share + CHANGE * CHANGE) / share.max(1e-12)).log2();
+    std::array::from_fn(|side| {
+        let shift = if side == 0 {
+            f64::from(OCTAVE) * growth.max(2.0 * LEAST_GROWTH_OCTAVES)
+        } else {
+            share_of_change(CHANGE)
+        };
+        let records: Vec<(bool, Vec<f64>)> = series
+            .iter()
+            .map(|s| (s.validation, s.values.iter().map(|v| v[side]).collect()))
+            .collect();
+        healthy(&records, shift, log_rarity)
+    })
+}
+
+/// The limits of one side of one statistic that a change shifts by `shift`.
+fn healthy(records: &[(bool, Vec<f64>)], shift: f64, log_rarity: f64) -> Healthy {
+    let validation: Vec<&Vec<f64>> = records.iter().filter(|(v, _)| *v).map(|(_, s)| s).collect();
+    let count: usize = validation.iter().map(|s| s.len()).sum();
+    let middle = validation.iter().copied().flatten().sum::<f64>() / count as f64;
+    let (variance, length) = long_run_variance(&validation, middle);
+    // Independent values that the blocks are worth; a variance from n of them is off by √(2/n) of itself.
+    let worth = (count as f64 / length).max(2.0);
+    let spread = (variance * (1.0 + CAUTION * (2.0 / worth).sqrt())).sqrt();
+    let means = records
+        .iter()
+        .filter(|(_, s)| s.len() >= FEWEST_BLOCKS)
+        .map(|(_, s)| mean(s));
+    let mean = means.fold(middle, f64::max) + CAUTION * (variance / count as f64).sqrt();
+    let drift = mean + 0.5 * shift;
+    let gaussian = 2.0 * (drift - mean) / (spread * spread).max(1e-9);
+    let rate = gaussian.min(tail_rate(&validation, length, drift - (mean - middle)));
+    let threshold = (log_rarity / rate.max(1e-9)).clamp(1.0, f64::from(MOST_CUSUM));
+    Healthy {
+        mean,
+        spread,
+        drift,
+        threshold,
+        blocks_to_alarm: (threshold / (middle + shift - drift).max(1e-9)).max(12.0),
+    }
+}
+
+/// σ²·(1 + 2·Σρ_k): how fast the variance of a sum of blocks grows, never less than that of one block, and how many blocks
+/// are worth one independent value. Lags up to the cube root of their number count, with Bartlett's weights (Newey and West,
+/// Econometrica 55, 1987, 703–708).
+fn long_run_variance(records: &[&Vec<f64>], middle: f64) -> (f64, f64) {
+    let count: usize = records.iter().map(|s| s.len()).sum();
+    let lags = (2.0 * (count as f64).cbrt()).round() as usize;
+    let covariance = |lag: usize| {
+        let products = records
+            .iter()
+            .flat_map(|s| s.iter().zip(s.iter().skip(lag)));
+        products
+            .map(|(a, b)| (a - middle) * (b - middle))
+            .sum::<f64>()
+            / count as f64
+    };
+    let variance = covariance(0);
+    let weighted = (1..=lags).map(|lag| (1.0 - lag as f64 / (lags + 1) as f64) * covariance(lag));
+    let sum = variance + 2.0 * weighted.sum::<f64>();
+    let long_run = sum.max(variance);
+    (long_run, (long_run / variance.max(1e-12)).max(1.0))
+}
+
+/// The root θ of E exp(θ·Y) = 1 for Y the sum of y − drift over as many blocks as are worth one independent value: the
+/// records' own values in the body, and beyond their highest tenth an exponential with the mean excess found there, taken larger
+/// by its uncertainty. Infinite when no sum is positive and the tail is none.
+fn tail_rate(records: &[&Vec<f64>], length: f64, drift: f64) -> f64 {
+    let group = length.round().max(1.0) as usize;
+    let mut sums: Vec<f64> = records
+        .iter()
+        .flat_map(|s| {
+            s.windows(group)
+                .map(|w| w.iter().map(|y| y - drift).sum::<f64>())
+        })
+        .collect();
+    sums.sort_by(f64::total_cmp);
+    let beyond = ((TAIL * sums.len() as f64) as usize).max(4).min(sums.len());
+    let (body, tail) = sums.split_at(sums.len() - beyond);
+    let edge = tail.first().copied().unwrap_or(0.0);
+    let independent = (beyond as f64 / group as f64).max(1.0);
+    let excess = mean(&tail.iter().map(|y| y - edge).collect::<Vec<_>>());
+    let excess = excess * (1.0 + CAUTION / independent.sqrt());
+    let moment = |rate: f64| {
+        let body: f64 = body.iter().map(|y| (rate * y).exp()).sum();
+        let tail = beyond as f64 * (rate * edge).exp() / (1.0 - rate * excess);
+        (body + tail) / sums.len() as f64
+    };
+    if excess <= 0.0 {
+        return f64::INFINITY;
+    }
+    // The moment is 1 at 0, falls when the mean is negative, and grows beyond all bounds before 1/excess.
+    let (mut low, mut high) = (0.0, 1.0 / excess);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if moment(middle) < 1.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+fn mean_square(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Σab/√(Σa²·Σb²); 0 when either is 0 throughout.
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let product: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+    let size = (mean_square(a) * mean_square(b)).sqrt() * a.len() as f64;
+    if size > 0.0 { product / size } else { 0.0 }
+}
