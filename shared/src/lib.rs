@@ -25,3 +25,4 @@ pub mod selftest_chain;
 pub mod selftest_network;
 pub mod tanh;
 pub mod units;
+pub mod wiring;
