@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::model::Model;
 use crate::pipeline::{Chain, ChainState, RawSample};
-use crate::rig::{Rig, RigAxis, Taps};
+use crate::rig::{ChannelDelays, Rig, RigAxis, Taps};
 use crate::selftest::{Digest, Points};
 use heapless::Vec;
 
@@ -58,6 +58,7 @@ fn reference_rig() -> Result<Rig, Error> {
         ground_damping: 5e7,
         force_cross: 0.25,
         force_delay_samples: 0.75,
+        delays: ChannelDelays::default(),
     };
     let mut axes = Vec::new();
     let derived = RigAxis {
