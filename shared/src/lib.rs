@@ -19,6 +19,7 @@ pub mod model;
 pub mod monitor;
 pub mod pipeline;
 pub mod rig;
+pub mod rig_block;
 pub mod scalar;
 pub mod scale;
 pub mod selftest;

@@ -63,7 +63,9 @@ impl Demo {
         console.say("\n4. Export it for the microcontroller: fixed-size, integers only\n")?;
         Export {
             model,
-            output: blob.clone(),
+            output: Some(blob.clone()),
+            rig: None,
+            study: None,
             budget: None,
         }
         .run(&step)?;
