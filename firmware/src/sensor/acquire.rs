@@ -13,8 +13,11 @@ use super::adxl355::Adxl355;
 use super::ls7366r::{LOAD_OTR, Ls7366r};
 use super::presence::{Health, Visit, Watched};
 use embedded_hal::spi::SpiDevice;
+use jointwatch_shared::monitor::Faults;
 use jointwatch_shared::pipeline::RawSample;
-use jointwatch_shared::wiring::{ACCELEROMETERS, CHANNELS, COUNTERS, DIRECTIONS, Readings, Wiring};
+use jointwatch_shared::wiring::{
+    ACCELEROMETERS, CHANNELS, COUNTERS, DIRECTIONS, Readings, Signed, Wiring,
+};
 
 /// Chips of a board: the counters, the converter, the accelerometers, in this order.
 pub const CHIPS: usize = COUNTERS + 1 + ACCELEROMETERS;
@@ -54,6 +57,54 @@ impl Acquired {
         fitted.copied().all(Health::usable)
     }
 }
+
+impl Acquired {
+    /// What went wrong, channel by channel of the chain, as the monitor takes it.
+    pub fn faults(&self, wiring: &Wiring) -> Faults {
+        let mut faults = Faults::default();
+        for (number, axis) in wiring.axes.iter().enumerate() {
+            let counter = |place: Option<Signed>| place.map(|p| (usize::from(p.place), 0));
+            let bridge = self.saturated_channels >> (axis.force.place & 7) & 1;
+            let sources = [
+                counter(Some(axis.far)),
+                counter(axis.near),
+                counter(axis.body),
+                None,
+                Some((CONVERTER, bridge)),
+            ];
+            for (channel, source) in sources.into_iter().enumerate() {
+                if let Some((chip, saturated)) = source {
+                    self.add_fault(&mut faults, Faults::bit(number, channel), chip, saturated);
+                }
+            }
+            for one in axis.acceleration.iter().flatten() {
+                let chip = usize::from(one.chip);
+                let mask = self.saturated_directions.get(chip).copied().unwrap_or(0);
+                let saturated = mask >> (one.direction & 7) & 1;
+                let bit = Faults::bit(number, ACCELERATION_CHANNEL);
+                self.add_fault(&mut faults, bit, CONVERTER + 1 + chip, saturated);
+            }
+        }
+        faults
+    }
+
+    fn add_fault(&self, faults: &mut Faults, bit: u16, chip: usize, saturated: u8) {
+        match self.health.get(chip).copied().unwrap_or_default() {
+            Health::Ok | Health::Saturated if saturated != 0 => faults.saturated |= bit,
+            Health::Ok | Health::Saturated => {}
+            Health::Crc => faults.checksum |= bit,
+            Health::Starting | Health::NotFitted => faults.missing |= bit,
+            Health::Bus
+            | Health::Identity
+            | Health::Settings
+            | Health::TimedOut
+            | Health::Restarted => faults.time_out |= bit,
+        }
+    }
+}
+
+/// The accelerometer's place among the channels of an axis.
+const ACCELERATION_CHANNEL: usize = 3;
 
 /// The chips of a board.
 pub struct Sensors<L, C: SpiDevice, A: SpiDevice, X: SpiDevice> {

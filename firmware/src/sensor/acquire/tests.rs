@@ -370,3 +370,40 @@ fn numbers_of_health_are_never_reused() {
         assert_eq!(health as usize, number, "{}", health.name());
     }
 }
+
+#[test]
+fn the_monitor_hears_of_the_channels_that_a_chip_feeds() {
+    let wiring = wiring();
+    let mut acquired = Acquired {
+        health: [Health::Ok; CHIPS],
+        ..Acquired::default()
+    };
+    assert!(!acquired.faults(&wiring).any());
+    let bits = |channels: &[(usize, usize)]| {
+        channels.iter().fold(0, |bits, &(axis, channel)| {
+            bits | Faults::bit(axis, channel)
+        })
+    };
+    // Counter 1 is the near side and the body of x; accelerometer 1 feeds both axes; channel 1 is the torque.
+    acquired.health[1] = Health::Restarted;
+    acquired.health[CONVERTER] = Health::Saturated;
+    acquired.saturated_channels = 0b0110;
+    acquired.health[CONVERTER + 2] = Health::Crc;
+    let faults = acquired.faults(&wiring);
+    assert_eq!(faults.time_out, bits(&[(0, 1), (0, 2)]));
+    assert_eq!(faults.saturated, bits(&[(1, 4)]));
+    assert_eq!(faults.checksum, bits(&[(0, 3), (1, 3)]));
+    assert_eq!((faults.missing, faults.out_of_range), (0, 0));
+    // A direction at its rail concerns who uses it: z of chip 0 the rotation, x of chip 0 nobody.
+    acquired = Acquired {
+        health: [Health::Ok; CHIPS],
+        saturated_directions: [0b101, 0],
+        ..Acquired::default()
+    };
+    acquired.health[CONVERTER + 1] = Health::Saturated;
+    acquired.health[2] = Health::Starting;
+    let faults = acquired.faults(&wiring);
+    assert_eq!(faults.saturated, bits(&[(1, 3)]));
+    assert_eq!(faults.missing, bits(&[(1, 0)]));
+    assert_eq!((faults.time_out, faults.checksum), (0, 0));
+}
