@@ -204,7 +204,8 @@ fn refusal(change: fn(&mut RigBlock)) -> String {
 
 #[test]
 fn every_quantity_is_checked_by_name() {
-    let changes: [(&str, fn(&mut RigBlock)); 26] = [
+    type Change = fn(&mut RigBlock);
+    let changes: [(&str, Change); 26] = [
         ("sample rate", |b| b.rig.sample_rate_hz = f64::NAN),
         ("displacement step", |b| {
             b.rig.axes[1].displacement_step = 0.0
