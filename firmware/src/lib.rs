@@ -11,5 +11,9 @@
 )]
 pub mod board;
 pub mod clock;
+pub mod sensor;
 pub mod store;
 pub mod suite;
+
+#[cfg(test)]
+extern crate std;

@@ -24,6 +24,8 @@ pub mod paper;
 pub mod replay;
 pub mod report;
 pub mod respond;
+pub mod rig_block;
+mod rig_file;
 pub mod signal;
 pub mod sim;
 pub mod study;

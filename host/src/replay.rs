@@ -9,7 +9,7 @@ use crate::study::{Channels, Convention, Record, Study};
 use jointwatch_shared::model::Model;
 use jointwatch_shared::model::corrections::ForceCorrection;
 use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawAxis, RawSample};
-use jointwatch_shared::rig::{Rig, RigAxis};
+use jointwatch_shared::rig::{ChannelDelays, Rig, RigAxis};
 use jointwatch_shared::selftest::Digest;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -86,6 +86,7 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
             ground_damping: axis.ground_damping,
             force_cross: 0.0,
             force_delay_samples: 0.0,
+            delays: ChannelDelays::default(),
         };
         axes.push(rig_axis)
             .map_err(|_| Error::data("a study has at most two axes".to_string()))?;
@@ -253,13 +254,14 @@ fn summarise(
         .for_each(|output| output.words().for_each(|word| digest.add(word)));
     let outside = outputs.iter().filter(|o| o.outside != 0).count();
 
+    let skipped = chain.first_row() - motion.first_row;
     let axes = study.axes.iter().enumerate().map(|(index, axis)| {
         let unit = model.outputs()[index].force_per_lsb;
         let saturated = outputs
             .iter()
             .filter(|o| o.saturated & (1 << index) != 0)
             .count();
-        // The outputs begin where the motion does: both lose half the derivatives' length.
+        // Both lose half the derivatives' length; where counters are late, the outputs begin a little after the motion.
         let measured = motion.measured_force(
             index,
             axis.inertia
@@ -269,7 +271,14 @@ fn summarise(
         );
         (
             axis.name.clone(),
-            figures(&outputs, index, unit, chain, saturated, &measured),
+            figures(
+                &outputs,
+                index,
+                unit,
+                chain,
+                saturated,
+                &measured[skipped..],
+            ),
         )
     });
     Replayed {
@@ -281,7 +290,7 @@ fn summarise(
             axes: axes.collect(),
         },
         outputs,
-        first_row: chain.delay(),
+        first_row: chain.first_row(),
     }
 }
 

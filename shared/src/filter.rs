@@ -60,26 +60,26 @@ impl<const LENGTH: usize> History<LENGTH> {
 /// The longest delay of a channel that is not filtered: half of [`MAX_TAPS`], rounded down.
 pub const MAX_DELAY: usize = MAX_TAPS / 2;
 
-/// A channel that only has to wait for the filters: the last [`MAX_DELAY`] + 1 values.
+/// A channel that only has to wait, for the filters unless told otherwise: the last `LENGTH` values.
 #[derive(Clone, Debug)]
-pub struct Delay {
-    values: [i32; MAX_DELAY + 1],
+pub struct Delay<const LENGTH: usize = { MAX_DELAY + 1 }> {
+    values: [i32; LENGTH],
     newest: usize,
 }
 
-impl Default for Delay {
+impl<const LENGTH: usize> Default for Delay<LENGTH> {
     fn default() -> Self {
         Self {
-            values: [0; MAX_DELAY + 1],
+            values: [0; LENGTH],
             newest: 0,
         }
     }
 }
 
-impl Delay {
+impl<const LENGTH: usize> Delay<LENGTH> {
     /// Adds the newest value; the oldest is forgotten.
     pub fn push(&mut self, value: i32) {
-        self.newest = if self.newest < MAX_DELAY {
+        self.newest = if self.newest + 1 < LENGTH {
             self.newest + 1
         } else {
             0
@@ -89,13 +89,13 @@ impl Delay {
         }
     }
 
-    /// The value that came `age` pushes before the newest; 0 when `age` is more than [`MAX_DELAY`].
+    /// The value that came `age` pushes before the newest; 0 when `age` is `LENGTH` or more.
     pub fn delayed(&self, age: usize) -> i32 {
         let place = match self.newest.checked_sub(age) {
             Some(place) => place,
-            None => (self.newest + MAX_DELAY + 1).saturating_sub(age),
+            None => (self.newest + LENGTH).saturating_sub(age),
         };
-        if age > MAX_DELAY {
+        if age >= LENGTH {
             return 0;
         }
         self.values.get(place).copied().unwrap_or(0)
@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn a_delay_gives_back_every_value_at_every_phase_of_the_ring() {
-        let mut delay = Delay::default();
+        let mut delay: Delay = Delay::default();
         for pushed in 0..4 * MAX_TAPS as i32 {
             delay.push(pushed);
             for age in 0..=MAX_DELAY as i32 {

@@ -9,21 +9,25 @@
 //!
 //! The derivative filters are linear-phase with an odd number N of taps, so what they give belongs to the sample
 //! D = (N − 1)/2 ago. Everything else is delayed by the same D: state, force and residual of one [`Output`] belong to
-//! one instant. A force channel that is late waits that much less, and is read between its samples; what it reads of the
-//! other axis's force is taken off. The low-pass over the residual adds its own (M − 1)/2 samples.
+//! one instant. A force or acceleration channel that is late waits that much less, and is read between its samples; what a
+//! force channel reads of the other axis's force is taken off. Where a counter is late, everything waits for it: the chain
+//! then lags by a few samples more, and the count is read between its samples, rounded to a count, before it is
+//! differentiated. The low-pass over the residual adds its own (M − 1)/2 samples.
 //!
 //! Setting up ([`Chain::new`]) turns SI values into integers once, in `f64`; [`Chain::step`] uses integers only, does
 //! not panic and takes the same path whatever the data.
 
+mod channel;
+
 use crate::error::Error;
-use crate::filter::{Delay, History, MAX_DELAY, curvature, low_pass, shift_round, slope};
+use crate::filter::{Delay, History, curvature, low_pass, shift_round, slope};
 use crate::fixed::round_shift;
-use crate::interpolate::{Between, mix};
 use crate::model::Model;
 use crate::model::axis::Axis;
 use crate::model::terms::Memory;
 use crate::rig::{MAX_BAND_TAPS, Rig, RigAxis, Taps};
 use crate::scale::{Scale, factor};
+use channel::{COUNTER_SAMPLES, Channel, Settling, in_time};
 
 /// What the sensors of one axis gave at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -104,46 +108,12 @@ struct AxisChain {
     body_velocity_shift: i8,
     /// What acceleration, force, body position, body velocity and the other axis's force contribute to the measured force.
     terms: [Term; 5],
-    force: ForceChannel,
-}
-
-/// Where a force channel is read: how many samples ago, and between which ones.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct ForceChannel {
-    /// Age of the oldest of the four samples.
-    oldest: usize,
-    weights: [i32; 4],
-}
-
-impl ForceChannel {
-    /// The channel that is late by so many samples, in a chain that waits `delay` samples.
-    fn new(late: f64, delay: usize) -> Result<Self, Error> {
-        let between = Between::at(late);
-        let weights = between.integer_weights();
-        let most = MAX_DELAY as i64;
-        let oldest = delay as i64 + 1 - i64::from(between.whole);
-        // A sample with weight 0 need not be there.
-        let ages = (0..4).zip(weights).filter(|(_, weight)| *weight != 0);
-        let reached = ages.map(|(place, _)| oldest - place);
-        if let Some(age) = reached.into_iter().find(|age| !(0..=most).contains(age)) {
-            return Err(Error::OutOfRange {
-                quantity: "age of the force sample that the delay of its channel asks for",
-                seen: age as f64,
-                least: 0.0,
-                most: most as f64,
-            });
-        }
-        Ok(Self {
-            oldest: oldest.clamp(0, most + 1) as usize,
-            weights,
-        })
-    }
-
-    /// The channel's count at the chain's instant.
-    fn read(&self, force: &Delay) -> i32 {
-        let counts = [0, 1, 2, 3].map(|place| force.delayed(self.oldest.saturating_sub(place)));
-        mix(&self.weights, counts)
-    }
+    force: Channel,
+    /// The accelerometer, where it is not in time.
+    late_acceleration: Option<Channel>,
+    /// The counters, where they are not in time.
+    late_displacement: Option<Channel>,
+    late_body: Option<Channel>,
 }
 
 /// A gain in force units per count, as a multiplier of 28 to 29 bits and a shift; no contribution when the multiplier is 0.
@@ -184,6 +154,8 @@ pub struct Chain {
     velocity: Taps,
     acceleration: Taps,
     band: Taps<MAX_BAND_TAPS>,
+    /// What counters that are late or early cost.
+    settling: Settling,
 }
 
 /// What moves: the last samples of every channel, and the memory of the model's effects.
@@ -196,6 +168,8 @@ pub struct ChainState {
 
 #[derive(Clone, Debug, Default)]
 struct AxisState {
+    late_displacement: Delay<COUNTER_SAMPLES>,
+    late_body: Delay<COUNTER_SAMPLES>,
     displacement: History,
     body: History,
     acceleration: Delay,
@@ -322,6 +296,10 @@ impl AxisChain {
         let cross = other.map_or(0.0, |other| axis.force_cross * other.force_step);
         gains[4] = -sign * cross / force_per_lsb;
         let [inertia, force, stiffness, damping, cross] = gains.map(Term::new);
+        let wait = Settling::of(rig).wait;
+        let delay = rig.velocity.taps.len() / 2 + wait;
+        let late_acceleration =
+            acceleration == Acceleration::Logged && axis.delays.acceleration != 0.0;
         Ok(Self {
             difference: axis.displacement_difference,
             has_body,
@@ -332,7 +310,22 @@ impl AxisChain {
             curvature_shift,
             body_velocity_shift,
             terms: [inertia?, force?, stiffness?, damping?, cross?],
-            force: ForceChannel::new(axis.force_delay_samples, rig.velocity.taps.len() / 2)?,
+            force: Channel::filtered(
+                "age of the force sample that the delay of its channel asks for",
+                axis.force_delay_samples,
+                delay,
+            )?,
+            late_acceleration: if late_acceleration {
+                Some(Channel::filtered(
+                    "age of the acceleration sample that the delay of its channel asks for",
+                    axis.delays.acceleration,
+                    delay,
+                )?)
+            } else {
+                None
+            },
+            late_displacement: Channel::counter(axis.delays.displacement, wait)?,
+            late_body: Channel::counter(axis.delays.body, wait)?,
         })
     }
 
@@ -350,13 +343,16 @@ impl AxisChain {
         &self,
         state: &AxisState,
         [own_force, other_force]: [i32; 2],
-        delay: usize,
+        [delay, wait]: [usize; 2],
         velocity: &Taps,
         acceleration: &Taps,
     ) -> i64 {
         let a = match self.acceleration {
             Acceleration::None => 0,
-            Acceleration::Logged => state.acceleration.delayed(delay),
+            Acceleration::Logged => match &self.late_acceleration {
+                None => state.acceleration.delayed(delay + wait),
+                Some(late) => late.read(&state.acceleration),
+            },
             Acceleration::Derived => {
                 shift_round(curvature(acceleration, &state.body), self.curvature_shift)
             }
@@ -414,6 +410,7 @@ impl Chain {
             velocity: rig.velocity.clone(),
             acceleration: rig.acceleration.clone(),
             band: rig.band.clone(),
+            settling: Settling::of(rig),
         })
     }
 
@@ -422,8 +419,18 @@ impl Chain {
         self.axes.len()
     }
 
-    /// D: by how many samples an [`Output`] lags behind the newest sample.
+    /// By how many samples an [`Output`] lags behind the newest sample: D, and what a late counter costs.
     pub fn delay(&self) -> usize {
+        self.filter_delay() + self.settling.wait
+    }
+
+    /// The sample, counted from 0, that the first output describes.
+    pub fn first_row(&self) -> usize {
+        self.filter_delay() + self.settling.before
+    }
+
+    /// D.
+    fn filter_delay(&self) -> usize {
         self.velocity.taps.len() / 2
     }
 
@@ -446,20 +453,28 @@ impl Chain {
             } else {
                 first
             };
+            let relative = in_time(
+                axis.late_displacement.as_ref(),
+                &mut moving.late_displacement,
+                relative,
+            );
             moving.displacement.push(relative);
             // On a rig whose displacement is measured from ground, the far side is the body.
-            moving
-                .body
-                .push(if axis.has_body { raw.body } else { relative });
+            moving.body.push(if axis.has_body {
+                in_time(axis.late_body.as_ref(), &mut moving.late_body, raw.body)
+            } else {
+                relative
+            });
             moving.acceleration.push(raw.acceleration);
             moving.force.push(raw.force);
         }
         state.samples = state.samples.saturating_add(1);
-        if state.samples < self.velocity.taps.len() {
+        let full = self.velocity.taps.len() + self.settling.wait + self.settling.before;
+        if state.samples < full {
             return None;
         }
 
-        let delay = self.delay();
+        let delay = self.filter_delay();
         let mut output = Output::default();
         let mut forces = [0; 2];
         for (force, (axis, moving)) in forces.iter_mut().zip(self.axes.iter().zip(&state.axes)) {
@@ -474,7 +489,13 @@ impl Chain {
                 }
                 output.outside |= u8::from(outside) << (input & 7);
             }
-            let measured = axis.measured(moving, forces, delay, &self.velocity, &self.acceleration);
+            let measured = axis.measured(
+                moving,
+                forces,
+                [delay, self.settling.wait],
+                &self.velocity,
+                &self.acceleration,
+            );
             let [own, other] = forces;
             forces = [other, own];
             let measured = shift_round(measured, TERM_PLACES);
@@ -485,7 +506,7 @@ impl Chain {
         }
         output.predicted = model.step(&mut state.model, &output.state);
 
-        let band_full = state.samples >= self.velocity.taps.len() + self.band.taps.len() - 1;
+        let band_full = state.samples >= full + self.band.taps.len() - 1;
         let mut in_band = [0; 2];
         let residuals = output
             .residual

@@ -9,6 +9,9 @@ pub const MAX_TAPS: usize = 129;
 /// The most taps of the low-pass over the residual: a band that is narrow beside the sample rate needs a long filter.
 pub const MAX_BAND_TAPS: usize = 257;
 
+/// The most samples by which a counter may be late or early: a board's skew is a part of one.
+pub const MAX_COUNTER_DELAY: f64 = 2.0;
+
 /// A linear-phase FIR filter with integer taps: `y = Σ taps[i]·x[n−i] · 2^−shift`.
 ///
 /// The number of taps is odd and the same for the velocity and the acceleration filter of one rig, so that both lag
@@ -47,6 +50,19 @@ pub struct RigAxis {
     pub force_cross: f64,
     /// By how many samples the force channel is late; negative when it is early.
     pub force_delay_samples: f64,
+    /// By how many samples the other channels are late.
+    pub delays: ChannelDelays,
+}
+
+/// By how many samples channels are late because of how the board reads them; negative when they are early.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ChannelDelays {
+    /// Both displacement counters, −[`MAX_COUNTER_DELAY`] to [`MAX_COUNTER_DELAY`].
+    pub displacement: f64,
+    /// The body's counter, in the same range; 0 where the rig has none.
+    pub body: f64,
+    /// The accelerometer.
+    pub acceleration: f64,
 }
 
 /// The rig: one or two axes, the sample rate, and the filters that host and device share.
@@ -184,6 +200,13 @@ impl Rig {
                 -most,
                 most,
             )?;
+            let late = axis.delays.acceleration;
+            within("acceleration delay in samples", late, -most, most)?;
+            let most = MAX_COUNTER_DELAY;
+            let late = axis.delays.displacement;
+            within("displacement delay in samples", late, -most, most)?;
+            let most = if axis.body_step > 0.0 { most } else { 0.0 };
+            within("body delay in samples", axis.delays.body, -most, most)?;
         }
         Ok(())
     }

@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
 use crate::monitor::{Faults, Monitor, MonitorState, Verdict};
 use crate::pipeline::{Chain, ChainState, RawSample};
-use crate::rig::{Rig, RigAxis, Taps};
+use crate::rig::{ChannelDelays, Rig, RigAxis, Taps};
 use crate::selftest::{Digest, Points};
 use heapless::Vec;
 
@@ -71,6 +71,7 @@ fn reference_rig([derivative, band]: [usize; 2]) -> Result<Rig, Error> {
         ground_damping: 5e7,
         force_cross: 0.25,
         force_delay_samples: 0.75,
+        delays: ChannelDelays::default(),
     };
     let mut axes = Vec::new();
     let derived = RigAxis {

@@ -4,7 +4,7 @@ use heapless::Vec as Bounded;
 use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
 use jointwatch_shared::model::{Header, Model};
 use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawSample};
-use jointwatch_shared::rig::{Rig, RigAxis, Taps};
+use jointwatch_shared::rig::{ChannelDelays, Rig, RigAxis, Taps};
 use jointwatch_shared::selftest::Points;
 
 const RATE: f64 = 2000.0;
@@ -45,6 +45,7 @@ fn rig(acceleration_step: f64, body_step: f64, ground: [f64; 2], convention: boo
         ground_damping: ground[1],
         force_cross: 0.0,
         force_delay_samples: 0.0,
+        delays: ChannelDelays::default(),
     };
     let mut axes = Bounded::new();
     axes.push(axis(2e-6, 1e-5, 0.6)).unwrap();
@@ -105,23 +106,30 @@ fn model() -> Model {
 
 /// A smooth motion in counts: sums of sines, the second axis slower.
 fn motion(rows: usize, offset: i32) -> Vec<RawSample> {
+    late_motion(rows, offset, ChannelDelays::default())
+}
+
+/// The same, seen by channels that are late by so many samples.
+fn late_motion(rows: usize, offset: i32, late: ChannelDelays) -> Vec<RawSample> {
     (0..rows)
         .map(|n| {
-            let t = n as f64 / RATE;
-            let wave = |a: f64, f: f64, p: f64| {
+            let wave_at = |late: f64, a: f64, f: f64, p: f64| {
+                let t = (n as f64 - late) / RATE;
                 (a * (f * t * std::f64::consts::TAU + p).sin()).round() as i32
             };
+            let wave = |a: f64, f: f64, p: f64| wave_at(0.0, a, f, p);
             let mut sample = RawSample::default();
             for (axis, raw) in sample.iter_mut().enumerate() {
                 let slow = 1.0 / (1.0 + axis as f64);
-                let near = wave(900.0, 3.0 * slow, 0.3);
-                let relative = wave(380.0, 27.0 * slow, 0.1) + wave(120.0, 61.0 * slow, 1.0);
+                let moved = |a, f, p| wave_at(late.displacement, a, f, p);
+                let near = moved(900.0, 3.0 * slow, 0.3);
+                let relative = moved(380.0, 27.0 * slow, 0.1) + moved(120.0, 61.0 * slow, 1.0);
                 raw.displacement = [
                     near.wrapping_add(relative).wrapping_add(offset),
                     near.wrapping_add(offset),
                 ];
-                raw.body = near;
-                raw.acceleration = wave(4e5, 27.0 * slow, 0.4);
+                raw.body = wave_at(late.body, 900.0, 3.0 * slow, 0.3);
+                raw.acceleration = wave_at(late.acceleration, 4e5, 27.0 * slow, 0.4);
                 raw.force = wave(2e6, 41.0 * slow, 0.9);
             }
             sample
@@ -279,6 +287,116 @@ fn the_chain_is_its_formula_to_a_few_units() {
     }
 }
 
+/// Outputs by the row that they describe, for rows that both chains know.
+fn aligned<'a>(
+    chains: [&Chain; 2],
+    outputs: [&'a [Output]; 2],
+) -> impl Iterator<Item = (&'a Output, &'a Output)> {
+    let first = chains[0].first_row().max(chains[1].first_row());
+    let [a, b] = [0, 1].map(|i| &outputs[i][first - chains[i].first_row()..]);
+    a.iter().zip(b)
+}
+
+#[test]
+fn a_channel_late_by_whole_samples_gives_the_bits_of_one_in_time() {
+    let model = model();
+    for rig in [
+        rig(4e-5, 2e-6, [350.0, 1.2], false),
+        rig(0.0, 2e-6, [350.0, 1.2], true),
+    ] {
+        let in_time = Chain::new(&model, &rig).unwrap();
+        for offset in [0, i32::MAX - 200] {
+            let wanted = run(&in_time, &model, &motion(600, offset));
+            for (displacement, body, acceleration) in [
+                (0, 1, 0),
+                (1, 0, 0),
+                (2, 2, 2),
+                (-1, 0, 1),
+                (-2, 2, -1),
+                (1, -2, 3),
+                (0, 0, 2),
+                (0, 0, -1),
+            ] {
+                let delays = ChannelDelays {
+                    displacement: f64::from(displacement),
+                    body: f64::from(body),
+                    acceleration: f64::from(acceleration),
+                };
+                let mut rig = rig.clone();
+                rig.axes.iter_mut().for_each(|axis| axis.delays = delays);
+                let Ok(chain) = Chain::new(&model, &rig) else {
+                    // Three samples late, and the filters wait for two: only a late counter makes them wait longer.
+                    panic!("{delays:?} was refused");
+                };
+                let seen = run(&chain, &model, &late_motion(600, offset, delays));
+                assert!(seen.len() + 8 > wanted.len());
+                assert_eq!(
+                    chain.delay() - in_time.delay(),
+                    displacement.max(body).max(0) as usize
+                );
+                let mut rows = 0;
+                for (a, b) in aligned([&in_time, &chain], [&wanted, &seen]) {
+                    rows += 1;
+                    let a = Output {
+                        residual_band: None,
+                        ..*a
+                    };
+                    assert_eq!(
+                        a,
+                        Output {
+                            residual_band: None,
+                            ..*b
+                        },
+                        "{delays:?}, pair {rows}"
+                    );
+                }
+                assert!(rows > 580);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_channel_late_by_part_of_a_sample_is_put_in_time() {
+    let (model, rig) = (model(), rig(4e-5, 2e-6, [350.0, 1.2], true));
+    let in_time = Chain::new(&model, &rig).unwrap();
+    let wanted = run(&in_time, &model, &motion(1500, i32::MAX - 200));
+    for late in [0.3, -0.45, 1.6] {
+        let delays = ChannelDelays {
+            displacement: late,
+            body: -late,
+            acceleration: late,
+        };
+        let samples = late_motion(1500, i32::MAX - 200, delays);
+        let uncorrected = run(&in_time, &model, &samples);
+        let mut rig = rig.clone();
+        rig.axes.iter_mut().for_each(|axis| axis.delays = delays);
+        let chain = Chain::new(&model, &rig).unwrap();
+        let corrected = run(&chain, &model, &samples);
+        // Largest error of the first axis's position in counts, and of its force in N.
+        let worst = |seen: &[Output], chain: &Chain| {
+            let mut worst = [0.0_f64; 2];
+            for (a, b) in aligned([&in_time, chain], [&wanted, seen]) {
+                let counts = 1e-3 / 2e-6 / 2_f64.powi(31);
+                let unit = model.outputs()[0].force_per_lsb;
+                worst[0] = worst[0].max(f64::from(a.state[0] - b.state[0]).abs() * counts);
+                worst[1] = worst[1].max(f64::from(a.measured[0].abs_diff(b.measured[0])) * unit);
+            }
+            worst
+        };
+        let (with, without) = (worst(&corrected, &chain), worst(&uncorrected, &in_time));
+        println!(
+            "late by {late}: counts and N off: {with:.3?} put in time, {without:.3?} as they come"
+        );
+        // Three roundings to a count on either side; then the cubic's own error.
+        assert!(
+            with[0] <= 3.0 && with[1] < 0.1 * without[1],
+            "late by {late}"
+        );
+        assert!(without[0] > 8.0, "late by {late}: the test shows nothing");
+    }
+}
+
 #[test]
 fn the_band_limited_residual_is_the_low_pass_of_the_residuals() {
     let (model, rig) = (model(), rig(4e-5, 0.0, [0.0; 2], true));
@@ -364,6 +482,9 @@ fn a_rig_that_does_not_fit_is_refused_with_the_quantity() {
     assert!(refused(&|r| r.acceleration.taps[2] += 1).contains("acceleration filter"));
     assert!(refused(&|r| r.axes[0].displacement_step = 1e-3).contains("displacement"));
     assert!(refused(&|r| r.axes[0].force_delay_samples = 1.5).contains("delay of its channel"));
+    assert!(refused(&|r| r.axes[0].delays.acceleration = 3.0).contains("delay of its channel"));
+    assert!(refused(&|r| r.axes[0].delays.displacement = 2.1).contains("displacement delay"));
+    assert!(refused(&|r| r.axes[1].delays.body = f64::NAN).contains("body delay"));
     assert!(refused(&|r| r.axes[0].force_cross = f64::NAN).contains("cross-talk"));
     assert!(refused(&|r| r.axes[1].force_step = f64::NAN).contains("force per count"));
     assert!(refused(&|r| r.axes[1].displacement_step = -1.0).contains("displacement step"));

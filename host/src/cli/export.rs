@@ -5,18 +5,28 @@ use crate::error::{Error, Result};
 use crate::export;
 use crate::model_file::ModelFile;
 use crate::output;
+use crate::rig_block;
+use crate::study::Study;
 use crate::table::Table;
 use clap::Args;
-use std::path::PathBuf;
+use jointwatch_shared::model::Model;
+use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch export`.
 #[derive(Args)]
 pub(crate) struct Export {
     /// The model that `identify` wrote.
     pub(super) model: PathBuf,
-    /// Where to write the blob.
-    #[arg(short, long, value_name = "FILE", default_value = "model.bin")]
-    pub(super) output: PathBuf,
+    /// Where to write the blob (default: model.bin), or with --rig the rig block (default: rig.bin).
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+    /// Write the rig block instead, which the device needs besides the model: from a rig.toml that says how the sensors are
+    /// wired (docs/rig-block.md), or `defaults` for the emulated rig of --study.
+    #[arg(long, value_name = "FILE|defaults")]
+    pub(super) rig: Option<PathBuf>,
+    /// The study whose records say what the sensors of an emulated rig are set to.
+    #[arg(long, value_name = "FILE")]
+    pub(super) study: Option<PathBuf>,
     /// The largest error that fixed point may cost, as a part of each axis's RMS training force
     /// (default: 1e-5 for a polynomial, 1e-3 for a network).
     #[arg(long, value_name = "PART")]
@@ -35,7 +45,16 @@ impl Export {
             sentence: format!("{}: {e}", self.model.display()),
             ..e
         })?;
-        output::write_whole(&self.output, &exported.blob)?;
+        if let Some(rig) = &self.rig {
+            return self.write_rig(rig, &exported.model, console);
+        }
+        if self.study.is_some() {
+            return Err(Error::usage(
+                "--study goes with --rig defaults; leave it out to export the model",
+            ));
+        }
+        let path = self.output.unwrap_or_else(|| "model.bin".into());
+        output::write_whole(&path, &exported.blob)?;
         let mut table = Table::new(&[
             "axis",
             "force unit",
@@ -56,8 +75,34 @@ impl Export {
         console.say(format!(
             "Blob of {} bytes written to {}.\nWhat fixed point costs against f64, over the whole training range:\n{table}",
             exported.blob.len(),
-            self.output.display()
+            path.display()
         ))?;
-        console.json(&serde_json::json!({ "blob": self.output, "bytes": exported.blob.len(), "axes": exported.axes }))
+        console.json(&serde_json::json!({ "blob": path, "bytes": exported.blob.len(), "axes": exported.axes }))
+    }
+    fn write_rig(&self, rig: &Path, model: &Model, console: &Console) -> Result<()> {
+        let block = match (rig.as_os_str() == "defaults", &self.study) {
+            (true, Some(study)) => rig_block::of_study(&Study::read(study)?, model)?,
+            (true, None) => {
+                return Err(Error::usage(
+                    "--rig defaults needs --study: the ranges of its records say what the emulated sensors are set to",
+                ));
+            }
+            (false, None) => rig_block::of_file(rig, model)?,
+            (false, Some(_)) => {
+                return Err(Error::usage(
+                    "--study goes with --rig defaults; a rig.toml says by itself what the sensors are set to",
+                ));
+            }
+        };
+        let path = self.output.clone().unwrap_or_else(|| "rig.bin".into());
+        let bytes = rig_block::encode(&block)?;
+        output::write_whole(&path, &bytes)?;
+        console.say(format!(
+            "Rig block of {} bytes written to {}.\n{}",
+            bytes.len(),
+            path.display(),
+            rig_block::in_words(&block)
+        ))?;
+        console.json(&rig_block::as_json(&block))
     }
 }

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::export;
 use crate::model::{EffectTerm, effects};
 use crate::model_file::{Base, ModelFile};
+use crate::rig_block;
 use crate::study::AxisKind;
 use crate::table::Table;
 use clap::Args;
@@ -16,7 +17,7 @@ use std::path::PathBuf;
 /// Options of `jointwatch inspect`.
 #[derive(Args)]
 pub(crate) struct Inspect {
-    /// A model.json that `identify` wrote, or a blob that `export` wrote.
+    /// A model.json that `identify` wrote, or a blob or a rig block that `export` wrote.
     pub(super) file: PathBuf,
 }
 
@@ -33,6 +34,10 @@ impl Inspect {
             let model = ModelFile::read(&self.file)?;
             console.say(model_in_words(&model))?;
             console.json(&model)
+        } else if rig_block::begins_like_one(&bytes) {
+            let block = rig_block::decode(&self.file, &bytes)?;
+            console.say(rig_block::in_words(&block))?;
+            console.json(&rig_block::as_json(&block))
         } else {
             let model = export::read_blob(&self.file)?;
             console.say(blob_in_words(&model))?;

@@ -151,21 +151,21 @@ impl<'de> Deserialize<'de> for Channels {
     }
 }
 
-/// The text of `study.toml` and where it lies, to say in which line something stands.
+/// The text of `study.toml`, or of another TOML file, and where it lies, to say in which line something stands.
 pub(crate) struct Source<'a> {
     pub(crate) path: &'a Path,
     pub(crate) text: &'a str,
 }
 
 impl Source<'_> {
-    /// The description, or one sentence on what is wrong in which line.
-    pub(crate) fn parse(&self) -> Result<Description> {
+    /// The file's content, or one sentence on what is wrong in which line; `page` of docs/ describes its keys.
+    pub(crate) fn parse<T: de::DeserializeOwned>(&self, page: &str) -> Result<T> {
         toml::from_str(self.text).map_err(|e| {
             let place = match e.span() {
                 Some(span) => self.at(span.start),
                 None => self.path.display().to_string(),
             };
-            Error::data(format!("{place}: {}", explained(e.message())))
+            Error::data(format!("{place}: {}", explained(e.message(), page)))
         })
     }
 
@@ -183,7 +183,7 @@ impl Source<'_> {
 }
 
 /// Adds to the parser's message what to try.
-fn explained(message: &str) -> String {
+fn explained(message: &str, page: &str) -> String {
     let message = message.trim().replace('\n', ", ");
     let mut quoted = message.split('`').skip(1).step_by(2);
     let kind = if message.starts_with("unknown field") {
@@ -192,11 +192,11 @@ fn explained(message: &str) -> String {
         "value"
     } else if message.starts_with("missing field") {
         let key = quoted.next().unwrap_or_default();
-        return format!("the key {key:?} is missing here; add it, docs/study.md lists all keys");
+        return format!("the key {key:?} is missing here; add it, docs/{page} lists all keys");
     } else if message.starts_with("invalid type") || message.starts_with("invalid value") {
-        return format!("{message}; docs/study.md shows how each key is written");
+        return format!("{message}; docs/{page} shows how each key is written");
     } else {
-        return format!("this is not TOML ({message}); compare with the example in docs/study.md");
+        return format!("this is not TOML ({message}); compare with the example in docs/{page}");
     };
     let seen = quoted.next().unwrap_or_default();
     let known: Vec<&str> = quoted.collect();

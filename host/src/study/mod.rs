@@ -5,7 +5,7 @@
 
 mod check;
 mod csv;
-mod description;
+pub(crate) mod description;
 mod json;
 mod log;
 mod matlab;

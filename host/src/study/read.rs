@@ -43,7 +43,7 @@ impl Study {
             // Some editors begin the file with a byte order mark, which TOML does not know.
             text: text.strip_prefix('\u{feff}').unwrap_or(&text),
         };
-        let said = source.parse()?;
+        let said = source.parse("study.md")?;
         let (plan, axes) = plan(&source, &said)?;
         let folder = path.parent().unwrap_or(Path::new(".")).to_owned();
         let mut notes = check_records(&source, &said, &folder)?;

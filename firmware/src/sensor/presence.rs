@@ -1,0 +1,259 @@
+//! Whether a chip is there: it is set up, watched, given up after repeated failure, and tried again ever more rarely.
+//!
+//! ```text
+//!           restart            set-up                    many failures in a row
+//! waiting ───────────▶ starting ───────▶ running ───────────────────────────────▶ waiting
+//!    ▲                    │ refused: twice the wait
+//!    └────────────────────┘
+//! ```
+//! Time is counted in samples. A visit makes at most one attempt, so that a missing chip costs little of each sample.
+
+use super::{Fault, Found, Sensor};
+
+/// Samples from the first failed attempt to the next; doubled with each that follows.
+pub const FIRST_WAIT: u16 = 16;
+/// The longest wait: 4 s at 1 kHz.
+pub const LONGEST_WAIT: u16 = 4096;
+/// Samples that a chip gets between its reset and its set-up.
+pub const TIME_TO_START: u16 = 16;
+/// Failures in a row after which a chip that ran is set up again.
+pub const FAILURES_ALLOWED: u8 = 8;
+/// Readings in a row without anything new after which a chip counts as silent.
+pub const STALE_ALLOWED: u8 = 8;
+
+/// How a sensor did at one instant; what a user is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Health {
+    /// Not part of this rig.
+    #[default]
+    NotFitted = 0,
+    /// A new, believable code.
+    Ok = 1,
+    /// Being set up, or waiting for it.
+    Starting = 2,
+    /// A code at a rail of its converter.
+    Saturated = 3,
+    /// The bus failed.
+    Bus = 4,
+    /// A frame was damaged, on either way.
+    Crc = 5,
+    /// Another chip answers, or none.
+    Identity = 6,
+    /// Its settings do not stay.
+    Settings = 7,
+    /// Nothing new came in time.
+    TimedOut = 8,
+    /// It lost its supply or was reset.
+    Restarted = 9,
+}
+
+impl Health {
+    /// Every state, in the order of their numbers.
+    pub const ALL: [Self; 10] = [
+        Self::NotFitted,
+        Self::Ok,
+        Self::Starting,
+        Self::Saturated,
+        Self::Bus,
+        Self::Crc,
+        Self::Identity,
+        Self::Settings,
+        Self::TimedOut,
+        Self::Restarted,
+    ];
+
+    /// Its name in a log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NotFitted => "not fitted",
+            Self::Ok => "ok",
+            Self::Starting => "starting",
+            Self::Saturated => "saturated",
+            Self::Bus => "bus error",
+            Self::Crc => "checksum error",
+            Self::Identity => "wrong or no chip",
+            Self::Settings => "settings not kept",
+            Self::TimedOut => "no new sample",
+            Self::Restarted => "restarted",
+        }
+    }
+
+    /// Whether the code that came with it may be used.
+    pub fn usable(self) -> bool {
+        matches!(self, Self::Ok | Self::Saturated)
+    }
+
+    /// What a fault looks like from outside.
+    pub fn of<E>(fault: &Fault<E>) -> Self {
+        match fault {
+            Fault::Bus(_) => Self::Bus,
+            Fault::WrongIdentity { .. } => Self::Identity,
+            Fault::Crc { .. } | Fault::NotUnderstood => Self::Crc,
+            Fault::ConfigNotKept { .. } => Self::Settings,
+            Fault::Restarted => Self::Restarted,
+            Fault::NotReady => Self::TimedOut,
+        }
+    }
+}
+
+/// Where a chip stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// Samples until the next restart.
+    Waiting(u16),
+    /// Samples until the set-up.
+    Starting(u16),
+    /// Failures and readings without anything new, in a row.
+    Running { failures: u8, stale: u8 },
+}
+
+/// One visit's result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Visit<T> {
+    /// The code, or the codes: the last good ones where there are no new ones.
+    pub value: T,
+    /// How the chip did.
+    pub health: Health,
+    /// Bit i is set when code i stands at a rail.
+    pub saturated: u8,
+}
+
+/// A chip with its presence.
+pub struct Watched<S: Sensor> {
+    sensor: S,
+    phase: Phase,
+    /// The wait after the next refusal.
+    wait: u16,
+    /// What was wrong last; shown until the chip gives something new.
+    health: Health,
+    value: S::Value,
+    restarts: u32,
+}
+
+impl<S: Sensor> Watched<S> {
+    /// A chip that was never talked to: the next visit begins.
+    pub fn new(sensor: S) -> Self {
+        Self {
+            sensor,
+            phase: Phase::Waiting(0),
+            wait: FIRST_WAIT,
+            health: Health::Starting,
+            value: S::Value::default(),
+            restarts: 0,
+        }
+    }
+
+    /// The driver.
+    pub fn sensor_mut(&mut self) -> &mut S {
+        &mut self.sensor
+    }
+
+    /// Its last good code, or codes.
+    pub fn last(&self) -> S::Value {
+        self.value
+    }
+
+    /// Whether the chip is set up.
+    pub fn is_running(&self) -> bool {
+        matches!(self.phase, Phase::Running { .. })
+    }
+
+    /// How often the chip was set up from nothing; a counter's count begins anew with each.
+    pub fn restarts(&self) -> u32 {
+        self.restarts
+    }
+
+    fn visit_result(&self, health: Health, saturated: u8) -> Visit<S::Value> {
+        Visit {
+            value: self.value,
+            health,
+            saturated,
+        }
+    }
+
+    /// Gives the chip up for a while.
+    fn refuse(&mut self, health: Health) {
+        self.health = health;
+        self.phase = Phase::Waiting(self.wait);
+        self.wait = self.wait.saturating_mul(2).min(LONGEST_WAIT);
+    }
+
+    /// One sample: reads a chip that runs, and brings one that does not a step further.
+    pub fn visit(&mut self) -> Visit<S::Value> {
+        match self.phase {
+            Phase::Waiting(0) => match self.sensor.restart() {
+                Ok(()) => self.phase = Phase::Starting(TIME_TO_START),
+                Err(fault) => self.refuse(Health::of(&fault)),
+            },
+            Phase::Starting(0) => match self.sensor.set_up() {
+                Ok(found) => {
+                    self.restarts = self
+                        .restarts
+                        .saturating_add(u32::from(found == Found::Fresh));
+                    self.phase = Phase::Running {
+                        failures: 0,
+                        stale: 0,
+                    };
+                }
+                Err(fault) => self.refuse(Health::of(&fault)),
+            },
+            Phase::Waiting(left) => self.phase = Phase::Waiting(left - 1),
+            Phase::Starting(left) => self.phase = Phase::Starting(left - 1),
+            Phase::Running { failures, stale } => return self.read(failures, stale),
+        }
+        self.visit_result(self.health, 0)
+    }
+
+    fn read(&mut self, failures: u8, stale: u8) -> Visit<S::Value> {
+        match self.sensor.read() {
+            Ok(reading) => {
+                self.value = reading.value;
+                let stale = if reading.fresh {
+                    0
+                } else {
+                    stale.saturating_add(1)
+                };
+                if stale > STALE_ALLOWED {
+                    self.refuse(Health::TimedOut);
+                    return self.visit_result(Health::TimedOut, 0);
+                }
+                self.phase = Phase::Running { failures: 0, stale };
+                if reading.fresh {
+                    // It works: the next trouble is a new one.
+                    self.wait = FIRST_WAIT;
+                    self.health = Health::Ok;
+                }
+                // Until something new came, a chip that was set up again is no better than before.
+                let health = match self.health {
+                    Health::Ok if reading.saturated != 0 => Health::Saturated,
+                    health => health,
+                };
+                self.visit_result(health, reading.saturated)
+            }
+            Err(fault) => {
+                let health = Health::of(&fault);
+                self.failed(health, failures, stale);
+                self.visit_result(health, 0)
+            }
+        }
+    }
+
+    /// Counts a failure; a chip that lost its settings is given up at once.
+    fn failed(&mut self, health: Health, failures: u8, stale: u8) {
+        let failures = failures.saturating_add(1);
+        let lost = matches!(health, Health::Restarted | Health::Settings);
+        if lost || failures > FAILURES_ALLOWED {
+            self.refuse(health);
+        } else {
+            self.phase = Phase::Running { failures, stale };
+        }
+    }
+
+    /// Tells that the chip failed outside [`Watched::visit`].
+    pub fn report(&mut self, health: Health) {
+        if let Phase::Running { failures, stale } = self.phase {
+            self.failed(health, failures, stale);
+        }
+    }
+}

@@ -1,0 +1,335 @@
+//! The rig block: what a device is told about its rig, from a `rig.toml` or from a study's own records, and back in words.
+
+use crate::error::{Error, Result};
+use crate::motion::Filters;
+use crate::replay;
+use crate::rig_file;
+use crate::study::description::Source;
+use crate::study::{AxisKind, Study};
+use crate::table::Table;
+use jointwatch_shared::model::Model;
+use jointwatch_shared::pipeline::Chain;
+use jointwatch_shared::rig::{Rig, RigAxis};
+use jointwatch_shared::rig_block::{self, RIG_BLOCK_LEN, RIG_BLOCK_MAGIC, RigBlock};
+use jointwatch_shared::wiring::{
+    Accelerometer, AxisWiring, Converter, Counter, Signed, SignedDirection, Wiring,
+};
+use std::path::Path;
+
+/// A converter of 24 bits is this much finer than an accelerometer of 20.
+const ACCELEROMETER_STEP: f64 = 16.0;
+/// Distance between the accelerometers of a pair, m, on a rig that is known from its study only.
+const PAIR_DISTANCE_M: f64 = 0.1;
+
+/// The rig that a `rig.toml` describes, with the filters and corrections of a model.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`], one sentence with the line, or the quantity that the device cannot hold.
+pub fn of_file(path: &Path, model: &Model) -> Result<RigBlock> {
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        Error::data(format!(
+            "{}: the description of the rig could not be read ({e}); docs/rig-block.md has an example",
+            path.display()
+        ))
+    })?;
+    let source = Source { path, text: &text };
+    let file: rig_file::RigFile = source.parse("rig-block.md")?;
+    let described = rig_file::described(&source, &file, model)?;
+    let header = model.header();
+    let filters = Filters::for_bands(header.sample_rate_hz, header.band_hz, header.state_band_hz)?;
+    let (velocity, acceleration, band) = filters.taps()?;
+    let converters = Rig {
+        sample_rate_hz: header.sample_rate_hz,
+        axes: described.axes.into_iter().collect(),
+        velocity,
+        acceleration,
+        band,
+    };
+    finished(path, converters, described.wiring, model)
+}
+
+/// The rig as `replay` sets it up for a study: steps from the records' ranges, and chips in a plain order. It is what an
+/// emulated board is set to, not a real one.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] when the study does not fit the model, or needs more counters than a board has.
+pub fn of_study(study: &Study, model: &Model) -> Result<RigBlock> {
+    let header = model.header();
+    let filters = Filters::for_bands(study.sample_rate_hz, header.band_hz, header.state_band_hz)?;
+    let mut converters = replay::rig(study, model, &filters)?;
+    for axis in &mut converters.axes {
+        axis.acceleration_step *= ACCELEROMETER_STEP;
+    }
+    let wiring = plain_wiring(study, &converters)?;
+    finished(&study.path, converters, wiring, model)
+}
+
+/// Corrections put in, everything checked, the chain's own check included.
+fn finished(path: &Path, converters: Rig, wiring: Wiring, model: &Model) -> Result<RigBlock> {
+    let mut rig = replay::corrected(&converters, model.corrections());
+    for (axis, read) in rig.axes.iter_mut().zip(&converters.axes) {
+        // The board's own skew, besides what the model knows of the channel.
+        axis.force_delay_samples += read.force_delay_samples;
+    }
+    let block = RigBlock {
+        rig,
+        wiring,
+        limits: None,
+    };
+    let refuse = |e: jointwatch_shared::error::Error| {
+        Error::data(format!(
+            "{}: the device cannot hold this rig ({e}); check the counts, gains and skews, and their units",
+            path.display()
+        ))
+    };
+    block.check().map_err(refuse)?;
+    Chain::new(model, &block.rig).map_err(refuse)?;
+    Ok(block)
+}
+
+/// Counters in the order of the axes, one bridge channel each, a pair of accelerometers on rotations.
+fn plain_wiring(study: &Study, rig: &Rig) -> Result<Wiring> {
+    let mut wiring = Wiring {
+        counters: [None; 4],
+        accelerometers: [None; 2],
+        converter: Converter {
+            gain_log2: [0; 4],
+            oversampling: 3,
+        },
+        axes: heapless::Vec::new(),
+    };
+    let mut free = 0..4_u8;
+    for (index, (of_rig, axis)) in rig.axes.iter().zip(&study.axes).enumerate() {
+        let mut counter = || {
+            let place = free.next().ok_or_else(|| {
+                Error::data(format!(
+                    "{}: this rig has more than four encoders, and the board four counters; measure a difference as one \
+                     channel, or leave body_position out",
+                    study.path.display()
+                ))
+            })?;
+            wiring.counters[usize::from(place)] = Some(Counter {
+                quadrature: 4,
+                start: 0,
+                index: false,
+            });
+            Ok(Signed {
+                place,
+                negative: false,
+            })
+        };
+        let far = counter()?;
+        let near = of_rig
+            .displacement_difference
+            .then(&mut counter)
+            .transpose()?;
+        let is_near = |record: &crate::study::Record| {
+            let channels = &record.axes[index];
+            channels.body_position.is_some()
+                && channels.body_position == channels.displacement_second
+        };
+        let body = match near {
+            _ if of_rig.body_step == 0.0 => None,
+            Some(near) if study.records.iter().all(is_near) => Some(near),
+            _ => Some(counter()?),
+        };
+        let mut acceleration = [None; 2];
+        let measured = of_rig.acceleration_step > 0.0;
+        let turns = measured && axis.kind == AxisKind::Rotation;
+        if measured {
+            let direction = |chip: u8, negative: bool| SignedDirection {
+                chip,
+                // A translation takes x or y by its number, a rotation z.
+                direction: if turns { 2 } else { index as u8 },
+                negative,
+            };
+            acceleration = if turns {
+                [Some(direction(1, false)), Some(direction(0, true))]
+            } else {
+                [Some(direction(0, false)), None]
+            };
+            for one in acceleration.iter().flatten() {
+                wiring.accelerometers[usize::from(one.chip)] = Some(Accelerometer {
+                    range: 1,
+                    filter: 0,
+                    external_sync: false,
+                });
+            }
+        }
+        let wired = AxisWiring {
+            far,
+            near,
+            body,
+            force: Signed {
+                place: index as u8,
+                negative: false,
+            },
+            acceleration,
+            pair_distance_m: if turns { PAIR_DISTANCE_M } else { 0.0 },
+        };
+        // A study has at most two axes.
+        let _ = wiring.axes.push(wired);
+    }
+    Ok(wiring)
+}
+
+/// The bytes of a block that was made here.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] with the quantity that cannot be held.
+pub fn encode(block: &RigBlock) -> Result<[u8; RIG_BLOCK_LEN]> {
+    rig_block::encode(block).map_err(|e| Error::data(format!("this rig cannot be exported: {e}")))
+}
+
+/// Whether these bytes begin like a rig block.
+pub fn begins_like_one(bytes: &[u8]) -> bool {
+    bytes.starts_with(&RIG_BLOCK_MAGIC)
+}
+
+/// Reads and checks a rig block's bytes, those of the file `path`.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] with the file and the reason for which the device would refuse it too.
+pub fn decode(path: &Path, bytes: &[u8]) -> Result<RigBlock> {
+    rig_block::decode(bytes).map_err(|e| Error::data(format!("{}: {e}", path.display())))
+}
+
+/// "+0", or "–" where nothing is wired.
+fn signed(place: Option<Signed>) -> String {
+    place.map_or("–".into(), |s| format!("{}{}", sign(s.negative), s.place))
+}
+
+fn sign(negative: bool) -> char {
+    if negative { '-' } else { '+' }
+}
+
+fn directions(axis: &AxisWiring) -> Vec<String> {
+    let wired = axis.acceleration.iter().flatten();
+    let letter = |d: &SignedDirection| {
+        ["x", "y", "z"]
+            .get(usize::from(d.direction))
+            .copied()
+            .unwrap_or("?")
+    };
+    wired
+        .map(|d| format!("{}{}{}", sign(d.negative), d.chip, letter(d)))
+        .collect()
+}
+
+/// By how many microseconds displacement, body, acceleration and force are late.
+fn skews_us(axis: &RigAxis, sample_rate_hz: f64) -> [f64; 4] {
+    let delays = &axis.delays;
+    let samples = [
+        delays.displacement,
+        delays.body,
+        delays.acceleration,
+        axis.force_delay_samples,
+    ];
+    samples.map(|samples| samples / sample_rate_hz * 1e6)
+}
+
+/// The block for a person to read.
+pub fn in_words(block: &RigBlock) -> String {
+    let (rig, wiring) = (&block.rig, &block.wiring);
+    let mut text = format!(
+        "Rig block: {} axes at {} Hz; derivatives of {} taps, residual's low-pass of {} taps; {} limits of the monitor.\n",
+        rig.axes.len(),
+        rig.sample_rate_hz,
+        rig.velocity.taps.len(),
+        rig.band.taps.len(),
+        if block.limits.is_some() {
+            "with"
+        } else {
+            "without"
+        },
+    );
+    let mut table = Table::new(&[
+        "axis",
+        "per count",
+        "per force code",
+        "per accel. code",
+        "inertia",
+        "late by (µs): position, body, accel., force",
+    ]);
+    for (number, axis) in rig.axes.iter().enumerate() {
+        let late = skews_us(axis, rig.sample_rate_hz).map(|skew| format!("{skew:.1}"));
+        table.row(vec![
+            number.to_string(),
+            format!("{:.4e}", axis.displacement_step),
+            format!("{:.4e}", axis.force_step),
+            format!("{:.4e}", axis.acceleration_step),
+            format!("{:.5}", axis.inertia),
+            late.join(", "),
+        ]);
+    }
+    text.push_str(&table.to_string());
+    let mut table = Table::new(&[
+        "axis",
+        "far",
+        "near",
+        "body",
+        "bridge",
+        "gain",
+        "accelerometers",
+    ]);
+    for (number, axis) in wiring.axes.iter().enumerate() {
+        let gain = wiring
+            .converter
+            .gain_log2
+            .get(usize::from(axis.force.place));
+        let directions = directions(axis);
+        table.row(vec![
+            number.to_string(),
+            signed(Some(axis.far)),
+            signed(axis.near),
+            signed(axis.body),
+            signed(Some(axis.force)),
+            gain.map_or(String::new(), |gain| (1_u32 << gain).to_string()),
+            if directions.is_empty() {
+                "–".into()
+            } else {
+                directions.join(" ")
+            },
+        ]);
+    }
+    text.push_str(&format!(
+        "\nCounters, bridge channels and accelerometers, with their signs:\n{table}"
+    ));
+    text
+}
+
+/// The block as JSON, SI units.
+pub fn as_json(block: &RigBlock) -> serde_json::Value {
+    let (rig, wiring) = (&block.rig, &block.wiring);
+    let axes = rig.axes.iter().zip(&wiring.axes).map(|(axis, wired)| {
+        let [displacement, body, acceleration, force] = skews_us(axis, rig.sample_rate_hz);
+        serde_json::json!({
+            "displacement_step": axis.displacement_step,
+            "body_step": axis.body_step,
+            "acceleration_step": axis.acceleration_step,
+            "force_step": axis.force_step,
+            "inertia": axis.inertia,
+            "restoring_force": if axis.inertia_minus_force { "inertia_minus_force" } else { "force_minus_inertia" },
+            "ground_stiffness": axis.ground_stiffness,
+            "ground_damping": axis.ground_damping,
+            "force_cross": axis.force_cross,
+            "skew_us": { "displacement": displacement, "body": body, "acceleration": acceleration, "force": force },
+            "far": signed(Some(wired.far)),
+            "near": wired.near.map(|s| signed(Some(s))),
+            "body": wired.body.map(|s| signed(Some(s))),
+            "bridge": signed(Some(wired.force)),
+            "acceleration": directions(wired),
+            "pair_distance_m": wired.pair_distance_m,
+        })
+    });
+    serde_json::json!({
+        "rig_block": rig_block::RIG_BLOCK_VERSION,
+        "sample_rate_hz": rig.sample_rate_hz,
+        "derivative_taps": rig.velocity.taps.len(),
+        "band_taps": rig.band.taps.len(),
+        "gains": wiring.converter.gain_log2.map(|gain| 1_u32 << gain),
+        "oversampling": 128_u32 << wiring.converter.oversampling,
+        "limits": block.limits.is_some(),
+        "axes": axes.collect::<Vec<_>>(),
+    })
+}

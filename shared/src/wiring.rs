@@ -1,0 +1,271 @@
+//! How the rig is wired: which counter, bridge and accelerometer measures what of which axis, with which sign and setting.
+//!
+//! The [`Rig`](crate::rig::Rig) says what a count is worth; this says where the count comes from. [`Wiring::raw_sample`]
+//! puts what the chips gave into the order of the chain, in integers.
+
+use crate::error::Error;
+use crate::pipeline::{RawAxis, RawSample};
+use heapless::Vec;
+
+/// Quadrature counters on a board.
+pub const COUNTERS: usize = 4;
+/// Channels of the converter.
+pub const CHANNELS: usize = 4;
+/// Accelerometers on a board.
+pub const ACCELEROMETERS: usize = 2;
+/// Directions that an accelerometer measures.
+pub const DIRECTIONS: usize = 3;
+
+/// How a quadrature counter is set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counter {
+    /// Counts per cycle of the encoder's two signals: 1, 2 or 4.
+    pub quadrature: u8,
+    /// The count at power-on; with `index`, also the count at every index pulse.
+    pub start: i32,
+    /// Whether the encoder's index pulse sets the count.
+    pub index: bool,
+}
+
+/// How the converter of the strain bridges is set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Converter {
+    /// Binary logarithm of each channel's gain: 0 to 7 for 1 to 128.
+    pub gain_log2: [u8; CHANNELS],
+    /// The oversampling is 128·2ⁿ modulator clocks, n from 0 to 7: 32,000 to 250 conversions per second at 8.192 MHz.
+    pub oversampling: u8,
+}
+
+/// How an accelerometer is set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Accelerometer {
+    /// Range: 1 is ±2.048 g, 2 is ±4.096 g, 3 is ±8.192 g.
+    pub range: u8,
+    /// Its low-pass: 0 is 4000 samples/s with a corner at 1000 Hz; each step halves both, up to 10.
+    pub filter: u8,
+    /// Whether the board's sync line, not the chip's own clock, says when a sample is taken.
+    pub external_sync: bool,
+}
+
+/// A counter or a converter channel, and whether it counts against the axis's positive direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Signed {
+    /// Its number, from 0.
+    pub place: u8,
+    /// True when its sign is turned round.
+    pub negative: bool,
+}
+
+/// One direction of an accelerometer, and its sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SignedDirection {
+    /// Which accelerometer, from 0.
+    pub chip: u8,
+    /// 0, 1 or 2 for its x, y or z.
+    pub direction: u8,
+    /// True when its sign is turned round.
+    pub negative: bool,
+}
+
+/// Where the counts of one axis come from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisWiring {
+    /// Counter of the displacement's far side; of the relative displacement itself where there is no near side.
+    pub far: Signed,
+    /// Counter of the near side, which is subtracted.
+    pub near: Option<Signed>,
+    /// Counter of the body that carries the inertia; may be one of the two above.
+    pub body: Option<Signed>,
+    /// Converter channel of the force or torque.
+    pub force: Signed,
+    /// What adds up to the acceleration's code: nothing where it is derived from the position, one direction of one
+    /// chip, or two: with equal signs twice their mean, with opposite signs the turning of a pair.
+    pub acceleration: [Option<SignedDirection>; 2],
+    /// Distance between the two accelerometers of a pair that measures a rotation, m; 0 where there is none.
+    pub pair_distance_m: f64,
+}
+
+/// The whole board.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wiring {
+    /// The counters that are fitted.
+    pub counters: [Option<Counter>; COUNTERS],
+    /// The converter.
+    pub converter: Converter,
+    /// The accelerometers that are fitted.
+    pub accelerometers: [Option<Accelerometer>; ACCELEROMETERS],
+    /// One or two axes, as the rig's.
+    pub axes: Vec<AxisWiring, 2>,
+}
+
+/// What every chip gave for one instant; 0 for a chip that is not fitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Readings {
+    /// Counts, 32 bits that wrap.
+    pub counters: [i32; COUNTERS],
+    /// Converter codes, 24 bits.
+    pub channels: [i32; CHANNELS],
+    /// Codes of each accelerometer's x, y and z, 20 bits.
+    pub accelerations: [[i32; DIRECTIONS]; ACCELEROMETERS],
+}
+
+/// The value with its sign; a counter at its lowest value stays there, as it is its own negative modulo 2³².
+fn signed(value: i32, negative: bool) -> i32 {
+    if negative {
+        value.wrapping_neg()
+    } else {
+        value
+    }
+}
+
+impl Signed {
+    fn of(self, values: &[i32]) -> i32 {
+        let value = values.get(usize::from(self.place)).copied().unwrap_or(0);
+        signed(value, self.negative)
+    }
+}
+
+impl SignedDirection {
+    fn of(self, readings: &Readings) -> i32 {
+        let chip = readings.accelerations.get(usize::from(self.chip));
+        let value = chip.and_then(|codes| codes.get(usize::from(self.direction)));
+        signed(value.copied().unwrap_or(0), self.negative)
+    }
+}
+
+impl Wiring {
+    /// Every chip of the board with a plain setting and no axes: what a board without a rig block reads its raw counts with.
+    pub fn unconfigured() -> Self {
+        let counter = Counter {
+            quadrature: 4,
+            start: 0,
+            index: false,
+        };
+        let accelerometer = Accelerometer {
+            range: 3,
+            filter: 0,
+            external_sync: false,
+        };
+        Self {
+            counters: [Some(counter); COUNTERS],
+            converter: Converter {
+                gain_log2: [0; CHANNELS],
+                oversampling: 3,
+            },
+            accelerometers: [Some(accelerometer); ACCELEROMETERS],
+            axes: Vec::new(),
+        }
+    }
+
+    /// The chain's sample from what the chips gave at one instant.
+    pub fn raw_sample(&self, readings: &Readings) -> RawSample {
+        let mut sample = RawSample::default();
+        for (raw, axis) in sample.iter_mut().zip(&self.axes) {
+            let counter = |place: Option<Signed>| place.map_or(0, |p| p.of(&readings.counters));
+            let directions = axis.acceleration.iter().flatten();
+            *raw = RawAxis {
+                displacement: [counter(Some(axis.far)), counter(axis.near)],
+                body: counter(axis.body),
+                acceleration: directions.fold(0_i32, |sum, d| sum.wrapping_add(d.of(readings))),
+                force: axis.force.of(&readings.channels),
+            };
+        }
+        sample
+    }
+
+    /// Checks settings against what the chips have, and that everything an axis names is fitted.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] names the first quantity that is not usable.
+    pub fn check(&self) -> Result<(), Error> {
+        let within = Error::unless_within;
+        for counter in self.counters.iter().flatten() {
+            let counts = f64::from(counter.quadrature);
+            within("counts per encoder cycle (1, 2 or 4)", counts, 1.0, 4.0)?;
+            if counter.quadrature == 3 {
+                within("counts per encoder cycle (1, 2 or 4)", counts, 4.0, 4.0)?;
+            }
+        }
+        for gain in self.converter.gain_log2 {
+            let quantity = "binary logarithm of a bridge channel's gain";
+            within(quantity, f64::from(gain), 0.0, 7.0)?;
+        }
+        let oversampling = f64::from(self.converter.oversampling);
+        within("oversampling step of the converter", oversampling, 0.0, 7.0)?;
+        for chip in self.accelerometers.iter().flatten() {
+            within("range of an accelerometer", chip.range.into(), 1.0, 3.0)?;
+            within("filter of an accelerometer", chip.filter.into(), 0.0, 10.0)?;
+        }
+        within("axes of the wiring", self.axes.len() as f64, 1.0, 2.0)?;
+        self.axes.iter().try_for_each(|axis| self.check_axis(axis))
+    }
+
+    fn check_axis(&self, axis: &AxisWiring) -> Result<(), Error> {
+        let within = Error::unless_within;
+        for counter in [Some(axis.far), axis.near, axis.body].into_iter().flatten() {
+            let place = usize::from(counter.place);
+            let number = f64::from(counter.place);
+            within("number of a counter", number, 0.0, COUNTERS as f64 - 1.0)?;
+            let fitted = self.counters.get(place).is_some_and(Option::is_some);
+            within(
+                "counters fitted where an axis has one",
+                f64::from(u8::from(fitted)),
+                1.0,
+                1.0,
+            )?;
+        }
+        if let Some(near) = axis.near {
+            let same = f64::from(u8::from(near.place == axis.far.place));
+            within("far and near sides on one counter", same, 0.0, 0.0)?;
+        }
+        let channel = f64::from(axis.force.place);
+        within(
+            "number of a bridge channel",
+            channel,
+            0.0,
+            CHANNELS as f64 - 1.0,
+        )?;
+        for direction in axis.acceleration.iter().flatten() {
+            let (chip, number) = (usize::from(direction.chip), f64::from(direction.chip));
+            within(
+                "number of an accelerometer",
+                number,
+                0.0,
+                ACCELEROMETERS as f64 - 1.0,
+            )?;
+            let fitted = self.accelerometers.get(chip).is_some_and(Option::is_some);
+            let fitted = f64::from(u8::from(fitted));
+            within(
+                "accelerometers fitted where an axis has one",
+                fitted,
+                1.0,
+                1.0,
+            )?;
+            let number = f64::from(direction.direction);
+            within(
+                "direction of an accelerometer",
+                number,
+                0.0,
+                DIRECTIONS as f64 - 1.0,
+            )?;
+        }
+        let turning = match axis.acceleration {
+            [Some(one), Some(other)] => {
+                let same = one.chip == other.chip && one.direction == other.direction;
+                let quantity = "one direction of an accelerometer used twice";
+                within(quantity, f64::from(u8::from(same)), 0.0, 0.0)?;
+                one.negative != other.negative
+            }
+            // One way to write it down: the first place is the first to be used.
+            [None, Some(_)] => return within("first accelerometer of an axis", 0.0, 1.0, 1.0),
+            _ => false,
+        };
+        let (least, most) = if turning { (1e-6, 1e3) } else { (0.0, 0.0) };
+        within(
+            "distance of a pair of accelerometers in m",
+            axis.pair_distance_m,
+            least,
+            most,
+        )
+    }
+}

@@ -1,0 +1,198 @@
+//! `export --rig`: a description of the wiring becomes the numbers of a block, and what is wrong with it is said with its line.
+
+use jointwatch_shared::rig_block::{RIG_BLOCK_LEN, decode};
+use jointwatch_tests::program::{fail, succeed, workspace};
+use jointwatch_tests::story::story;
+use std::fs;
+use std::path::Path;
+
+/// The example of the documentation.
+fn example() -> String {
+    let page = fs::read_to_string(workspace().join("docs/rig-block.md")).unwrap();
+    let (_, rest) = page.split_once("```toml\n").unwrap();
+    rest.split_once("```").unwrap().0.to_owned()
+}
+
+fn model() -> String {
+    story().join("model.json").to_str().unwrap().to_owned()
+}
+
+fn exported(folder: &Path, rig: &str) -> String {
+    fs::write(folder.join("rig.toml"), rig).unwrap();
+    succeed(
+        folder,
+        &["export", &model(), "--rig", "rig.toml", "-o", "rig.bin"],
+    )
+}
+
+#[test]
+fn the_documented_description_becomes_the_numbers_of_a_block() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = exported(folder.path(), &example());
+    let bytes = fs::read(folder.path().join("rig.bin")).unwrap();
+    assert_eq!(bytes.len(), RIG_BLOCK_LEN);
+    let block = decode(&bytes).unwrap();
+    let near = |seen: f64, wanted: f64| {
+        assert!((seen / wanted - 1.0).abs() < 1e-12, "{seen} for {wanted}")
+    };
+    let [x, phi] = block.rig.axes.as_slice() else {
+        panic!("two axes");
+    };
+    near(x.displacement_step, 2e-6);
+    near(phi.displacement_step, std::f64::consts::TAU / 20_000.0);
+    near(x.acceleration_step, 9.80665 / 256_000.0);
+    near(phi.acceleration_step, 9.80665 / 256_000.0 / 0.12);
+    near(x.force_step, 1.2 / 32.0 / 8_388_608.0 / 3.0 * 250_000.0);
+    near(phi.force_step, 1.2 / 64.0 / 8_388_608.0 / 3.0 * 1200.0);
+    let rate = block.rig.sample_rate_hz;
+    near(x.delays.acceleration, 1500e-6 * rate);
+    near(x.force_delay_samples, 620e-6 * rate);
+    assert_eq!((x.delays.displacement, x.delays.body), (0.0, 0.0));
+    assert_eq!((x.body_step, phi.body_step), (x.displacement_step, 0.0));
+    assert_eq!(block.wiring.converter.gain_log2, [5, 6, 0, 0]);
+    assert_eq!(
+        block.wiring.counters[2].map(|c| (c.index, c.start)),
+        Some((true, -2500))
+    );
+
+    let inspected = succeed(folder.path(), &["inspect", "rig.bin"]);
+    assert!(said.contains(&inspected), "{said}\n{inspected}");
+    for part in ["1500.0", "620.0", "+1z -0z", "without limits", "+0x"] {
+        assert!(inspected.contains(part), "{part} is missing in {inspected}");
+    }
+    let json = succeed(folder.path(), &["inspect", "rig.bin", "--json", "-"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["axes"][1]["far"], "+2");
+    assert_eq!(json["gains"][1], 64);
+}
+
+#[test]
+fn the_defaults_come_from_a_study_and_keep_replays_steps() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = story().join("rig/study.toml");
+    let study = study.to_str().unwrap();
+    let arguments = ["export", &model(), "--rig", "defaults", "--study", study];
+    succeed(folder.path(), &arguments);
+    let block = decode(&fs::read(folder.path().join("rig.bin")).unwrap()).unwrap();
+    assert_eq!(block.rig.axes.len(), 2);
+    assert!(block.wiring.counters.iter().any(Option::is_some));
+
+    let sentence = fail(folder.path(), &["export", &model(), "--rig", "defaults"], 2);
+    assert!(sentence.contains("--study"), "{sentence}");
+    let sentence = fail(
+        folder.path(),
+        &["export", &model(), "--rig", "rig.toml", "--study", study],
+        2,
+    );
+    assert!(sentence.contains("defaults"), "{sentence}");
+    let sentence = fail(folder.path(), &["export", &model(), "--study", study], 2);
+    assert!(sentence.contains("--rig"), "{sentence}");
+    assert!(!folder.path().join("model.bin").exists());
+}
+
+#[test]
+fn what_is_wrong_with_a_description_is_said_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let good = example();
+    let changes = [
+        (
+            "oversampling = 1024",
+            "oversampling = 1000",
+            "oversampling = 1000 is not",
+        ),
+        (
+            "{ quadrature = 4 },",
+            "{ quadrature = 3 },",
+            "quadrature = 3",
+        ),
+        (
+            "range_g = 2, corner_hz = 1000 }",
+            "range_g = 3, corner_hz = 1000 }",
+            "choose from 2, 4, 8",
+        ),
+        ("corner_hz = 1000 }", "corner_hz = 900 }", "corner_hz = 900"),
+        (
+            "far = \"+0\"",
+            "far = \"0\"",
+            "write a sign and a number from 0 to 3",
+        ),
+        ("far = \"+0\"", "far = \"+4\"", "\"+4\" is no counter"),
+        ("near = \"+1\"", "near = \"-0\"", "the same counter"),
+        ("  {},\n", "", "counter 3 is not fitted"),
+        (
+            "counts_per_m = 500000.0",
+            "counts_per_m = 0.0",
+            "has to be above 0",
+        ),
+        (
+            "counts_per_m = 500000.0",
+            "counts_per_rev = 500.0",
+            "a translation takes counts_per_m",
+        ),
+        ("gain = 32", "gain = 33", "gain = 33 is not"),
+        (
+            "excitation_V = 3.0",
+            "excitation_V = nan",
+            "excitation_V = NaN",
+        ),
+        (
+            "acceleration = [\"+0x\"]",
+            "acceleration = [\"+0w\"]",
+            "no direction",
+        ),
+        (
+            "acceleration = [\"+0x\"]",
+            "acceleration = [\"+0x\", \"-1x\"]",
+            "same sign for their mean",
+        ),
+        ("[\"+1z\", \"-0z\"]", "[\"+1z\", \"+0z\"]", "opposite signs"),
+        ("pair_distance_m = 0.12", "", "pair_distance_m is missing"),
+        (
+            "name = \"phi\"",
+            "name = \"theta\"",
+            "the model has no axis \"theta\"",
+        ),
+        ("name = \"phi\"", "name = \"x\"", "there twice"),
+        (
+            "bridge = \"+1\"",
+            "bridge = \"+0\"",
+            "the same bridge channel",
+        ),
+        (
+            "sensitivity = 1200.0",
+            "sensitivty = 1200.0",
+            "did you mean \"sensitivity\"?",
+        ),
+        (
+            "force = 620.0",
+            "force = 620000.0",
+            "force delay in samples",
+        ),
+    ];
+    for (from, to, wanted) in changes {
+        assert!(good.contains(from), "{from}");
+        fs::write(folder.path().join("rig.toml"), good.replacen(from, to, 1)).unwrap();
+        let sentence = fail(folder.path(), &["export", &model(), "--rig", "rig.toml"], 3);
+        assert!(sentence.contains(wanted), "{to}: {sentence}");
+        assert!(sentence.contains("rig.toml"), "{to}: {sentence}");
+        assert!(!folder.path().join("rig.bin").exists(), "{to}");
+    }
+    let sentence = fail(
+        folder.path(),
+        &["export", &model(), "--rig", "missing.toml"],
+        3,
+    );
+    assert!(sentence.contains("missing.toml"), "{sentence}");
+}
+
+#[test]
+fn a_damaged_block_is_refused_in_one_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    exported(folder.path(), &example());
+    let mut bytes = fs::read(folder.path().join("rig.bin")).unwrap();
+    bytes[333] ^= 1;
+    fs::write(folder.path().join("bad.bin"), &bytes).unwrap();
+    assert!(fail(folder.path(), &["inspect", "bad.bin"], 3).contains("damaged"));
+    fs::write(folder.path().join("bad.bin"), &bytes[..4000]).unwrap();
+    assert!(fail(folder.path(), &["inspect", "bad.bin"], 3).contains("4000"));
+}
