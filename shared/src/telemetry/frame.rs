@@ -169,3 +169,41 @@ impl<M: Message> Decoder<M> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    extern crate std;
+    use std::vec::Vec;
+
+    /// The CRC is linear: damage is overlooked exactly when the syndromes of its bits cancel.
+    fn syndromes() -> Vec<u32> {
+        let content = [0_u8; MAX_PAYLOAD - CHECKSUM];
+        let sound = checksum(&content);
+        let of_content = (0..8 * content.len()).map(|bit| {
+            let mut damaged = content;
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            checksum(&damaged) ^ sound
+        });
+        of_content.chain((0..32).map(|bit| 1 << bit)).collect()
+    }
+
+    #[test]
+    fn every_damage_of_up_to_four_bits_changes_the_checksum() {
+        let one = syndromes();
+        assert_eq!(one.len(), 8 * MAX_PAYLOAD);
+        let mut sums = one.clone();
+        sums.push(0);
+        // Sums of none, one and two bits: all different, so no two of them cancel, and with them no one to four bits.
+        let pairs = one
+            .iter()
+            .enumerate()
+            .flat_map(|(number, first)| one[..number].iter().map(move |second| first ^ second));
+        sums.extend(pairs);
+        let all = sums.len();
+        sums.sort_unstable();
+        sums.dedup();
+        assert_eq!(sums.len(), all);
+    }
+}
