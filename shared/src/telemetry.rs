@@ -19,7 +19,7 @@ pub use frame::{Counts, Damage, Decoder, Received, TooLong, encode};
 pub use report::{
     Answer, Answered, AxisIdentity, AxisStatus, Counters, Event, Hello, MAX_CHANNELS,
     ModelIdentity, Occasion, Quantity, Restart, RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput,
-    SensorStatus, Snapshot, Status,
+    SensorStatus, Snapshot, Status, Verdict,
 };
 pub use request::Request;
 pub use upload::{
@@ -33,6 +33,11 @@ use serde::{Deserialize, Serialize};
 /// message that is merely added keeps it, because an old receiver counts a tag that it does not know and goes on.
 pub const PROTOCOL_VERSION: u16 = 1;
 
+/// Bits per second on the serial line: 8 data bits, no parity, one stop bit. A divider of the microcontroller's 42 MHz gives it
+/// exactly.
+pub const BAUD: u32 = 1_000_000;
+/// Status reports per second.
+pub const STATUS_HZ: u32 = 10;
 /// Bytes of tag, sequence number, fields and CRC that a frame may have, before COBS. It keeps every frame within one COBS
 /// block, which is at most 254 bytes long.
 pub const MAX_PAYLOAD: usize = 250;

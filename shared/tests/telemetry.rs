@@ -5,6 +5,7 @@ mod telemetry_frames;
 use jointwatch_shared::telemetry::{
     Answer, Answered, Damage, Event, Hello, Kind, MAX_FRAME, Message, ModelFault, Occasion,
     Quantity, Received, Refusal, Report, Request, Restart, Slot, UploadReply, UploadRequest,
+    Verdict,
 };
 use serde::Serialize;
 use std::fmt::Debug;
@@ -254,11 +255,7 @@ fn tags_and_codes_never_change() {
         Event::Mismatch,
         Event::SensorMissing { channel: 0 },
         Event::SensorBack { channel: 0 },
-        Event::StateChanged {
-            from: 0,
-            to: 0,
-            reason: 0,
-        },
+        Event::Verdict(Verdict::default()),
     ]);
     codes(&[
         ModelFault::Length,

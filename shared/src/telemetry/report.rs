@@ -101,11 +101,9 @@ pub struct RigIdentity {
 pub struct Status {
     /// Samples taken since the restart.
     pub sample: u64,
-    /// The monitor's state, as its code.
-    pub state: u8,
-    /// Why it is in that state, as the reason's code.
-    pub reason: u8,
-    /// Part of the outputs with a state outside the training range, in units of 10⁻⁴.
+    /// What the monitor says.
+    pub verdict: Verdict,
+    /// Part of the outputs since the last status whose state was outside the training range, in units of 10⁻⁴.
     pub outside: u16,
     /// What the monitor knows of each axis; empty without a model.
     pub axes: Vec<AxisStatus, 2>,
@@ -113,6 +111,22 @@ pub struct Status {
     pub channels: Vec<SensorStatus, MAX_CHANNELS>,
     /// What went wrong since the restart or the last reset.
     pub counters: Counters,
+}
+
+/// What the monitor says, in the codes that `docs/telemetry.md` lists: codes, and not enums, so that a receiver that does
+/// not know a newer one still reads the rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// The state's code.
+    pub state: u8,
+    /// The code of the reason for it.
+    pub cause: u8,
+    /// The axis that it is about, from 0.
+    pub axis: u8,
+    /// The channel of that axis, from 0, when a sensor is meant.
+    pub channel: u8,
+    /// How far it is, in 1/1000: of the threshold for a change of the joint, of the time for everything else.
+    pub permille: u16,
 }
 
 /// The sliding error of one axis. An NMSE is 100·Σ(r−r̂)²/(N·var r) in percent; here in units of 10⁻⁴ %, held at the largest.
@@ -127,8 +141,8 @@ pub struct AxisStatus {
 /// How one channel is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SensorStatus {
-    /// The monitor's judgement, as its code.
-    pub health: u8,
+    /// The code of the reason that a verdict on this channel would have; 0 when nothing is wrong with it.
+    pub fault: u8,
     /// Transfers that failed, of the chip that the channel belongs to.
     pub bus_errors: u32,
     /// Readings whose checksum was wrong, of the chip that the channel belongs to.
@@ -250,15 +264,8 @@ pub enum Event {
         /// The first of its channels.
         channel: u8,
     },
-    /// The monitor's state has changed.
-    StateChanged {
-        /// The state's code before.
-        from: u8,
-        /// The state's code now.
-        to: u8,
-        /// The reason's code.
-        reason: u8,
-    },
+    /// The monitor's verdict has another state or another reason than before.
+    Verdict(Verdict),
 }
 
 /// Why the device started.

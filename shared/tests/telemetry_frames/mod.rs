@@ -7,9 +7,9 @@
 use heapless::Vec;
 use jointwatch_shared::telemetry::{
     Answer, Answered, AxisIdentity, AxisStatus, Counters, Event, Hello, Kind, MAX_CHUNK, MAX_FRAME,
-    Message, ModelFault, ModelIdentity, Occasion, Quantity, Received, Refusal, Report, Request,
-    RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Signature, Slot, Snapshot,
-    Status, Text, UploadReply, UploadRequest, encode,
+    Message, ModelIdentity, Occasion, Quantity, Received, Refusal, Report, Request, RigIdentity,
+    SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Signature, Slot, Snapshot, Status, Text,
+    UploadReply, UploadRequest, Verdict, encode,
 };
 
 /// The frame of a message.
@@ -73,7 +73,7 @@ pub(crate) fn hello() -> Report {
 pub(crate) fn reports() -> std::vec::Vec<Report> {
     let good = SensorStatus::default();
     let late = SensorStatus {
-        health: 1,
+        fault: 51,
         bus_errors: 300,
         crc_errors: 2,
     };
@@ -81,8 +81,13 @@ pub(crate) fn reports() -> std::vec::Vec<Report> {
         hello(),
         Report::Status(Status {
             sample: 1000,
-            state: 1,
-            reason: 2,
+            verdict: Verdict {
+                state: 2,
+                cause: 32,
+                axis: 0,
+                channel: 0,
+                permille: 1200,
+            },
             outside: 25,
             axes: list(&[AxisStatus {
                 nmse_fast: Some(14_000),
@@ -118,11 +123,7 @@ pub(crate) fn reports() -> std::vec::Vec<Report> {
             }),
         }),
         Report::Upload(UploadReply::Accepted { next: 256 }),
-        Report::Event(Event::StateChanged {
-            from: 1,
-            to: 2,
-            reason: 3,
-        }),
+        Report::Event(Event::SensorMissing { channel: 4 }),
         Report::Answer(Answer {
             to: 515,
             answered: Answered::Done,
@@ -155,11 +156,19 @@ pub(crate) fn requests() -> std::vec::Vec<Request> {
     ]
 }
 
+const LONGEST_VERDICT: Verdict = Verdict {
+    state: u8::MAX,
+    cause: u8::MAX,
+    axis: u8::MAX,
+    channel: u8::MAX,
+    permille: u16::MAX,
+};
+
 /// The longest of each report.
 pub(crate) fn longest_reports() -> std::vec::Vec<Report> {
     let name = "a name of 16 b. ";
     let worst = SensorStatus {
-        health: u8::MAX,
+        fault: u8::MAX,
         bus_errors: u32::MAX,
         crc_errors: u32::MAX,
     };
@@ -191,8 +200,7 @@ pub(crate) fn longest_reports() -> std::vec::Vec<Report> {
         }),
         Report::Status(Status {
             sample: u64::MAX,
-            state: u8::MAX,
-            reason: u8::MAX,
+            verdict: LONGEST_VERDICT,
             outside: u16::MAX,
             axes: list(&[nmse; 2]),
             channels: list(&[worst; 10]),
@@ -228,10 +236,7 @@ pub(crate) fn longest_reports() -> std::vec::Vec<Report> {
             seen: u32::MAX,
             most: u32::MAX,
         })),
-        Report::Event(Event::ModelRefused {
-            slot: Slot::B,
-            fault: ModelFault::Other,
-        }),
+        Report::Event(Event::Verdict(LONGEST_VERDICT)),
         Report::Answer(Answer {
             to: u16::MAX,
             answered: Answered::LineTooSlow,
