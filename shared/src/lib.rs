@@ -16,6 +16,7 @@ pub mod filter;
 pub mod fixed;
 pub mod interpolate;
 pub mod model;
+pub mod monitor;
 pub mod pipeline;
 pub mod rig;
 pub mod scalar;

@@ -417,6 +417,11 @@ impl Chain {
         })
     }
 
+    /// One or two.
+    pub fn axes(&self) -> usize {
+        self.axes.len()
+    }
+
     /// D: by how many samples an [`Output`] lags behind the newest sample.
     pub fn delay(&self) -> usize {
         self.velocity.taps.len() / 2

@@ -1,0 +1,383 @@
+//! The monitor: does the joint still behave like its model, within the range in which the model is valid, and are its sensors well?
+//!
+//! ```text
+//! residual in the band ─┐                     ┌─ error's share of the force ─┐
+//! measured force ───────┼─ blocks of samples ─┼─ part along displacement ────┼─ cumulative sums ─┐
+//! state ────────────────┘        │            └─ part along velocity ────────┘                   ├─ verdict
+//!                                └─ sliding NMSE                                                 │
+//! outside the range, counts, faults of the sensors ── rates, channels that stand still ──────────┘
+//! ```
+//!
+//! Blocks hold only samples whose residual is free of everything that makes it wrong: a state outside the training range
+//! spoils as many residuals as the low-pass has taps, a fault of a sensor as many as the whole chain has.
+//! `docs/monitor.md` has the formulas and how the limits are set. Everything per sample is integer, takes no memory beyond
+//! [`MonitorState`], and cannot panic; the work at the end of a block is spread over the samples that follow.
+
+mod block;
+mod level;
+pub mod limits;
+mod logarithm;
+mod sensors;
+mod sliding;
+mod verdict;
+
+pub use block::{Statistics, Sums, share_of_change};
+pub use logarithm::{OCTAVE, SHARE};
+pub use sensors::Faults;
+pub use sliding::Window;
+pub use verdict::{CHANNEL_NAMES, Cause, State, Verdict, Words};
+
+use crate::error::Error;
+use crate::pipeline::{Chain, Output, RawSample};
+use crate::rig::MAX_BAND_TAPS;
+use block::Waiting;
+use level::{CAUSES, Level, SIDES, sides, values};
+use limits::{CHANNELS, Limits};
+use sensors::{SensorState, forget};
+use sliding::{MEMORY, Sliding};
+
+/// The longest wait for the low-pass over the residual, in samples.
+const MOST_WAIT: usize = MAX_BAND_TAPS / 2 + 1;
+/// Binary logarithm of the blocks over which the time outside the training range is counted.
+const OUTSIDE_MEMORY: u32 = 6;
+/// The rate of faults of a sensor that makes the verdict suspect (0.5 %) and raises the alarm (10 %), in 2⁻¹⁶; half of
+/// it ends them.
+const FAULT_RATES: [i32; 2] = [328, 6554];
+
+/// The monitor of one model on one rig: what is calibrated, apart from what moves ([`MonitorState`]).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Monitor {
+    limits: Limits,
+    log_block: u32,
+    /// Samples by which the residual in the band is older than the rest of an output.
+    wait: usize,
+    /// Residuals that a state outside the training range spoils.
+    after_outside: u16,
+    /// Residuals that a wrong count spoils.
+    after_fault: u16,
+}
+
+/// What the monitor keeps between samples.
+#[derive(Clone, Debug)]
+pub struct MonitorState {
+    waiting: [Waiting; MOST_WAIT],
+    newest: usize,
+    /// Residuals that are still spoilt.
+    spoilt: u16,
+    sums: [Sums; 2],
+    count: u16,
+    finished: [Sums; 2],
+    blocks: u32,
+    /// Axes whose finished block is still to be judged, and what else is still to be done.
+    to_judge: u8,
+    to_review: bool,
+    levels: [[Level; SIDES]; 2],
+    sliding: [[Sliding; 2]; 2],
+    sensors: SensorState,
+    sensor_state: State,
+    /// Samples since the sensors' block began, and outputs outside the range among them.
+    ticks: u16,
+    outside: u16,
+    outside_rate: i32,
+    outside_state: State,
+    moved: bool,
+    verdict: Verdict,
+}
+
+impl Default for MonitorState {
+    fn default() -> Self {
+        Self {
+            waiting: [Waiting::default(); MOST_WAIT],
+            newest: 0,
+            spoilt: 0,
+            sums: [Sums::default(); 2],
+            count: 0,
+            finished: [Sums::default(); 2],
+            blocks: 0,
+            to_judge: 0,
+            to_review: false,
+            levels: [[Level::default(); SIDES]; 2],
+            sliding: [[Sliding::default(); 2]; 2],
+            sensors: SensorState::default(),
+            sensor_state: State::Healthy,
+            ticks: 0,
+            outside: 0,
+            outside_rate: 0,
+            outside_state: State::Healthy,
+            moved: false,
+            verdict: Verdict::default(),
+        }
+    }
+}
+
+impl Monitor {
+    /// The monitor behind one chain.
+    ///
+    /// # Errors
+    /// [`Error`] names the limit that is not usable, or says that the limits are not for as many axes as the chain has.
+    pub fn new(limits: Limits, chain: &Chain) -> Result<Self, Error> {
+        limits.check()?;
+        let axes = chain.axes() as f64;
+        let quantity = "axes of the monitor's limits, against the rig's";
+        Error::unless_within(quantity, limits.axes.len() as f64, axes, axes)?;
+        let (derivative, band) = (2 * chain.delay() + 1, chain.band().taps.len());
+        Ok(Self {
+            log_block: limits.block.trailing_zeros(),
+            wait: chain.band_delay() - chain.delay(),
+            after_outside: band as u16,
+            after_fault: (derivative + band) as u16,
+            limits,
+        })
+    }
+
+    /// Its limits.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Takes one sample in: the counts, what the chain made of them, and what was wrong with the sensors.
+    pub fn update(
+        &self,
+        state: &mut MonitorState,
+        raw: &RawSample,
+        output: Option<&Output>,
+        faults: &Faults,
+    ) -> Verdict {
+        let mut faults = *faults;
+        if let Some(output) = output {
+            for axis in 0..self.limits.axes.len() {
+                if output.saturated & (1 << (axis & 7)) != 0 {
+                    faults.saturated |= Faults::bit(axis, CHANNELS - 1);
+                }
+            }
+        }
+        state.sensors.sample(&self.limits, raw, &faults);
+        if faults.any() {
+            state.spoilt = self.after_fault;
+        }
+        if let Some(output) = output {
+            self.take(state, output);
+        }
+        // At most one of these per sample, so that the end of a block does not come all at once.
+        state.ticks = state.ticks.saturating_add(1);
+        if state.ticks >= self.limits.block {
+            self.end_block(state);
+        } else if state.to_judge != 0 {
+            let axis = usize::from(state.to_judge & 1 == 0);
+            self.judge(state, axis);
+            state.to_judge &= !(1 << axis);
+        } else if state.to_review {
+            state.to_review = false;
+            self.review(state);
+        }
+        state.verdict
+    }
+
+    /// Adds an output to the block that is being filled, unless its residual is spoilt.
+    fn take(&self, state: &mut MonitorState, output: &Output) {
+        state.newest = if state.newest + 1 < MOST_WAIT {
+            state.newest + 1
+        } else {
+            0
+        };
+        if let Some(place) = state.waiting.get_mut(state.newest) {
+            *place = Waiting::new(output, &self.limits.axes);
+        }
+        if output.outside != 0 {
+            state.outside = state.outside.saturating_add(1);
+            state.spoilt = state.spoilt.max(self.after_outside);
+        }
+        if state.spoilt > 0 {
+            state.spoilt -= 1;
+            return;
+        }
+        let Some(residual) = output.residual_band else {
+            return;
+        };
+        let place = match state.newest.checked_sub(self.wait) {
+            Some(place) => place,
+            None => (state.newest + MOST_WAIT).saturating_sub(self.wait),
+        };
+        let Some(at) = state.waiting.get(place) else {
+            return;
+        };
+        let sums = state.sums.iter_mut().zip(&self.limits.axes).zip(residual);
+        for (index, ((sums, limits), residual)) in sums.enumerate() {
+            sums.add(limits, index, at, residual);
+        }
+        state.count += 1;
+        if state.count >= self.limits.block {
+            state.finished = state.sums;
+            state.blocks = state.blocks.wrapping_add(1);
+            state.to_judge = if self.limits.axes.len() == 2 { 3 } else { 1 };
+            state.sums = [Sums::default(); 2];
+            state.count = 0;
+        }
+    }
+
+    /// The sensors' figures once per block, whether its residuals were good or not.
+    fn end_block(&self, state: &mut MonitorState) {
+        state.ticks = 0;
+        if state.sensors.end_block(&self.limits, self.log_block) {
+            // A channel stands still: what was summed up meanwhile says nothing about the joint.
+            state.sums = [Sums::default(); 2];
+            (state.count, state.to_judge) = (0, 0);
+            state.spoilt = self.after_fault;
+        }
+        forget(
+            &mut state.outside_rate,
+            state.outside,
+            self.log_block,
+            OUTSIDE_MEMORY,
+        );
+        state.outside = 0;
+        state.to_review = true;
+    }
+
+    /// What the finished block of one axis says: sliding sums always, cumulative sums where the joint moved enough.
+    fn judge(&self, state: &mut MonitorState, axis: usize) {
+        let (Some(limits), Some(sums), Some(levels), Some(sliding)) = (
+            self.limits.axes.get(axis),
+            state.finished.get(axis),
+            state.levels.get_mut(axis),
+            state.sliding.get_mut(axis),
+        ) else {
+            return;
+        };
+        for (sliding, memory) in sliding.iter_mut().zip(MEMORY) {
+            sliding.add(sums, memory);
+        }
+        let seen = sums.statistics(limits, self.log_block);
+        if !seen.moves {
+            return;
+        }
+        state.moved = true;
+        for ((level, value), side) in levels.iter_mut().zip(values(&seen)).zip(sides(limits)) {
+            level.add(value, side);
+        }
+    }
+
+    /// The state machine.
+    fn review(&self, state: &mut MonitorState) {
+        let mut verdict = Verdict {
+            state: State::Healthy,
+            cause: Cause::AsExpected,
+            ..Verdict::default()
+        };
+        if !state.moved {
+            verdict.state = State::Unjudged;
+            verdict.cause = if state.blocks == 0 {
+                Cause::Starting
+            } else {
+                Cause::TooGentle
+            };
+        }
+        let limit = i32::from(self.limits.outside_permille) * 65;
+        state.outside_state = match state.outside_rate {
+            rate if rate >= limit => State::Suspect,
+            rate if state.outside_state == State::Suspect && rate >= limit / 2 => State::Suspect,
+            _ => State::Healthy,
+        };
+        if state.outside_state == State::Suspect {
+            verdict = Verdict {
+                state: State::Suspect,
+                cause: Cause::OutsideRange,
+                permille: permille_of(state.outside_rate),
+                ..Verdict::default()
+            };
+        }
+        self.review_joint(state, &mut verdict);
+        review_sensors(state, &mut verdict);
+        state.verdict = verdict;
+    }
+
+    /// Puts a change of the joint into the verdict where that is as grave as what stands there: a stiffness or a friction
+    /// rather than an error that grew, and what was said before rather than something else.
+    fn review_joint(&self, state: &mut MonitorState, verdict: &mut Verdict) {
+        let before = state.verdict;
+        let mut preference = (State::Suspect, false, false, 0);
+        let axes = state.levels.iter_mut().zip(&self.limits.axes);
+        for (axis, (levels, limits)) in (0..).zip(axes) {
+            for ((level, cause), side) in levels.iter_mut().zip(CAUSES).zip(sides(limits)) {
+                level.state = level.next(side);
+                if level.state < State::Suspect {
+                    continue;
+                }
+                let permille = level.permille(side);
+                let told = before.cause == cause && before.axis == axis;
+                let own = (level.state, cause != Cause::ErrorGrew, told, permille);
+                if own > preference && level.state >= verdict.state {
+                    preference = own;
+                    *verdict = Verdict {
+                        state: level.state,
+                        cause,
+                        axis,
+                        channel: 0,
+                        permille,
+                    };
+                }
+            }
+        }
+    }
+}
+
+/// Puts a fault of a sensor into the verdict where that is as grave as what stands there.
+fn review_sensors(state: &mut MonitorState, verdict: &mut Verdict) {
+    let worst = state.sensors.worst();
+    let [suspect, alarm] = FAULT_RATES;
+    let over = |limit: i32, was: bool| worst.rate >= if was { limit / 2 } else { limit };
+    state.sensor_state = if over(alarm, state.sensor_state == State::Alarm) {
+        State::Alarm
+    } else if over(suspect, state.sensor_state >= State::Suspect) {
+        State::Suspect
+    } else {
+        State::Healthy
+    };
+    if state.sensor_state >= State::Suspect && state.sensor_state >= verdict.state {
+        let bit = worst.channels.trailing_zeros() as u8;
+        let (axis, channel) = if bit < CHANNELS as u8 {
+            (0, bit)
+        } else {
+            (1, (bit - CHANNELS as u8).min(CHANNELS as u8 - 1))
+        };
+        *verdict = Verdict {
+            state: state.sensor_state,
+            cause: worst.cause,
+            axis,
+            channel,
+            permille: permille_of(worst.rate),
+        };
+    }
+}
+
+/// 1/1000 of a rate in 2⁻¹⁶.
+fn permille_of(rate: i32) -> u16 {
+    ((rate.clamp(0, 1 << 16) * 1000 + (1 << 15)) >> 16) as u16
+}
+
+impl MonitorState {
+    /// The last verdict.
+    pub fn verdict(&self) -> Verdict {
+        self.verdict
+    }
+
+    /// 100·Σe²/(N·var r) over a sliding window, in 1/1000 %, of the residual in the common band against the measured force at the
+    /// same instants; none while the force does not vary.
+    ///
+    /// Recursive over blocks: each new one counts 1/16 or 1/1024. One long division: for telemetry, not for every sample.
+    pub fn nmse(&self, monitor: &Monitor, axis: usize, window: Window) -> Option<u32> {
+        let windows = self.sliding.get(axis)?;
+        let sliding = windows.get(usize::from(window == Window::Slow))?;
+        sliding.nmse(monitor.log_block)
+    }
+
+    /// The part of the time outside the training range, in 1/1000, over the last 64 blocks or so.
+    pub fn outside_permille(&self) -> u16 {
+        permille_of(self.outside_rate)
+    }
+
+    /// How many blocks were finished so far (wrapping), and the sums of the last one: what the limits are made from.
+    pub fn last_block(&self) -> (u32, &[Sums; 2]) {
+        (self.blocks, &self.finished)
+    }
+}

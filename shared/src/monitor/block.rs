@@ -1,0 +1,199 @@
+//! One block of samples of one axis: how large the error is beside the force, and whether it goes with displacement or velocity.
+
+use super::limits::AxisLimits;
+use super::logarithm::{SHARE, exp2, log2};
+use crate::pipeline::Output;
+
+/// The largest force that is counted, in the monitor's units: 128 times the validation records' RMS force at least.
+const MOST_FORCE: i32 = 1 << 23;
+
+/// What of one output has to wait for the low-pass over the residual, in the monitor's units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Waiting {
+    /// States in 2⁻¹⁵ of their training half-range.
+    states: [i16; 4],
+    /// Measured forces.
+    measured: [i32; 2],
+}
+
+/// A force in the monitor's units, rounded half up.
+fn force(value: i32, shift: u8) -> i32 {
+    let rounded = crate::fixed::round_shift(value.into(), u32::from(shift & 31)) as i32;
+    rounded.clamp(-MOST_FORCE, MOST_FORCE)
+}
+
+impl Waiting {
+    pub(super) fn new(output: &Output, limits: &[AxisLimits]) -> Self {
+        let mut measured = [0; 2];
+        let places = measured.iter_mut().zip(output.measured);
+        for ((place, value), axis) in places.zip(limits) {
+            *place = force(value, axis.force_shift);
+        }
+        Self {
+            states: output.state.map(|state| (state >> 16) as i16),
+            measured,
+        }
+    }
+}
+
+/// Sums over the samples of a block, in the monitor's units.
+///
+/// A block has at most 2¹⁰ samples, a force at most 2²³ and a state at most 2¹⁵: no sum reaches 2⁵⁷.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sums {
+    /// Σ e², e the residual in the common band.
+    pub error: i64,
+    /// Σ r², r the measured force at the same instants.
+    pub force: i64,
+    /// Σ r.
+    pub force_sum: i64,
+    /// Σ u² of displacement and velocity.
+    pub state: [i64; 2],
+    /// Σ e·u of displacement and velocity.
+    pub along: [i64; 2],
+}
+
+impl Sums {
+    /// Adds one sample of axis `index`; `residual` in the model's force unit.
+    pub(super) fn add(&mut self, limits: &AxisLimits, index: usize, at: &Waiting, residual: i32) {
+        let e = i64::from(force(residual, limits.force_shift));
+        let r = i64::from(at.measured.get(index).copied().unwrap_or(0));
+        self.error += e * e;
+        self.force += r * r;
+        self.force_sum += r;
+        let mine = at.states.iter().skip(2 * index);
+        let sums = self.state.iter_mut().zip(&mut self.along);
+        for ((power, along), &u) in sums.zip(mine) {
+            let u = i64::from(u);
+            *power += u * u;
+            *along += e * u;
+        }
+    }
+
+    /// The statistics of a full block of 2^`log_block` samples.
+    pub fn statistics(&self, limits: &AxisLimits, log_block: u32) -> Statistics {
+        let log_block = log_block & 15;
+        let force = self.force as u64 + (limits.force_power << log_block);
+        let log_force = log2(force);
+        let mut shares = [0; 2];
+        let sums = self.along.iter().zip(&self.state).zip(limits.state_power);
+        for (share, ((&along, &power), floor)) in shares.iter_mut().zip(sums) {
+            let log_state = log2(power as u64 + (floor << log_block));
+            let log_share = log2(along.unsigned_abs()) - (log_force + log_state) / 2;
+            let size = if along == 0 { 0 } else { exp2(log_share) };
+            *share = if (along < 0) != limits.reversed {
+                -size
+            } else {
+                size
+            };
+        }
+        let [stiffness, friction] = shares;
+        Statistics {
+            error: log2(self.error as u64) - log_force,
+            stiffness,
+            friction,
+            moves: self.force as u64 >= (limits.force_power << log_block) / GENTLEST,
+        }
+    }
+}
+
+/// A block whose force power is less than this part of the validation records' is not judged: the share of the error that is
+/// healthy was not measured there.
+const GENTLEST: u64 = 4;
+
+/// What a block says about one axis. P̄ and Ū² are the mean squares on the validation records ([`AxisLimits`]), which
+/// stand in the denominators so that a joint that is driven gently is not judged by the quotient of two small numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// log₂(Σe²/(Σr² + n·P̄)) in 1/1024 octaves.
+    pub error: i32,
+    /// Σe·x/√((Σr² + n·P̄)·(Σx² + n·Ū²)) in 2⁻¹⁶, positive for a stiffer joint; ±2⁴ at most.
+    pub stiffness: i32,
+    /// The same with the velocity, positive for more friction.
+    pub friction: i32,
+    /// Whether the force is large enough for the others to be judged.
+    pub moves: bool,
+}
+
+/// The shift of [`Statistics::stiffness`] or `friction` that a change by this part of the RMS force makes on a joint driven
+/// as on the validation records, where either denominator is twice the sum.
+pub fn share_of_change(part: f64) -> f64 {
+    part * f64::from(SHARE) / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::super::limits::tests::axis;
+    use super::*;
+
+    /// A block of a sine motion of the validation level whose residual is `stiffer` of the force along x and `rougher` along v.
+    fn block(stiffer: f64, rougher: f64, level: f64) -> Sums {
+        let limits = axis();
+        let mut sums = Sums::default();
+        for n in 0..64 {
+            let (sin, cos) = (f64::from(n) * core::f64::consts::TAU / 16.0).sin_cos();
+            let force = 65536.0 * level * sin * 4096.0;
+            let residual = 65536.0 * level * (stiffer * sin + rougher * cos) * 4096.0;
+            let half = f64::from(1 << 30) * level;
+            let output = Output {
+                state: [(half * sin) as i32, (half * cos) as i32, 0, 0],
+                measured: [force as i32, 0],
+                ..Output::default()
+            };
+            let waiting = Waiting::new(&output, core::slice::from_ref(&limits));
+            sums.add(&limits, 0, &waiting, residual as i32);
+        }
+        sums
+    }
+
+    #[test]
+    fn a_changed_stiffness_or_friction_shows_as_its_share_of_the_force() {
+        let wanted = share_of_change(0.1);
+        for (stiffer, rougher) in [(0.1, 0.0), (-0.1, 0.0), (0.0, 0.1), (0.0, -0.1)] {
+            let seen = block(stiffer, rougher, 1.0).statistics(&axis(), 6);
+            let sign = |part: f64| part / 0.1 * wanted;
+            for (name, seen, wanted) in [
+                ("stiffness", seen.stiffness, sign(stiffer)),
+                ("friction", seen.friction, sign(rougher)),
+            ] {
+                let off = (f64::from(seen) - wanted).abs();
+                assert!(
+                    off < 0.02 * share_of_change(0.1),
+                    "{name}: {seen}, {wanted}"
+                );
+            }
+            let octaves = f64::from(seen.error) / 1024.0;
+            assert!((octaves - (0.005_f64).log2()).abs() < 0.03, "{octaves}");
+        }
+        let mut reversed = axis();
+        reversed.reversed = true;
+        let seen = block(0.1, 0.0, 1.0).statistics(&reversed, 6);
+        assert!(f64::from(seen.stiffness) < -0.9 * wanted);
+    }
+
+    #[test]
+    fn a_gentle_motion_is_not_judged_and_rails_do_not_overflow() {
+        assert!(block(0.0, 0.0, 0.6).statistics(&axis(), 6).moves);
+        assert!(!block(0.0, 0.0, 0.4).statistics(&axis(), 6).moves);
+        assert!(!Sums::default().statistics(&axis(), 10).moves);
+        let mut limits = axis();
+        limits.force_shift = 0;
+        limits.force_power = 1 << 46;
+        limits.state_power = [1 << 30; 2];
+        for rail in [i32::MIN, i32::MAX] {
+            let output = Output {
+                state: [rail; 4],
+                measured: [rail; 2],
+                ..Output::default()
+            };
+            let mut sums = Sums::default();
+            for _ in 0..1024 {
+                let waiting = Waiting::new(&output, core::slice::from_ref(&limits));
+                sums.add(&limits, 0, &waiting, rail);
+            }
+            let seen = sums.statistics(&limits, 10);
+            assert!(seen.moves && seen.error.abs() <= 1032, "{seen:?}");
+        }
+    }
+}

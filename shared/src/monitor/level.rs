@@ -1,0 +1,147 @@
+//! Cumulative sums: a small change that lasts adds up, chance does not (Page, Biometrika 41, 1954, 100–115).
+
+use super::block::Statistics;
+use super::limits::{AxisLimits, Cusum};
+use super::verdict::{Cause, State};
+
+/// Statistics with a limit, per axis.
+pub(super) const SIDES: usize = 5;
+/// What each of them says when it is reached.
+pub(super) const CAUSES: [Cause; SIDES] = [
+    Cause::ErrorGrew,
+    Cause::Stiffer,
+    Cause::Softer,
+    Cause::MoreFriction,
+    Cause::LessFriction,
+];
+/// One cumulative sum and where it stands.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Level {
+    sum: i32,
+    pub(super) state: State,
+}
+
+/// The values whose cumulative sums are kept, in the order of [`CAUSES`].
+pub(super) fn values(seen: &Statistics) -> [i32; SIDES] {
+    let (stiffness, friction) = (seen.stiffness, seen.friction);
+    [
+        seen.error,
+        stiffness,
+        stiffness.saturating_neg(),
+        friction,
+        friction.saturating_neg(),
+    ]
+}
+
+pub(super) fn sides(limits: &AxisLimits) -> [Cusum; SIDES] {
+    let (stiffness, friction) = (limits.stiffness, limits.friction);
+    [
+        limits.error,
+        stiffness.more,
+        stiffness.less,
+        friction.more,
+        friction.less,
+    ]
+}
+
+impl Level {
+    /// S ← max(0, S + y − drift). One block adds a quarter of the threshold at most, so that no single one raises an alarm;
+    /// the sum is held at one and a half, so that a joint that is well again is found so.
+    pub(super) fn add(&mut self, value: i32, side: Cusum) {
+        let step = value.saturating_sub(side.drift).min(side.threshold / 4 + 1);
+        let most = side.threshold + side.threshold / 2;
+        self.sum = self.sum.saturating_add(step).clamp(0, most.max(0));
+    }
+
+    /// Suspect from three quarters of the threshold on and alarm from the whole; alarm ends below a half, suspect below a
+    /// quarter.
+    pub(super) fn next(&self, side: Cusum) -> State {
+        let (sum, threshold) = (self.sum, side.threshold);
+        if sum >= threshold || self.state == State::Alarm && sum >= threshold / 2 {
+            State::Alarm
+        } else if sum >= threshold - threshold / 4
+            || self.state >= State::Suspect && sum > threshold / 4
+        {
+            State::Suspect
+        } else {
+            State::Healthy
+        }
+    }
+
+    /// The sum in 1/1000 of the threshold.
+    pub(super) fn permille(&self, side: Cusum) -> u16 {
+        let shift = if side.threshold >= 1 << 20 { 8 } else { 0 };
+        let (sum, threshold) = (self.sum >> shift, side.threshold >> shift);
+        let permille = (sum.max(0) as u32).saturating_mul(1000) / (threshold.max(1) as u32);
+        permille.min(u32::from(u16::MAX)) as u16
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+
+    const SIDE: Cusum = Cusum {
+        drift: 100,
+        threshold: 1000,
+    };
+
+    #[test]
+    fn what_lasts_adds_up_and_no_single_block_raises_an_alarm() {
+        let mut level = Level::default();
+        level.add(i32::MAX, SIDE);
+        assert!(level.sum * 3 < SIDE.threshold);
+        assert_eq!(level.next(SIDE), State::Healthy);
+        let mut level = Level::default();
+        let mut blocks = 0;
+        while level.next(SIDE) != State::Alarm {
+            level.add(150, SIDE);
+            blocks += 1;
+        }
+        assert_eq!(blocks, 1000 / 50);
+        assert_eq!(level.permille(SIDE), 1000);
+        for _ in 0..10_000 {
+            level.add(99, SIDE);
+        }
+        assert_eq!(level.sum, 0, "below the drift it falls");
+    }
+
+    #[test]
+    fn alarm_and_suspect_end_later_than_they_begin() {
+        let mut level = Level::default();
+        let mut seen = std::vec::Vec::new();
+        // Up by 50 per block to the stop, and down again.
+        for value in [150; 40].into_iter().chain([50; 40]) {
+            level.add(value, SIDE);
+            level.state = level.next(SIDE);
+            if seen.last().is_none_or(|&(_, state)| state != level.state) {
+                seen.push((level.sum, level.state));
+            }
+        }
+        let wanted = [
+            (50, State::Healthy),
+            (750, State::Suspect),
+            (1000, State::Alarm),
+            (450, State::Suspect),
+            (250, State::Healthy),
+        ];
+        assert_eq!(seen, wanted);
+    }
+
+    #[test]
+    fn extremes_stay_in_range() {
+        let side = Cusum {
+            drift: -(1 << 24),
+            threshold: 1 << 24,
+        };
+        let mut level = Level::default();
+        for value in [i32::MAX, i32::MIN, i32::MAX] {
+            for _ in 0..100 {
+                level.add(value, side);
+                level.state = level.next(side);
+            }
+        }
+        assert_eq!((level.state, level.permille(side)), (State::Alarm, 1500));
+    }
+}

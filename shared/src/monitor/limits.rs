@@ -1,0 +1,218 @@
+//! The limits of the monitor: what a healthy joint's residual looks like, and how far from it is too far.
+//!
+//! They are integers, set once on the host from validation records that went through the device's own chain, and travel in
+//! the rig block. They hold for one model: [`Limits::model_checksum`] says for which.
+
+use crate::error::Error;
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// Sensor channels of one axis: both displacement counters, the body's, the accelerometer, the force.
+pub const CHANNELS: usize = 5;
+/// The fewest and the most samples of a block.
+pub const BLOCK: [u16; 2] = [16, 1024];
+/// The largest drift and the largest threshold of a [`Cusum`].
+pub const MOST_CUSUM: i32 = 1 << 24;
+
+/// One side of a cumulative sum (Page 1954): S ← max(0, S + y − drift), alarm at S ≥ threshold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Cusum {
+    /// What a healthy joint stays below in the mean, in units of the statistic; above 0 or not.
+    pub drift: i32,
+    /// The sum that raises the alarm, in units of the statistic; above 0.
+    pub threshold: i32,
+}
+
+/// The two sides of a statistic with a sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TwoSided {
+    /// Of the statistic itself.
+    pub more: Cusum,
+    /// Of its negative.
+    pub less: Cusum,
+}
+
+/// What is normal on one axis.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AxisLimits {
+    /// True where a stiffer joint lowers the measured force at a positive displacement, by the signs of the study's columns.
+    pub reversed: bool,
+    /// The monitor counts force in the model's force unit times 2^this, 0 to 30: the least with which the RMS force of the
+    /// validation records is under 2¹⁶.
+    pub force_shift: u8,
+    /// Mean square of the measured force on the validation records, in the square of that unit; at least 1.
+    pub force_power: u64,
+    /// Mean square of displacement and velocity there, both in units of 2⁻¹⁵ of their training half-range; at least 1.
+    pub state_power: [u64; 2],
+    /// Of the logarithm of the error's share of the force, in 1/1024 octaves of power.
+    pub error: Cusum,
+    /// Of the part of the residual that goes with the displacement, in 2⁻¹⁶ of the force.
+    pub stiffness: TwoSided,
+    /// Of the part of the residual that goes with the velocity, in 2⁻¹⁶ of the force.
+    pub friction: TwoSided,
+    /// Per channel (far and near displacement counter, body counter, accelerometer, force), the span in counts within a
+    /// block that is a real motion; 0 for a channel that the rig has not.
+    pub moving_counts: [u32; CHANNELS],
+}
+
+/// The limits of the monitor for one model on one rig.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Limits {
+    /// The checksum of the model blob for which they were set.
+    pub model_checksum: u32,
+    /// Samples of one block of statistics; a power of two from 16 to 1024.
+    pub block: u16,
+    /// The part of the time outside the training range that makes the verdict *suspect*, in 1/1000; 1 to 1000.
+    pub outside_permille: u16,
+    /// The mean time between false alarms for which the thresholds were set, in hours; at least 1.
+    pub false_alarm_hours: u32,
+    /// As many as the rig has axes.
+    pub axes: Vec<AxisLimits, 2>,
+}
+
+impl Limits {
+    /// Checks what the arithmetic of the monitor relies on.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] names the first quantity that is not usable.
+    pub fn check(&self) -> Result<(), Error> {
+        let within = Error::unless_within;
+        let [shortest, longest] = BLOCK;
+        let (block, least) = (f64::from(self.block), f64::from(shortest));
+        within(
+            "samples of a block of the monitor",
+            block,
+            least,
+            f64::from(longest),
+        )?;
+        within(
+            "bits set in the samples of a block of the monitor, a power of two",
+            f64::from(self.block.count_ones()),
+            1.0,
+            1.0,
+        )?;
+        within(
+            "part of the time outside the training range, in 1/1000",
+            f64::from(self.outside_permille),
+            1.0,
+            1000.0,
+        )?;
+        within(
+            "hours between false alarms",
+            f64::from(self.false_alarm_hours),
+            1.0,
+            f64::from(u32::MAX),
+        )?;
+        within(
+            "axes of the monitor's limits",
+            self.axes.len() as f64,
+            1.0,
+            2.0,
+        )?;
+        self.axes.iter().try_for_each(AxisLimits::check)
+    }
+}
+
+impl AxisLimits {
+    fn check(&self) -> Result<(), Error> {
+        let within = Error::unless_within;
+        within(
+            "force shift of the monitor",
+            f64::from(self.force_shift),
+            0.0,
+            30.0,
+        )?;
+        // Forces are held to ±2²³ and states to ±2¹⁵ of the monitor's units.
+        let most = (1_u64 << 46) as f64;
+        within(
+            "force power of the monitor",
+            self.force_power as f64,
+            1.0,
+            most,
+        )?;
+        let most = (1_u64 << 30) as f64;
+        for power in self.state_power {
+            within("state power of the monitor", power as f64, 1.0, most)?;
+        }
+        let two_sided = [self.stiffness, self.friction];
+        let sides = two_sided.iter().flat_map(|both| [both.more, both.less]);
+        for side in sides.chain([self.error]) {
+            let most = f64::from(MOST_CUSUM);
+            within("drift of the monitor", f64::from(side.drift), -most, most)?;
+            within(
+                "threshold of the monitor",
+                f64::from(side.threshold),
+                1.0,
+                most,
+            )?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    extern crate std;
+    use super::*;
+
+    pub(in super::super) fn axis() -> AxisLimits {
+        let side = Cusum {
+            drift: 1600,
+            threshold: 6000,
+        };
+        let both = TwoSided {
+            more: side,
+            less: side,
+        };
+        AxisLimits {
+            reversed: false,
+            force_shift: 12,
+            force_power: 1 << 31,
+            state_power: [1 << 27; 2],
+            error: side,
+            stiffness: both,
+            friction: both,
+            moving_counts: [100, 100, 0, 5000, 4000],
+        }
+    }
+
+    pub(in super::super) fn limits() -> Limits {
+        Limits {
+            model_checksum: 0x1234_5678,
+            block: 64,
+            outside_permille: 200,
+            false_alarm_hours: 720,
+            axes: Vec::from_slice(&[axis(), axis()]).unwrap(),
+        }
+    }
+
+    #[test]
+    fn limits_survive_postcard() {
+        let mut bytes = [0; 256];
+        let written = postcard::to_slice(&limits(), &mut bytes).unwrap();
+        assert_eq!(postcard::from_bytes::<Limits>(written).unwrap(), limits());
+    }
+
+    #[test]
+    fn check_names_every_quantity_that_the_arithmetic_cannot_take() {
+        assert_eq!(limits().check(), Ok(()));
+        let broken: [(&str, fn(&mut Limits)); 10] = [
+            ("samples of a block", |l| l.block = 8),
+            ("power of two", |l| l.block = 96),
+            ("part of the time", |l| l.outside_permille = 1001),
+            ("hours between", |l| l.false_alarm_hours = 0),
+            ("axes of the monitor", |l| l.axes.clear()),
+            ("force shift", |l| l.axes[1].force_shift = 31),
+            ("force power", |l| l.axes[0].force_power = 0),
+            ("state power", |l| l.axes[0].state_power[1] = 1 << 33),
+            ("drift", |l| l.axes[1].friction.less.drift = i32::MIN),
+            ("threshold", |l| l.axes[0].stiffness.more.threshold = 0),
+        ];
+        for (words, spoil) in broken {
+            let mut limits = limits();
+            spoil(&mut limits);
+            let said = std::format!("{}", limits.check().expect_err(words));
+            assert!(said.contains(words), "{words}: {said}");
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! Is a sensor lying? Faults that the drivers report, counted; and channels that stand still while their axis moves.
+
+use super::limits::{CHANNELS, Limits};
+use super::verdict::Cause;
+use crate::pipeline::{RawAxis, RawSample};
+
+/// Kinds of fault that a driver or the chain reports for a single sample.
+pub(super) const KINDS: usize = 5;
+
+/// What went wrong with the sensors at one instant. In every word, bit 5·axis + channel stands for one channel, channels in
+/// the order of [`RawAxis`]: far and near displacement counter, body counter, accelerometer, force.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Faults {
+    /// The converter stood at a rail of its code.
+    pub saturated: u16,
+    /// The value was outside what the sensor's data sheet allows.
+    pub out_of_range: u16,
+    /// The checksum of the transfer was wrong.
+    pub checksum: u16,
+    /// The sensor did not answer in time, or the bus failed.
+    pub time_out: u16,
+    /// There was no new value: the sample is missing or repeated.
+    pub missing: u16,
+}
+
+impl Faults {
+    /// The bit of one channel.
+    pub fn bit(axis: usize, channel: usize) -> u16 {
+        1 << ((CHANNELS * axis + channel) & 15)
+    }
+
+    /// Whether anything went wrong.
+    pub fn any(&self) -> bool {
+        self.kinds().iter().any(|&(_, channels)| channels != 0)
+    }
+
+    fn kinds(&self) -> [(Cause, u16); KINDS] {
+        [
+            (Cause::TimeOut, self.time_out),
+            (Cause::Checksum, self.checksum),
+            (Cause::Missing, self.missing),
+            (Cause::Saturated, self.saturated),
+            (Cause::OutOfRange, self.out_of_range),
+        ]
+    }
+}
+
+/// A rate of faults, 1 in 2⁻¹⁶, over the last eight blocks or so (recursive, forgetting an eighth per block).
+pub(super) fn forget(rate: &mut i32, count: u16, log_block: u32, log_memory: u32) {
+    let now = (i32::from(count) << 16) >> (log_block & 15);
+    *rate += (now - *rate) >> (log_memory & 15);
+}
+
+/// Binary logarithm of the blocks over which faults are counted.
+const FAULT_MEMORY: u32 = 3;
+/// Blocks in which a channel stands still and its axis moves until it is called stuck.
+const STUCK_BLOCKS: u8 = 4;
+
+/// One channel within a block: its first count and how far it went from there.
+#[derive(Clone, Copy, Debug, Default)]
+struct Course {
+    first: i32,
+    least: i32,
+    most: i32,
+    /// Blocks in a row in which it stood still while its axis moved.
+    still: u8,
+}
+
+/// What is kept of the sensors between samples.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SensorState {
+    counts: [u16; KINDS],
+    channels: [u16; KINDS],
+    /// The channels of the last block in which there were any.
+    last: [u16; KINDS],
+    rates: [i32; KINDS],
+    courses: [[Course; CHANNELS]; 2],
+    started: bool,
+    /// Channels that are stuck.
+    stuck: u16,
+    /// Channels that stood still in the last block while their axis moved.
+    suspected: u16,
+}
+
+/// What is wrong with the sensors: the cause, its channels, and its rate in 2⁻¹⁶ (all of it for a channel that is stuck).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct SensorFault {
+    pub(super) cause: Cause,
+    pub(super) channels: u16,
+    pub(super) rate: i32,
+}
+
+fn counts(raw: &RawAxis) -> [i32; CHANNELS] {
+    let [far, near] = raw.displacement;
+    [far, near, raw.body, raw.acceleration, raw.force]
+}
+
+impl SensorState {
+    /// Takes one sample in.
+    pub(super) fn sample(&mut self, limits: &Limits, raw: &RawSample, faults: &Faults) {
+        if faults.any() {
+            let tallies = self.counts.iter_mut().zip(&mut self.channels);
+            for ((count, channels), (_, seen)) in tallies.zip(faults.kinds()) {
+                *count = count.saturating_add(u16::from(seen != 0));
+                *channels |= seen;
+            }
+        }
+        for ((courses, raw), _) in self.courses.iter_mut().zip(raw).zip(&limits.axes) {
+            for (course, value) in courses.iter_mut().zip(counts(raw)) {
+                if !self.started {
+                    course.first = value;
+                }
+                // Counters wrap, so what counts is the way from the first one.
+                let way = value.wrapping_sub(course.first);
+                course.least = course.least.min(way);
+                course.most = course.most.max(way);
+            }
+        }
+        self.started = true;
+    }
+
+    /// Ends a block: rates, and channels that stood still. True when the block is not to be trusted.
+    pub(super) fn end_block(&mut self, limits: &Limits, log_block: u32) -> bool {
+        let tallies = self.counts.iter_mut().zip(&mut self.channels);
+        for ((rate, last), (count, channels)) in
+            self.rates.iter_mut().zip(&mut self.last).zip(tallies)
+        {
+            forget(rate, *count, log_block, FAULT_MEMORY);
+            if *channels != 0 {
+                *last = *channels;
+            }
+            (*count, *channels) = (0, 0);
+        }
+        (self.stuck, self.suspected) = (0, 0);
+        for (axis, (courses, limits)) in self.courses.iter_mut().zip(&limits.axes).enumerate() {
+            let spans = courses.map(|course| course.most.wrapping_sub(course.least) as u32);
+            let moving = |(&span, &least): (&u32, &u32)| least != 0 && span >= least;
+            let moves = spans.iter().zip(&limits.moving_counts).any(moving);
+            let all = courses.iter_mut().zip(spans).zip(&limits.moving_counts);
+            for (channel, ((course, span), &least)) in all.enumerate() {
+                if span != 0 || least == 0 {
+                    course.still = 0;
+                } else if moves {
+                    course.still = course.still.saturating_add(1);
+                    self.suspected |= Faults::bit(axis, channel);
+                }
+                if course.still >= STUCK_BLOCKS {
+                    self.stuck |= Faults::bit(axis, channel);
+                }
+                (course.least, course.most) = (0, 0);
+            }
+        }
+        self.started = false;
+        self.suspected != 0
+    }
+
+    /// The worst of what is wrong: a channel that is stuck, else the kind of fault with the highest rate.
+    pub(super) fn worst(&self) -> SensorFault {
+        if self.stuck != 0 {
+            return SensorFault {
+                cause: Cause::Stuck,
+                channels: self.stuck,
+                rate: 1 << 16,
+            };
+        }
+        let mut worst = SensorFault {
+            cause: Cause::TimeOut,
+            channels: 0,
+            rate: 0,
+        };
+        let kinds = Faults::default().kinds();
+        for (((cause, _), &rate), &channels) in kinds.iter().zip(&self.rates).zip(&self.last) {
+            if rate > worst.rate {
+                worst = SensorFault {
+                    cause: *cause,
+                    channels,
+                    rate,
+                };
+            }
+        }
+        worst
+    }
+}

@@ -1,0 +1,293 @@
+//! What the monitor says: a state, and the reason for it in words that a person understands.
+
+use core::fmt;
+
+/// How the joint stands. The numbers are those of telemetry and never change.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum State {
+    /// Nothing can be said: something is missing, or too little was seen.
+    #[default]
+    Unjudged = 0,
+    /// The joint behaves like its model.
+    Healthy = 1,
+    /// Something is not as it should be, but it may be chance, or nothing to do with damage.
+    Suspect = 2,
+    /// The joint changed, or a sensor fails.
+    Alarm = 3,
+}
+
+impl State {
+    /// Every state.
+    pub const ALL: [Self; 4] = [Self::Unjudged, Self::Healthy, Self::Suspect, Self::Alarm];
+
+    /// The number in telemetry.
+    pub fn tag(self) -> u8 {
+        self as u8
+    }
+
+    /// The state of a tag.
+    pub fn from_tag(tag: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| state.tag() == tag)
+    }
+
+    /// One word.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Unjudged => "not judged",
+            Self::Healthy => "healthy",
+            Self::Suspect => "suspect",
+            Self::Alarm => "alarm",
+        }
+    }
+}
+
+/// Why the state is what it is. The numbers are those of telemetry and never change.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Cause {
+    /// The filters and the first block are still filling.
+    #[default]
+    Starting = 0,
+    /// All is as the validation records let expect.
+    AsExpected = 1,
+    /// There is no model in either slot.
+    NoModel = 2,
+    /// There is no rig block, so that counts have no meaning.
+    NoRig = 3,
+    /// The rig block has no limits.
+    NoLimits = 4,
+    /// The limits were set for another model.
+    OtherModel = 5,
+    /// The joint has not moved enough since the start.
+    TooGentle = 6,
+    /// The states are outside the training range for too much of the time.
+    OutsideRange = 16,
+    /// The error's share of the force is larger than on the validation records.
+    ErrorGrew = 32,
+    /// The residual grows with the displacement.
+    Stiffer = 33,
+    /// The residual falls with the displacement.
+    Softer = 34,
+    /// The residual grows with the velocity.
+    MoreFriction = 35,
+    /// The residual falls with the velocity.
+    LessFriction = 36,
+    /// A channel stands still while its axis moves.
+    Stuck = 48,
+    /// A channel or a force stands at the rail of its number.
+    Saturated = 49,
+    /// A channel gives values that its sensor cannot give.
+    OutOfRange = 50,
+    /// Transfers arrive with a wrong checksum.
+    Checksum = 51,
+    /// A sensor does not answer.
+    TimeOut = 52,
+    /// Samples are missing.
+    Missing = 53,
+}
+
+/// The channels of an axis, in the order of [`RawAxis`](crate::pipeline::RawAxis).
+pub const CHANNEL_NAMES: [&str; 5] = [
+    "far displacement counter",
+    "near displacement counter",
+    "body counter",
+    "accelerometer",
+    "force channel",
+];
+
+impl Cause {
+    /// Every cause.
+    pub const ALL: [Self; 19] = [
+        Self::Starting,
+        Self::AsExpected,
+        Self::NoModel,
+        Self::NoRig,
+        Self::NoLimits,
+        Self::OtherModel,
+        Self::TooGentle,
+        Self::OutsideRange,
+        Self::ErrorGrew,
+        Self::Stiffer,
+        Self::Softer,
+        Self::MoreFriction,
+        Self::LessFriction,
+        Self::Stuck,
+        Self::Saturated,
+        Self::OutOfRange,
+        Self::Checksum,
+        Self::TimeOut,
+        Self::Missing,
+    ];
+
+    /// The number in telemetry.
+    pub fn tag(self) -> u8 {
+        self as u8
+    }
+
+    /// The cause of a tag.
+    pub fn from_tag(tag: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|cause| cause.tag() == tag)
+    }
+
+    /// What happened, without saying where.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Starting => "starting",
+            Self::AsExpected => "as expected",
+            Self::NoModel => "no model",
+            Self::NoRig => "rig block missing",
+            Self::NoLimits => "the rig block has no limits for the monitor",
+            Self::OtherModel => "the limits were set for another model",
+            Self::TooGentle => "too little force so far to be judged",
+            Self::OutsideRange => "outside the trained range",
+            Self::ErrorGrew => "error grew",
+            Self::Stiffer => "stiffer than the model",
+            Self::Softer => "softer than the model",
+            Self::MoreFriction => "more friction than in the model",
+            Self::LessFriction => "less friction than in the model",
+            Self::Stuck => "stuck",
+            Self::Saturated => "at its rail",
+            Self::OutOfRange => "out of range",
+            Self::Checksum => "wrong checksums",
+            Self::TimeOut => "no answer",
+            Self::Missing => "samples missing",
+        }
+    }
+
+    /// Whether it is a change of the joint.
+    pub fn is_damage(self) -> bool {
+        matches!(self.tag(), 32..=47)
+    }
+
+    /// Whether it is a fault of a sensor.
+    pub fn is_sensor(self) -> bool {
+        matches!(self.tag(), 48..=63)
+    }
+}
+
+/// What the monitor says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Verdict {
+    /// How the joint stands.
+    pub state: State,
+    /// Why.
+    pub cause: Cause,
+    /// The axis that it is about, from 0.
+    pub axis: u8,
+    /// The channel of that axis, when a sensor is meant: a place in [`CHANNEL_NAMES`].
+    pub channel: u8,
+    /// How far it is, in 1/1000: of the threshold for a change of the joint, of the time for everything else.
+    pub permille: u16,
+}
+
+impl Verdict {
+    /// What a device says that cannot run the monitor.
+    pub fn without(cause: Cause) -> Self {
+        Self {
+            cause,
+            ..Self::default()
+        }
+    }
+
+    /// The reason as a sentence without a full stop; `names` are those of the axes.
+    pub fn words<'a>(&self, names: &'a [&'a str]) -> Words<'a> {
+        Words {
+            verdict: *self,
+            names,
+        }
+    }
+}
+
+/// The reason of a verdict, to be printed.
+#[derive(Clone, Copy, Debug)]
+pub struct Words<'a> {
+    verdict: Verdict,
+    names: &'a [&'a str],
+}
+
+impl fmt::Display for Words<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Verdict {
+            cause,
+            axis,
+            channel,
+            permille,
+            ..
+        } = self.verdict;
+        let words = cause.words();
+        let axis = self.names.get(usize::from(axis)).copied().unwrap_or("?");
+        let percent = permille.saturating_add(5) / 10;
+        match cause {
+            Cause::OutsideRange => write!(f, "{words} {percent} % of the time"),
+            Cause::ErrorGrew => write!(f, "{words} on {axis}"),
+            Cause::Stiffer | Cause::Softer => write!(f, "{axis} is {words}"),
+            Cause::MoreFriction | Cause::LessFriction => write!(f, "{axis} has {words}"),
+            cause if cause.is_sensor() => {
+                let channels = CHANNEL_NAMES.get(usize::from(channel));
+                let channel = channels.copied().unwrap_or("a channel");
+                write!(f, "{channel} of {axis}: {words}")?;
+                if cause == Cause::Stuck {
+                    return Ok(());
+                }
+                write!(f, ", {percent} % of the time")
+            }
+            _ => f.write_str(words),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::format;
+
+    #[test]
+    fn tags_are_what_they_always_were() {
+        assert_eq!(State::ALL.map(State::tag), [0, 1, 2, 3]);
+        let tags = Cause::ALL.map(Cause::tag);
+        let known = [
+            0, 1, 2, 3, 4, 5, 6, 16, 32, 33, 34, 35, 36, 48, 49, 50, 51, 52, 53,
+        ];
+        assert_eq!(tags, known);
+        for tag in 0..=u8::MAX {
+            assert_eq!(Cause::from_tag(tag).is_some(), known.contains(&tag));
+            assert_eq!(State::from_tag(tag).is_some(), tag < 4);
+        }
+    }
+
+    #[test]
+    fn reasons_read_as_a_person_would_say_them() {
+        let said = |cause, axis, channel, permille| {
+            let verdict = Verdict {
+                state: State::Alarm,
+                cause,
+                axis,
+                channel,
+                permille,
+            };
+            format!("{}", verdict.words(&["x", "phi"]))
+        };
+        assert_eq!(said(Cause::ErrorGrew, 0, 0, 1000), "error grew on x");
+        assert_eq!(
+            said(Cause::Softer, 1, 0, 1000),
+            "phi is softer than the model"
+        );
+        assert_eq!(
+            said(Cause::MoreFriction, 0, 0, 1000),
+            "x has more friction than in the model"
+        );
+        assert_eq!(said(Cause::Stuck, 0, 4, 1000), "force channel of x: stuck");
+        assert_eq!(
+            said(Cause::Checksum, 1, 3, 23),
+            "accelerometer of phi: wrong checksums, 2 % of the time"
+        );
+        assert_eq!(
+            said(Cause::OutsideRange, 0, 0, 400),
+            "outside the trained range 40 % of the time"
+        );
+        assert_eq!(said(Cause::NoModel, 9, 9, 0), "no model");
+        assert_eq!(said(Cause::NoRig, 9, 9, 0), "rig block missing");
+    }
+}
