@@ -2,6 +2,7 @@
 
 mod telemetry_frames;
 
+use jointwatch_shared::monitor::{self, Cause, State};
 use jointwatch_shared::telemetry::{
     Answer, Answered, Damage, Event, Hello, Kind, MAX_FRAME, Message, ModelFault, Occasion,
     Quantity, Received, Refusal, Report, Request, Restart, Slot, UploadReply, UploadRequest,
@@ -307,6 +308,27 @@ fn tags_and_codes_never_change() {
         Refusal::Mismatch,
         Refusal::Flash,
     ]);
+}
+
+#[test]
+fn a_verdict_of_the_monitor_survives_and_a_newer_code_is_told() {
+    for state in State::ALL {
+        for cause in Cause::ALL {
+            let said = monitor::Verdict {
+                state,
+                cause,
+                axis: 1,
+                channel: 4,
+                permille: 900,
+            };
+            assert_eq!(Verdict::from(said).read(), Some(said));
+        }
+    }
+    let newer = Verdict {
+        cause: 200,
+        ..Verdict::default()
+    };
+    assert_eq!(newer.read(), None);
 }
 
 #[test]

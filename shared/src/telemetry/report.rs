@@ -3,6 +3,7 @@
 use super::Text;
 use super::upload::{ModelFault, Slot};
 use crate::model::axis::AxisKind;
+use crate::monitor::{self, Cause, State};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -103,8 +104,9 @@ pub struct Status {
     pub sample: u64,
     /// What the monitor says.
     pub verdict: Verdict,
-    /// Part of the outputs since the last status whose state was outside the training range, in units of 10⁻⁴.
-    pub outside: u16,
+    /// Part of the recent time with a state outside the training range, in 1/1000
+    /// ([`MonitorState::outside_permille`](crate::monitor::MonitorState::outside_permille)).
+    pub outside_permille: u16,
     /// What the monitor knows of each axis; empty without a model.
     pub axes: Vec<AxisStatus, 2>,
     /// The channels of axis 0 (displacement far, displacement near, body, acceleration, force), then those of axis 1.
@@ -129,19 +131,45 @@ pub struct Verdict {
     pub permille: u16,
 }
 
-/// The sliding error of one axis. An NMSE is 100·Σ(r−r̂)²/(N·var r) in percent; here in units of 10⁻⁴ %, held at the largest.
+impl From<monitor::Verdict> for Verdict {
+    fn from(verdict: monitor::Verdict) -> Self {
+        Self {
+            state: verdict.state.tag(),
+            cause: verdict.cause.tag(),
+            axis: verdict.axis,
+            channel: verdict.channel,
+            permille: verdict.permille,
+        }
+    }
+}
+
+impl Verdict {
+    /// What the monitor said; `None` when a code is newer than this program.
+    pub fn read(&self) -> Option<monitor::Verdict> {
+        Some(monitor::Verdict {
+            state: State::from_tag(self.state)?,
+            cause: Cause::from_tag(self.cause)?,
+            axis: self.axis,
+            channel: self.channel,
+            permille: self.permille,
+        })
+    }
+}
+
+/// The sliding error of one axis: an NMSE, 100·Σ(r−r̂)²/(N·var r) in percent, here in 1/1000 %, from
+/// [`MonitorState::nmse`](crate::monitor::MonitorState::nmse); `None` while the force has not varied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisStatus {
-    /// Over the short window; `None` until it has been full.
+    /// Over the last 16 blocks or so.
     pub nmse_fast: Option<u32>,
-    /// Over the long window; `None` until it has been full.
+    /// Over the last 1024 blocks or so.
     pub nmse_slow: Option<u32>,
 }
 
 /// How one channel is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SensorStatus {
-    /// The code of the reason that a verdict on this channel would have; 0 when nothing is wrong with it.
+    /// What is wrong with it, as the code of a cause; 0 when nothing is.
     pub fault: u8,
     /// Transfers that failed, of the chip that the channel belongs to.
     pub bus_errors: u32,

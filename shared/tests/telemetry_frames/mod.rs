@@ -88,7 +88,7 @@ pub(crate) fn reports() -> std::vec::Vec<Report> {
                 channel: 0,
                 permille: 1200,
             },
-            outside: 25,
+            outside_permille: 25,
             axes: list(&[AxisStatus {
                 nmse_fast: Some(14_000),
                 nmse_slow: None,
@@ -201,7 +201,7 @@ pub(crate) fn longest_reports() -> std::vec::Vec<Report> {
         Report::Status(Status {
             sample: u64::MAX,
             verdict: LONGEST_VERDICT,
-            outside: u16::MAX,
+            outside_permille: u16::MAX,
             axes: list(&[nmse; 2]),
             channels: list(&[worst; 10]),
             counters: Counters {
