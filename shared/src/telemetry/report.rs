@@ -2,8 +2,11 @@
 
 use super::Text;
 use super::upload::{ModelFault, Slot};
+use crate::model::Model;
 use crate::model::axis::AxisKind;
 use crate::monitor::{self, Cause, State};
+use crate::pipeline::{Chain, Output, RawSample};
+use crate::rig::Rig;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -54,6 +57,29 @@ pub struct ModelIdentity {
     pub axes: Vec<AxisIdentity, 2>,
 }
 
+impl ModelIdentity {
+    /// Who this model is, from the slot it lies in and the checksum that ends its blob.
+    pub fn new(model: &Model, slot: Slot, crc: u32, signed: bool) -> Self {
+        let header = model.header();
+        let axes = header.axes.iter().zip(model.outputs());
+        Self {
+            slot,
+            crc,
+            signed,
+            sample_rate_hz: header.sample_rate_hz,
+            // Both hold two, and a name is at most as long as a text.
+            axes: axes
+                .take(2)
+                .map(|(axis, output)| AxisIdentity {
+                    name: Text::try_from(axis.name.as_str()).unwrap_or_default(),
+                    kind: axis.kind.into(),
+                    force_per_lsb: output.force_per_lsb,
+                })
+                .collect(),
+        }
+    }
+}
+
 /// What a person needs to read the forces of one axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisIdentity {
@@ -95,6 +121,19 @@ pub struct RigIdentity {
     pub delay: u16,
     /// Samples by which the residual in the band lags behind the sensors.
     pub band_delay: u16,
+}
+
+impl RigIdentity {
+    /// Who this rig block is, from the checksum that ends it.
+    pub fn new(rig: &Rig, chain: &Chain, crc: u32) -> Self {
+        Self {
+            crc,
+            sample_rate_hz: rig.sample_rate_hz,
+            // Filters have at most a few hundred taps.
+            delay: chain.delay() as u16,
+            band_delay: chain.band_delay() as u16,
+        }
+    }
 }
 
 /// How the device and the joint are.
@@ -220,6 +259,21 @@ pub struct Sample {
     pub output: Option<SampleOutput>,
 }
 
+impl Sample {
+    /// The sample with this number of a rig with one or two axes.
+    pub fn new(sample: u64, raw: &RawSample, axes: usize, output: Option<&Output>) -> Self {
+        let counts = raw.iter().take(axes.min(2)).map(|raw| {
+            let [far, near] = raw.displacement;
+            [far, near, raw.body, raw.acceleration, raw.force]
+        });
+        Self {
+            sample,
+            counts: counts.collect(),
+            output: output.map(SampleOutput::from),
+        }
+    }
+}
+
 /// What the chain says of one instant; forces in units of each axis's [`force_per_lsb`](AxisIdentity::force_per_lsb), the second 0
 /// for one axis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -236,6 +290,19 @@ pub struct SampleOutput {
     pub residual: [i32; 2],
     /// The residual in the common band, which belongs to the instant [`RigIdentity::band_delay`] samples ago.
     pub residual_band: Option<[i32; 2]>,
+}
+
+impl From<&Output> for SampleOutput {
+    fn from(output: &Output) -> Self {
+        Self {
+            outside: output.outside,
+            saturated: output.saturated,
+            measured: output.measured,
+            predicted: output.predicted,
+            residual: output.residual,
+            residual_band: output.residual_band,
+        }
+    }
 }
 
 /// Something happened that a person should know of.
