@@ -211,6 +211,11 @@ impl SetUp {
             .map(|samples| samples as f64 / study.sample_rate_hz)
     }
 
+    /// A record as the sensors would have counted it.
+    pub fn counts(&self, record: &Record) -> Vec<RawSample> {
+        raw_counts(record, &self.converters)
+    }
+
     /// Runs the chain over one record.
     ///
     /// # Errors
@@ -223,7 +228,8 @@ impl SetUp {
         let record_corrected = corrections.record(record, study.sample_rate_hz);
         let motion = motion::motion(study, 0, &record_corrected, &self.filters)?;
         let mut state = ChainState::default();
-        let outputs: Vec<Output> = raw_counts(record, &self.converters)
+        let outputs: Vec<Output> = self
+            .counts(record)
             .iter()
             .filter_map(|raw| chain.step(&mut state, model, raw))
             .collect();

@@ -74,6 +74,7 @@ impl Demo {
             study,
             record: Some("valid.csv".into()),
             output: None,
+            frames: None,
         };
         replay.run(&step.writing_json_to(file("replay.json")))?;
 
