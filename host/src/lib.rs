@@ -31,4 +31,5 @@ pub mod sim;
 pub mod study;
 mod symbols;
 pub mod table;
+pub mod telemetry;
 pub mod text_plot;

@@ -219,8 +219,13 @@ impl SetUp {
         model: &'a Model,
     ) -> impl Iterator<Item = (RawSample, Option<Output>)> + use<'a> {
         let mut state = ChainState::default();
-        let counts = raw_counts(record, &self.converters).into_iter();
+        let counts = self.counts(record).into_iter();
         counts.map(move |raw| (raw, self.chain.step(&mut state, model, &raw)))
+    }
+
+    /// A record as the sensors would have counted it.
+    pub fn counts(&self, record: &Record) -> Vec<RawSample> {
+        raw_counts(record, &self.converters)
     }
 
     /// Runs the chain over one record.

@@ -31,6 +31,7 @@ pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
 const AXES_OFFSET: usize = 40;
 
 /// CRC-32 as in Ethernet and zip; the table takes 1 KiB of flash and makes a 4 KiB blob cheap enough for a boot.
+/// Telemetry's frames have the same one.
 pub(crate) static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// What the bytes before the base say, before any of it is believed.

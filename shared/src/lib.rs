@@ -26,5 +26,6 @@ pub mod selftest;
 pub mod selftest_chain;
 pub mod selftest_network;
 pub mod tanh;
+pub mod telemetry;
 pub mod units;
 pub mod wiring;

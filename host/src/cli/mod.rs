@@ -9,6 +9,7 @@ mod export;
 mod identify;
 mod identify_network;
 mod inspect;
+mod monitor;
 mod paper;
 mod plots;
 mod replay;
@@ -75,6 +76,11 @@ enum Command {
     Inspect(inspect::Inspect),
     /// Run the device's integer code on the records of a study, from raw counts on.
     Replay(replay::Replay),
+    /// Print what a device says, from its serial port or from a file that holds it.
+    ///
+    /// Ends with the file, with --seconds, or with Ctrl-C, and then says how many messages were lost or damaged. With
+    /// --json FILE every message is a line of JSON, written as it comes; --json - prints those in place of the text.
+    Monitor(monitor::Monitor),
     /// Put a model in place of the joint, integrate the equation of motion for a record's drive, and compare the motions.
     Respond(respond::Respond),
     /// Hold the tool against the paper it comes from: its figures and its two headline ratios, computed anew, as a page.
@@ -158,6 +164,7 @@ fn perform(command: Command, console: &Console) -> Result<()> {
         Command::Export(command) => command.run(console),
         Command::Inspect(command) => command.run(console),
         Command::Replay(command) => command.run(console),
+        Command::Monitor(command) => command.run(console),
         Command::Respond(command) => command.run(console),
         Command::Paper(command) => command.run(console),
     }

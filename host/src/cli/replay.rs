@@ -10,6 +10,7 @@ use crate::output;
 use crate::replay::{self, RecordReplay, Replayed};
 use crate::study::{Record, Study};
 use crate::table::Table;
+use crate::telemetry::frames;
 use clap::Args;
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
@@ -36,6 +37,10 @@ pub(crate) struct Replay {
     /// Mean time between the monitor's false alarms, in days.
     #[arg(long, value_name = "DAYS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=36_500), requires = "monitor")]
     pub(super) false_alarm_days: u32,
+    /// Write the frames that the device would send, streaming every sample, for `jointwatch monitor`; needs --record in a
+    /// study of several.
+    #[arg(long, value_name = "FILE")]
+    pub(super) frames: Option<PathBuf>,
 }
 
 impl Replay {
@@ -54,14 +59,20 @@ impl Replay {
             .then(|| watch(&study, &records, &set_up, &model, self.false_alarm_days))
             .transpose()?;
         working.finish_and_clear();
+        let only = |option: &str| match (records.as_slice(), replayed.as_slice()) {
+            ([record], [replayed]) => Ok((*record, replayed)),
+            _ => Err(Error::usage(format!(
+                "{option} writes one record, and this study has {}; name one with --record",
+                replayed.len()
+            ))),
+        };
         if let Some(path) = &self.output {
-            let [only] = replayed.as_slice() else {
-                return Err(Error::usage(format!(
-                    "--output writes one record, and this study has {}; name one with --record",
-                    replayed.len()
-                )));
-            };
-            output::write_whole(path, as_csv(only, &study, &model).as_bytes())?;
+            let (_, replayed) = only("--output")?;
+            output::write_whole(path, as_csv(replayed, &study, &model).as_bytes())?;
+        }
+        if let Some(path) = &self.frames {
+            let (record, replayed) = only("--frames")?;
+            output::write_whole(path, &frames::of(&set_up, record, replayed, &model))?;
         }
         let summaries: Vec<RecordReplay> = replayed.into_iter().map(|r| r.summary).collect();
         let logged = |r: &Record| r.axes.iter().any(|axis| axis.velocity.is_some());
@@ -73,6 +84,9 @@ impl Replay {
         console.say(in_words(&summaries, &study, set_up.delays_s(&study)))?;
         if let Some(path) = &self.output {
             console.say(format!("Outputs written to {}.", path.display()))?;
+        }
+        if let Some(path) = &self.frames {
+            console.say(format!("Frames written to {}.", path.display()))?;
         }
         let Some(watched) = watched else {
             return console.json(&serde_json::json!({ "records": summaries }));
