@@ -11,5 +11,6 @@
 )]
 pub mod board;
 pub mod clock;
+pub mod key;
 pub mod store;
 pub mod suite;
