@@ -12,6 +12,7 @@ fn main() {
     let target = env::var("TARGET").expect("cargo sets TARGET");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     let package = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets this"));
+    write_key(&package, &out, target.starts_with("thumb"));
     if !target.starts_with("thumb") {
         return;
     }
@@ -37,4 +38,42 @@ fn main() {
     println!("cargo::rustc-link-arg-bins=-Tlink.x");
     // The self-test prints text and has no defmt symbols to place.
     println!("cargo::rustc-link-arg-bin=jointwatch=-Tdefmt.x");
+}
+
+/// Writes the public key that the image is to trust as a piece of program, see `src/key.rs`.
+fn write_key(package: &Path, out: &Path, for_a_device: bool) {
+    println!("cargo::rerun-if-changed=keys/development.pub");
+    println!("cargo::rerun-if-env-changed=JOINTWATCH_PUBLIC_KEY");
+    let own = env::var_os("JOINTWATCH_PUBLIC_KEY").filter(|name| !name.is_empty());
+    let file = match &own {
+        Some(name) => PathBuf::from(name),
+        None => package.join("keys/development.pub"),
+    };
+    println!("cargo::rerun-if-changed={}", file.display());
+    if own.is_none() && for_a_device {
+        println!(
+            "cargo::warning=this image trusts the development key, so anybody can put a model onto the device: make a key \
+             with `jointwatch keygen` and name its .pub file in JOINTWATCH_PUBLIC_KEY"
+        );
+    }
+    let text = fs::read_to_string(&file)
+        .unwrap_or_else(|why| panic!("the public key {} is not readable: {why}", file.display()));
+    let key = read_key(&text)
+        .unwrap_or_else(|| panic!("{} is no public key of `jointwatch keygen`", file.display()));
+    let development = own.is_none();
+    let program = format!(
+        "/// The public key.\npub const PUBLIC_KEY: [u8; 32] = {key:?};\n\
+         /// Whether it is the development key.\npub const IS_DEVELOPMENT_KEY: bool = {development};\n"
+    );
+    fs::write(out.join("key.rs"), program).expect("cargo's own folder is writable");
+}
+
+/// The 32 bytes of a public key file.
+fn read_key(text: &str) -> Option<Vec<u8>> {
+    let digits = text
+        .trim_end()
+        .strip_prefix("jointwatch public key ed25519 ")?;
+    let digits = Some(digits).filter(|digits| digits.len() == 64 && digits.is_ascii())?;
+    let byte = |at| u8::from_str_radix(digits.get(at..at + 2)?, 16).ok();
+    (0..64).step_by(2).map(byte).collect()
 }

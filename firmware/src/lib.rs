@@ -11,6 +11,7 @@
 )]
 pub mod board;
 pub mod clock;
+pub mod key;
 pub mod sensor;
 pub mod store;
 pub mod suite;

@@ -25,6 +25,7 @@ pub mod scale;
 pub mod selftest;
 pub mod selftest_chain;
 pub mod selftest_network;
+pub mod slot;
 pub mod tanh;
 pub mod telemetry;
 pub mod units;

@@ -38,6 +38,7 @@ fn limits(axes: usize) -> Limits {
         force_shift: 12,
         force_power: 1 << 31,
         state_power: [1 << 27, 77],
+        per_octave: [n, -n, 7],
         error: side(n),
         stiffness: TwoSided {
             more: side(n + 2),

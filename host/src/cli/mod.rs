@@ -9,13 +9,16 @@ mod export;
 mod identify;
 mod identify_network;
 mod inspect;
+mod keygen;
 mod monitor;
 mod paper;
 mod plots;
 mod replay;
 mod respond;
+mod sign;
 mod simulate;
 mod staircase;
+mod upload;
 
 use crate::error::{Error, Result};
 use crate::output;
@@ -85,6 +88,12 @@ enum Command {
     Respond(respond::Respond),
     /// Hold the tool against the paper it comes from: its figures and its two headline ratios, computed anew, as a page.
     Paper(paper::Paper),
+    /// Make a pair of keys: one to sign models with, one to build into the firmware.
+    Keygen(keygen::Keygen),
+    /// Sign a blob, so that a device takes it.
+    Sign(sign::Sign),
+    /// Put a signed model onto a device, over its serial port.
+    Upload(upload::Upload),
 }
 
 /// What every subcommand has at hand: where to print, and the progress display.
@@ -165,6 +174,9 @@ fn perform(command: Command, console: &Console) -> Result<()> {
         Command::Inspect(command) => command.run(console),
         Command::Replay(command) => command.run(console),
         Command::Monitor(command) => command.run(console),
+        Command::Keygen(command) => command.run(console),
+        Command::Sign(command) => command.run(console),
+        Command::Upload(command) => command.run(console),
         Command::Respond(command) => command.run(console),
         Command::Paper(command) => command.run(console),
     }

@@ -1,4 +1,4 @@
-//! Finding the joint's model in flash: what each of the two slots holds, and which of them is used.
+//! A bare model blob in a slot, as a debugger puts it there: what it is, and which of two is used. For the self-test.
 
 use jointwatch_shared::blob;
 use jointwatch_shared::error::Error;
@@ -22,6 +22,14 @@ impl Place {
         match self {
             Place::A => "a",
             Place::B => "b",
+        }
+    }
+
+    /// The other one.
+    pub fn other(self) -> Place {
+        match self {
+            Place::A => Place::B,
+            Place::B => Place::A,
         }
     }
 }

@@ -1,0 +1,456 @@
+//! The two model slots in flash: which model runs, how a new one gets there, and why no loss of power can spoil that.
+//!
+//! A new model goes into the slot that is not in use. Its life is a row of words, each programmed once
+//! ([`jointwatch_shared::slot`] has the places):
+//!
+//! 1. The slot is marked void, erased, and written: model, rig block, seal.
+//! 2. All of it is read back and checked: CRC, signature, the model's own checks. Then it is marked **sealed**.
+//! 3. At the next restart the newer good slot is chosen. It is marked **tried** before it runs.
+//! 4. When it has run long enough it is marked **confirmed**. From then on the other slot may be erased.
+//! 5. When a restart finds it tried and not confirmed, it is marked void, and the old model runs again.
+//!
+//! A mark on which power failed may read either way, and may even change its mind. It never matters: before *sealed* the old
+//! model runs whatever the new slot holds; between *sealed* and *tried* both answers are right; *tried* counts as soon as one
+//! bit of it does, and means the old model; a doubtful *confirmed* is confirmed once more, in the next of its words, before
+//! the old slot may be erased.
+
+mod blob_slot;
+mod choice;
+mod trial;
+mod upload;
+mod verify;
+
+pub use blob_slot::{Place, Slot, choose, phrase};
+pub use choice::{Choice, Fault, Progress, State};
+pub use trial::Trial;
+pub use upload::Upload;
+pub use verify::{Check, Ed25519Check, Key, Trust, Verifier};
+
+use embedded_storage::nor_flash::NorFlash;
+use jointwatch_shared::blob::{self, BLOB_LEN};
+use jointwatch_shared::model::Model;
+use jointwatch_shared::slot::{
+    BEGUN_OFFSET, CONFIRMED_OFFSETS, ContentCrc, ERASED, MARKED, MODEL_OFFSET, RIG_OFFSET,
+    SEAL_LEN, SEAL_OFFSET, SEALED_OFFSET, SIGNATURE_LEN, Seal, SealFault, TRIED_OFFSET,
+    VOID_OFFSETS, signed_prefix,
+};
+use jointwatch_shared::telemetry::ModelFault;
+
+/// Room to take a blob out of flash, for as long as a slot is looked at.
+pub type Work = [u8; BLOB_LEN];
+
+/// What a restart found.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is no heap to put the model on"
+)]
+pub struct Started {
+    /// What slot A and slot B held.
+    pub states: [State; 2],
+    /// The model that runs, and where it lies; `None` when neither slot has one.
+    pub model: Option<(Place, Model)>,
+    /// Bytes of the rig block that belongs to it; 0 when there is none.
+    pub rig_len: u32,
+    /// Whether the model is on trial: it is to be [confirmed](Store::confirm) when it has run.
+    pub trial: bool,
+    /// The slot whose model has just failed its trial.
+    pub set_aside: Option<Place>,
+    /// Set when a mark could not be programmed; the choice stands, but will be made anew at the next restart.
+    pub flash_failed: bool,
+}
+
+/// The two slots, behind one flash driver: slot A at its address 0, slot B one sector behind.
+#[derive(Debug)]
+pub struct Store<F, V> {
+    flash: F,
+    trust: Trust<V>,
+    active: Option<Place>,
+    /// The other slot may be erased.
+    other_is_free: bool,
+}
+
+impl<F: NorFlash, V: Verifier> Store<F, V> {
+    const GRANULE: () = assert!(
+        4 % F::WRITE_SIZE == 0 && 4 % F::READ_SIZE == 0,
+        "every mark is one word of four bytes"
+    );
+
+    /// The store on a flash of two sectors. Nothing is read before [`start`](Self::start).
+    pub fn new(flash: F, trust: Trust<V>) -> Self {
+        let () = Self::GRANULE;
+        Self {
+            flash,
+            trust,
+            active: None,
+            other_is_free: false,
+        }
+    }
+
+    /// The flash driver.
+    pub fn flash(&self) -> &F {
+        &self.flash
+    }
+
+    /// Gives the flash driver back.
+    pub fn into_flash(self) -> F {
+        self.flash
+    }
+
+    /// After a restart: looks at both slots, sets a failed model aside, and takes the model that is to run.
+    ///
+    /// Reads all of both slots and checks up to two signatures; programs at most four words, none when nothing has changed.
+    /// To be called once, before anything runs. Whatever the flash holds, this gives a model if a slot has a good one.
+    pub fn start(&mut self, work: &mut Work) -> Started {
+        let mut states = Place::ALL.map(|place| self.examine(place, work));
+        let mut flash_failed = false;
+        let mut set_aside = None;
+        // Twice at most: a slot that was good a moment ago and now is not becomes refused, and the other one is taken.
+        for _ in Place::ALL {
+            let choice = choice::choose(&states);
+            if let Some(place) = choice.set_aside {
+                flash_failed |= self.set_void(place).is_err();
+                set_aside = Some(place);
+            }
+            let Some(place) = choice.run else { break };
+            let model = match self.model(place, work) {
+                Ok(model) => model,
+                Err(fault) => {
+                    set(&mut states, place, State::Refused(fault));
+                    continue;
+                }
+            };
+            let State::Good {
+                rig_len, progress, ..
+            } = of(&states, place)
+            else {
+                break;
+            };
+            flash_failed |= match progress {
+                Progress::Untried => self.mark(place, TRIED_OFFSET).is_err(),
+                Progress::Confirmed { sure: false } => self.confirm_in(place).is_err(),
+                _ => false,
+            };
+            let other = of(&states, place.other());
+            let fallback = matches!(other, State::Good { .. }) && choice.set_aside.is_none();
+            self.active = Some(place);
+            self.other_is_free = !flash_failed && !(choice.trial && fallback);
+            return Started {
+                states,
+                model: Some((place, model)),
+                rig_len,
+                trial: choice.trial,
+                set_aside,
+                flash_failed,
+            };
+        }
+        self.active = None;
+        self.other_is_free = true;
+        Started {
+            states,
+            model: None,
+            rig_len: 0,
+            trial: false,
+            set_aside,
+            flash_failed,
+        }
+    }
+
+    /// The slot whose model runs.
+    pub fn active(&self) -> Option<Place> {
+        self.active
+    }
+
+    /// Marks the model that runs as proven, so that it stays; the other slot is then free for an upload.
+    ///
+    /// # Errors
+    /// The flash's, when the mark cannot be programmed or does not read back. The trial then goes on.
+    pub fn confirm(&mut self) -> Result<(), Fault> {
+        let Some(place) = self.active else {
+            return Ok(());
+        };
+        self.confirm_in(place)?;
+        self.other_is_free = true;
+        Ok(())
+    }
+
+    /// The rig block of the model that runs, `into` filled from its beginning; `None` when it has none or the flash fails.
+    pub fn rig<'a>(&mut self, rig_len: u32, into: &'a mut [u8]) -> Option<&'a [u8]> {
+        let place = self.active?;
+        let bytes = into
+            .get_mut(..rig_len as usize)
+            .filter(|bytes| !bytes.is_empty())?;
+        self.read(place, RIG_OFFSET, bytes).ok()?;
+        Some(bytes)
+    }
+
+    /// What a slot holds, from all of its bytes.
+    fn examine(&mut self, place: Place, work: &mut Work) -> State {
+        self.look(place, work).unwrap_or_else(State::Refused)
+    }
+
+    fn look(&mut self, place: Place, work: &mut Work) -> Result<State, Fault> {
+        let mut seal = [0; SEAL_LEN];
+        self.read(place, SEAL_OFFSET, &mut seal)?;
+        let mut marks = [ERASED; 5 + CONFIRMED_OFFSETS.len()];
+        let offsets = [&BEGUN_OFFSET]
+            .into_iter()
+            .chain(&VOID_OFFSETS)
+            .chain([&SEALED_OFFSET, &TRIED_OFFSET])
+            .chain(&CONFIRMED_OFFSETS);
+        for (mark, &offset) in marks.iter_mut().zip(offsets) {
+            self.read(place, offset, mark)?;
+        }
+        let [
+            begun,
+            void_before,
+            void_behind,
+            sealed,
+            tried,
+            confirmed @ ..,
+        ] = marks;
+        // An emulator's flash may begin as zeros instead of ones; every mark then seems to be set, and none means anything.
+        if seal == [0; SEAL_LEN] || (seal == [0xFF; SEAL_LEN] && begun == ERASED) {
+            return self.look_at_bare(place, work);
+        }
+        if void_before != ERASED || void_behind != ERASED {
+            return Ok(State::Void);
+        }
+        let confirmed_at_all = confirmed.iter().any(|&word| word != ERASED);
+        if sealed == ERASED && tried == ERASED && !confirmed_at_all {
+            return Err(Fault::Unfinished);
+        }
+        let seal = Seal::decode(&seal).map_err(|_: SealFault| Fault::Seal)?;
+        self.check(place, &seal, work)?;
+        Ok(State::Good {
+            sequence: seal.sequence,
+            rig_len: seal.rig_len,
+            progress: if confirmed_at_all {
+                Progress::Confirmed {
+                    sure: confirmed.contains(&MARKED),
+                }
+            } else if tried != ERASED {
+                Progress::Tried
+            } else {
+                Progress::Untried
+            },
+        })
+    }
+
+    /// A slot without a seal: empty, or a bare blob that a debugger put there.
+    fn look_at_bare(&mut self, place: Place, work: &mut Work) -> Result<State, Fault> {
+        self.read(place, MODEL_OFFSET, work)?;
+        if is_blank(work) {
+            return Ok(State::Empty);
+        }
+        blob::decode(work).map_err(|why| Fault::Model(ModelFault::from(&why)))?;
+        if !self.trust.unsigned {
+            return Err(Fault::Unsigned);
+        }
+        Ok(State::Good {
+            sequence: 0,
+            rig_len: 0,
+            progress: Progress::Confirmed { sure: true },
+        })
+    }
+
+    /// Holds content against its seal: CRC, signature, and the model's own checks, in this order.
+    fn check(&mut self, place: Place, seal: &Seal, work: &mut Work) -> Result<(), Fault> {
+        let mut crc = ContentCrc::new();
+        let mut check = match &seal.signature {
+            Some(signature) => Some(self.begin_check(signature, seal.rig_len)?),
+            None if self.trust.unsigned => None,
+            None => return Err(Fault::Unsigned),
+        };
+        let end = RIG_OFFSET as u32 + seal.rig_len;
+        let mut piece = [0; 64];
+        let mut at = 0;
+        while at < end {
+            // Both lengths are multiples of 4, and so is the piece.
+            let length = (end - at).min(piece.len() as u32);
+            let Some(piece) = piece.get_mut(..length as usize) else {
+                break;
+            };
+            self.read(place, at as usize, piece)?;
+            crc.absorb(piece);
+            if let Some(check) = &mut check {
+                check.absorb(piece);
+            }
+            at += length;
+        }
+        if crc.value() != seal.content_crc {
+            return Err(Fault::Checksum);
+        }
+        if check.is_some_and(|check| !check.holds()) {
+            return Err(Fault::Signature);
+        }
+        self.model(place, work).map(|_| ())
+    }
+
+    fn begin_check(
+        &self,
+        signature: &[u8; SIGNATURE_LEN],
+        rig_len: u32,
+    ) -> Result<V::Check, Fault> {
+        let mut check = self
+            .trust
+            .verifier
+            .begin(signature)
+            .ok_or(Fault::Signature)?;
+        check.absorb(&signed_prefix(rig_len));
+        Ok(check)
+    }
+
+    /// Takes the model out of a slot.
+    fn model(&mut self, place: Place, work: &mut Work) -> Result<Model, Fault> {
+        self.read(place, MODEL_OFFSET, work)?;
+        blob::decode(work).map_err(|why| Fault::Model(ModelFault::from(&why)))
+    }
+
+    /// Programs the next word that says that a slot's model has run; none when one is sure already.
+    fn confirm_in(&mut self, place: Place) -> Result<(), Fault> {
+        let mut word = ERASED;
+        for offset in CONFIRMED_OFFSETS {
+            self.read(place, offset, &mut word)?;
+            if word == MARKED {
+                return Ok(());
+            }
+            if word == ERASED {
+                return self.mark(place, offset);
+            }
+        }
+        Err(Fault::Flash)
+    }
+
+    /// Says that a slot is not to be used. A word that power failed on counts already and is not programmed again.
+    fn set_void(&mut self, place: Place) -> Result<(), Fault> {
+        let mut word = ERASED;
+        for offset in VOID_OFFSETS {
+            self.read(place, offset, &mut word)?;
+            if word == ERASED {
+                self.mark(place, offset)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Programs one mark and reads it back.
+    fn mark(&mut self, place: Place, offset: usize) -> Result<(), Fault> {
+        self.write(place, offset, &MARKED)?;
+        let mut seen = ERASED;
+        self.read(place, offset, &mut seen)?;
+        if seen == MARKED {
+            Ok(())
+        } else {
+            Err(Fault::Flash)
+        }
+    }
+
+    /// The slot that an upload goes into, if it may be erased now.
+    fn free_slot(&self) -> Option<Place> {
+        match self.active {
+            None => Some(Place::A),
+            Some(active) => self.other_is_free.then_some(active.other()),
+        }
+    }
+
+    /// Makes a slot ready to be written: void, so that nothing of it can ever run again, then erased.
+    fn clear(&mut self, place: Place) -> Result<(), Fault> {
+        self.set_void(place)?;
+        let start = address::<F>(place, 0);
+        self.flash
+            .erase(start, start + F::ERASE_SIZE as u32)
+            .map_err(|_| Fault::Flash)
+    }
+
+    /// Writes the seal behind content that is there, checks everything, and marks it sealed. `content_crc` is what the
+    /// content is to have.
+    fn seal(
+        &mut self,
+        place: Place,
+        rig_len: u32,
+        content_crc: u32,
+        signature: Option<[u8; SIGNATURE_LEN]>,
+        work: &mut Work,
+    ) -> Result<(), Fault> {
+        let mut sequence = 0;
+        for other in Place::ALL {
+            let mut bytes = [0; SEAL_LEN];
+            self.read(other, SEAL_OFFSET, &mut bytes)?;
+            if let (Ok(seal), true) = (Seal::decode(&bytes), other != place) {
+                sequence = seal.sequence;
+            }
+        }
+        // A flash wears out long before it has been erased 2³² times.
+        let sequence = sequence.checked_add(1).ok_or(Fault::Flash)?;
+        let seal = Seal {
+            sequence,
+            rig_len,
+            content_crc,
+            signature,
+        };
+        self.check(place, &seal, work)?;
+        let bytes = seal.encode();
+        self.write(place, SEAL_OFFSET, &bytes)?;
+        let mut seen = [0; SEAL_LEN];
+        self.read(place, SEAL_OFFSET, &mut seen)?;
+        if seen != bytes {
+            return Err(Fault::Flash);
+        }
+        self.mark(place, SEALED_OFFSET)
+    }
+
+    /// The CRC of the first `length` bytes of a slot.
+    fn crc(&mut self, place: Place, length: u32) -> Result<u32, Fault> {
+        let mut crc = ContentCrc::new();
+        let mut word = ERASED;
+        for offset in (0..length as usize).step_by(4) {
+            self.read(place, offset, &mut word)?;
+            crc.absorb(&word);
+        }
+        Ok(crc.value())
+    }
+
+    fn read(&mut self, place: Place, offset: usize, into: &mut [u8]) -> Result<(), Fault> {
+        self.flash
+            .read(address::<F>(place, offset), into)
+            .map_err(|_| Fault::Flash)
+    }
+
+    fn write(&mut self, place: Place, offset: usize, bytes: &[u8]) -> Result<(), Fault> {
+        self.flash
+            .write(address::<F>(place, offset), bytes)
+            .map_err(|_| Fault::Flash)
+    }
+}
+
+/// Where a byte of a slot lies in the flash driver's addresses.
+fn address<F: NorFlash>(place: Place, offset: usize) -> u32 {
+    let sector = match place {
+        Place::A => 0,
+        Place::B => F::ERASE_SIZE,
+    };
+    (sector + offset) as u32
+}
+
+/// All ones or all zeros.
+fn is_blank(bytes: &[u8]) -> bool {
+    let all = |level: u8| bytes.iter().all(|&byte| byte == level);
+    all(0xFF) || all(0)
+}
+
+fn of(states: &[State; 2], place: Place) -> State {
+    let [a, b] = *states;
+    match place {
+        Place::A => a,
+        Place::B => b,
+    }
+}
+
+fn set(states: &mut [State; 2], place: Place, state: State) {
+    let [a, b] = states;
+    *match place {
+        Place::A => a,
+        Place::B => b,
+    } = state;
+}

@@ -1,0 +1,194 @@
+//! Taking a new model in over the serial line, chunk by chunk, into the slot that is not in use.
+//!
+//! Nothing here runs per sample. What takes long, and holds up everything on a chip that runs from the flash it writes, is
+//! the erasure in `begin` (about a second); a chunk costs some microseconds for each word.
+
+use super::{Fault, Place, Store, Verifier, Work};
+use embedded_storage::nor_flash::NorFlash;
+use jointwatch_shared::blob::BLOB_LEN;
+use jointwatch_shared::slot::{BEGUN_OFFSET, RIG_OFFSET, RIG_ROOM};
+use jointwatch_shared::telemetry::{
+    Kind, ModelFault, Refusal, Signature, Slot, UploadReply, UploadRequest,
+};
+
+/// The longest upload: a model and the largest rig block.
+const MOST: u32 = (RIG_OFFSET + RIG_ROOM) as u32;
+
+/// The device's side of an upload. An upload is a model, with or without a rig block right behind it.
+#[derive(Debug, Default)]
+pub struct Upload {
+    under_way: Option<UnderWay>,
+    /// What the last `Finish` was answered with, for a host that did not get it.
+    ended: Option<UploadReply>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct UnderWay {
+    place: Place,
+    length: u32,
+    crc: u32,
+    next: u32,
+}
+
+impl Upload {
+    /// No upload is under way.
+    pub const fn new() -> Self {
+        Self {
+            under_way: None,
+            ended: None,
+        }
+    }
+
+    /// Whether one is.
+    pub const fn is_under_way(&self) -> bool {
+        self.under_way.is_some()
+    }
+
+    /// Takes one step that the host asks for, and says what to answer.
+    ///
+    /// A step may come twice, because its answer was lost: the second time it changes nothing and has the same answer.
+    /// After [`UploadReply::Activated`] the new model runs from the next restart on.
+    pub fn step<F: NorFlash, V: Verifier>(
+        &mut self,
+        store: &mut Store<F, V>,
+        request: &UploadRequest,
+        work: &mut Work,
+    ) -> UploadReply {
+        let ended = self.ended.take();
+        let outcome = match request {
+            UploadRequest::Finish { .. } if self.under_way.is_none() => {
+                ended.ok_or(Refusal::NotBegun)
+            }
+            UploadRequest::Begin { kind, length, crc } => self.begin(store, *kind, *length, *crc),
+            UploadRequest::Chunk { offset, data } => self.chunk(store, *offset, data),
+            UploadRequest::Finish { signature } => self.finish(store, signature.as_ref(), work),
+            UploadRequest::Abort => {
+                self.under_way = None;
+                Ok(UploadReply::Aborted)
+            }
+        };
+        let reply = outcome.unwrap_or_else(|why| {
+            if !matches!(why, Refusal::WrongOffset { .. } | Refusal::EmptyChunk) {
+                self.under_way = None;
+            }
+            UploadReply::Refused(why)
+        });
+        if matches!(request, UploadRequest::Finish { .. }) {
+            self.ended = Some(reply);
+        }
+        reply
+    }
+
+    fn begin<F: NorFlash, V: Verifier>(
+        &mut self,
+        store: &mut Store<F, V>,
+        kind: Kind,
+        length: u32,
+        crc: u32,
+    ) -> Result<UploadReply, Refusal> {
+        match self.under_way {
+            // The host begins again because an answer, or its own process, was lost: what is in flash is kept.
+            Some(now) if kind == Kind::Model && now.length == length && now.crc == crc => {
+                return Ok(UploadReply::Accepted { next: now.next });
+            }
+            _ => self.under_way = None,
+        }
+        if kind == Kind::Rig {
+            // A rig block without its model could not be put in place in one step.
+            return Err(Refusal::Rig(ModelFault::Other));
+        }
+        if length < BLOB_LEN as u32 || length > MOST || !length.is_multiple_of(4) {
+            return Err(Refusal::Length {
+                seen: length,
+                most: MOST,
+            });
+        }
+        let place = store.free_slot().ok_or(Refusal::Busy)?;
+        store.clear(place)?;
+        store.mark(place, BEGUN_OFFSET)?;
+        self.under_way = Some(UnderWay {
+            place,
+            length,
+            crc,
+            next: 0,
+        });
+        Ok(UploadReply::Accepted { next: 0 })
+    }
+
+    fn chunk<F: NorFlash, V: Verifier>(
+        &mut self,
+        store: &mut Store<F, V>,
+        offset: u32,
+        data: &[u8],
+    ) -> Result<UploadReply, Refusal> {
+        let now = self.under_way.as_mut().ok_or(Refusal::NotBegun)?;
+        let end = offset
+            .checked_add(data.len() as u32)
+            .ok_or(Refusal::BeyondEnd)?;
+        if end > now.length {
+            return Err(Refusal::BeyondEnd);
+        }
+        // Flash is written in words; the answer tells the host to begin the next chunk with what is left over.
+        let (words, _) = data.as_chunks::<4>();
+        if words.is_empty() {
+            return Err(Refusal::EmptyChunk);
+        }
+        if end <= now.next {
+            return Ok(UploadReply::Accepted { next: now.next });
+        }
+        if offset != now.next {
+            return Err(Refusal::WrongOffset { next: now.next });
+        }
+        let bytes = words.as_flattened();
+        store.write(now.place, offset as usize, bytes)?;
+        now.next += bytes.len() as u32;
+        Ok(UploadReply::Accepted { next: now.next })
+    }
+
+    fn finish<F: NorFlash, V: Verifier>(
+        &mut self,
+        store: &mut Store<F, V>,
+        signature: Option<&Signature>,
+        work: &mut Work,
+    ) -> Result<UploadReply, Refusal> {
+        let Some(now) = self.under_way else {
+            return Err(Refusal::NotBegun);
+        };
+        if now.next != now.length {
+            return Err(Refusal::Incomplete { seen: now.next });
+        }
+        let seen = store.crc(now.place, now.length)?;
+        if seen != now.crc {
+            return Err(Refusal::Checksum { seen });
+        }
+        let rig_len = now.length - RIG_OFFSET as u32;
+        store.seal(
+            now.place,
+            rig_len,
+            now.crc,
+            signature.map(Signature::bytes),
+            work,
+        )?;
+        self.under_way = None;
+        let slot = match now.place {
+            Place::A => Slot::A,
+            Place::B => Slot::B,
+        };
+        Ok(UploadReply::Activated {
+            kind: Kind::Model,
+            slot: Some(slot),
+        })
+    }
+}
+
+impl From<Fault> for Refusal {
+    fn from(fault: Fault) -> Self {
+        match fault {
+            Fault::Unsigned => Self::Unsigned,
+            Fault::Signature => Self::Signature,
+            Fault::Model(fault) => Self::Model(fault),
+            // The content had its CRC a moment ago, so the flash does not hold what was written.
+            Fault::Flash | Fault::Checksum | Fault::Seal | Fault::Unfinished => Self::Flash,
+        }
+    }
+}

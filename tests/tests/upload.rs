@@ -1,0 +1,409 @@
+//! A signed model over a line that loses and damages bytes, from the host's upload to the firmware's own slots.
+
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use jointwatch::error::Error;
+use jointwatch::signing::{PrivateKey, SignedModel};
+use jointwatch::upload::{Patience, Uploaded, upload};
+use jointwatch_firmware::key::{IS_DEVELOPMENT_KEY, PUBLIC_KEY};
+use jointwatch_firmware::store::{Key, Place, Store, Trust, Upload};
+use jointwatch_shared::blob::{self, BLOB_LEN};
+use jointwatch_shared::selftest::reference_model;
+use jointwatch_shared::telemetry::{Decoder, MAX_FRAME, Report, Request, encode};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::collections::VecDeque;
+use std::io::{Read, Result, Write};
+use std::time::Duration;
+
+/// Two flash sectors that never fail.
+struct Flash(Vec<u8>);
+
+const SECTOR: usize = 128 * 1024;
+
+impl ErrorType for Flash {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+    fn read(&mut self, offset: u32, into: &mut [u8]) -> std::result::Result<(), NorFlashErrorKind> {
+        let from = offset as usize;
+        into.copy_from_slice(&self.0[from..from + into.len()]);
+        Ok(())
+    }
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = SECTOR;
+    fn erase(&mut self, from: u32, to: u32) -> std::result::Result<(), NorFlashErrorKind> {
+        self.0[from as usize..to as usize].fill(0xFF);
+        Ok(())
+    }
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> std::result::Result<(), NorFlashErrorKind> {
+        for (place, byte) in self.0[offset as usize..].iter_mut().zip(bytes) {
+            assert_eq!(*place, 0xFF, "programmed twice");
+            *place = *byte;
+        }
+        Ok(())
+    }
+}
+
+/// The device behind its line: what is written to it is heard, answered, and both ways suffer.
+struct Device {
+    store: Store<Flash, Key>,
+    upload: Upload,
+    decoder: Decoder<Request>,
+    answers: VecDeque<u8>,
+    noise: ChaCha8Rng,
+    /// Probabilities that a write is lost, and that a bit is wrong.
+    loss: f64,
+    bit_errors: f64,
+    /// After so many more requests the device restarts.
+    restart_after: Option<u32>,
+    sequence: u16,
+}
+
+fn trust(key: [u8; 32]) -> Trust<Key> {
+    Trust {
+        verifier: Key::new(key),
+        unsigned: false,
+    }
+}
+
+impl Device {
+    fn new(loss: f64, bit_errors: f64, seed: u64) -> Self {
+        println!("seed {seed}");
+        let mut store = Store::new(Flash(vec![0xFF; 2 * SECTOR]), trust(PUBLIC_KEY));
+        assert!(store.start(&mut [0; BLOB_LEN]).model.is_none());
+        Self {
+            store,
+            upload: Upload::new(),
+            decoder: Decoder::default(),
+            answers: VecDeque::new(),
+            noise: ChaCha8Rng::seed_from_u64(seed),
+            loss,
+            bit_errors,
+            restart_after: None,
+            sequence: 0,
+        }
+    }
+
+    fn restart(&mut self) -> Option<Place> {
+        let flash = std::mem::replace(
+            &mut self.store,
+            Store::new(Flash(Vec::new()), trust(PUBLIC_KEY)),
+        )
+        .into_flash();
+        self.store = Store::new(flash, trust(PUBLIC_KEY));
+        self.upload = Upload::new();
+        self.store
+            .start(&mut [0; BLOB_LEN])
+            .model
+            .map(|(place, model)| {
+                assert_eq!(&model, reference_model());
+                place
+            })
+    }
+
+    fn damaged(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let mut bytes = bytes.to_vec();
+        if self.bit_errors > 0.0 {
+            for byte in &mut bytes {
+                for bit in 0..8 {
+                    *byte ^= u8::from(self.noise.random_bool(self.bit_errors)) << bit;
+                }
+            }
+        }
+        if self.noise.random_bool(self.loss) {
+            bytes.clear();
+        }
+        bytes
+    }
+}
+
+impl Write for Device {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        for byte in self.damaged(bytes) {
+            let Some(Ok(frame)) = self.decoder.push(byte) else {
+                continue;
+            };
+            if let Some(left) = &mut self.restart_after {
+                *left = left.saturating_sub(1);
+                if *left == 0 {
+                    self.restart_after = None;
+                    self.restart();
+                    continue;
+                }
+            }
+            let Request::Upload(step) = frame.message else {
+                continue;
+            };
+            let reply = self.upload.step(&mut self.store, &step, &mut [0; BLOB_LEN]);
+            let mut room = [0; MAX_FRAME];
+            let answer = encode(&Report::Upload(reply), self.sequence, &mut room)
+                .unwrap()
+                .to_vec();
+            self.sequence = self.sequence.wrapping_add(1);
+            let answer = self.damaged(&answer);
+            self.answers.extend(answer);
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        Ok(())
+    }
+}
+
+impl Read for Device {
+    fn read(&mut self, into: &mut [u8]) -> Result<usize> {
+        self.answers.read(into)
+    }
+}
+
+fn patience() -> Patience {
+    Patience {
+        silent_reads: 2,
+        silent_reads_at_work: 2,
+        longest: Duration::from_secs(600),
+        tries: 100,
+        beginnings: 3,
+    }
+}
+
+fn send(device: &mut Device, model: &SignedModel) -> std::result::Result<Uploaded, Error> {
+    upload(device, model, patience(), |_| ())
+}
+
+fn signed() -> SignedModel {
+    SignedModel::sign(
+        &blob::encode(reference_model()),
+        &[9; 512],
+        &PrivateKey::development(),
+    )
+    .unwrap()
+}
+
+#[test]
+fn a_good_model_arrives_over_good_and_bad_lines_and_runs_on_trial() {
+    assert!(
+        IS_DEVELOPMENT_KEY,
+        "tests are built with the development key"
+    );
+    for (loss, bit_errors, seed) in [
+        (0.0, 0.0, 1),
+        (0.1, 0.0, 2),
+        (0.3, 0.0, 3),
+        (0.0, 1e-4, 4),
+        (0.05, 5e-4, 5),
+    ] {
+        let mut device = Device::new(loss, bit_errors, seed);
+        let done = send(&mut device, &signed()).unwrap();
+        assert_eq!(done.bytes, 4096 + 512);
+        assert_eq!(done.repeated == 0, loss + bit_errors == 0.0, "{done:?}");
+        println!(
+            "loss {loss}, bit errors {bit_errors}: {} requests sent again",
+            done.repeated
+        );
+        assert_eq!(device.restart(), Some(Place::A));
+        let mut rig = [0; 4096];
+        assert_eq!(device.store.rig(512, &mut rig), Some(&[9; 512][..]));
+    }
+}
+
+#[test]
+fn an_upload_that_was_left_goes_on_and_one_that_a_restart_broke_begins_anew() {
+    let mut device = Device::new(0.0, 0.0, 6);
+    let give_up = Patience {
+        tries: 1,
+        ..patience()
+    };
+    // The line goes silent in the middle.
+    let mut steps = 0;
+    device.restart_after = None;
+    let model = signed();
+    struct Cut<'a>(&'a mut Device, u32);
+    impl Write for Cut<'_> {
+        fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+            self.1 = self.1.saturating_sub(1);
+            if self.1 == 0 {
+                Ok(bytes.len())
+            } else {
+                self.0.write(bytes)
+            }
+        }
+        fn flush(&mut self) -> Result<()> {
+            Ok(())
+        }
+    }
+    impl Read for Cut<'_> {
+        fn read(&mut self, into: &mut [u8]) -> Result<usize> {
+            self.0.read(into)
+        }
+    }
+    let why = upload(&mut Cut(&mut device, 12), &model, give_up, |_| steps += 1).unwrap_err();
+    assert!(
+        why.exit_code() == 1 && why.sentence.contains("did not answer"),
+        "{why}"
+    );
+    assert_eq!(steps, 11);
+    assert_eq!(send(&mut device, &model).unwrap().went_on_at, 1280);
+
+    let mut device = Device::new(0.0, 0.0, 7);
+    device.restart_after = Some(20);
+    assert_eq!(send(&mut device, &model).unwrap().went_on_at, 0);
+    assert_eq!(device.restart(), Some(Place::A));
+}
+
+#[test]
+fn what_the_device_refuses_is_said_in_a_sentence_and_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.signed");
+    let model = blob::encode(reference_model());
+    let refused = |model: &SignedModel, wanted: &str| {
+        let mut device = Device::new(0.0, 0.0, 8);
+        let why = send(&mut device, model).unwrap_err();
+        assert!(
+            why.exit_code() == 3 && why.sentence.contains(wanted),
+            "{why}"
+        );
+        assert_eq!(device.restart(), None);
+    };
+    refused(
+        &SignedModel::unsigned(&model, &[]).unwrap(),
+        "sign it first",
+    );
+    let stranger = PrivateKey::generate().unwrap();
+    refused(
+        &SignedModel::sign(&model, &[], &stranger).unwrap(),
+        "signature is not by the key",
+    );
+
+    // What the host itself refuses to send.
+    let bytes = signed().to_bytes();
+    let mut corrupt = bytes.clone();
+    corrupt[1000] ^= 1;
+    let oversized = [&bytes[..], &[0; 4]].concat();
+    for (bytes, wanted) in [
+        (corrupt, "checksum"),
+        (oversized, "8452"),
+        (model.to_vec(), "nobody signed"),
+    ] {
+        std::fs::write(&path, bytes).unwrap();
+        let why = SignedModel::read(&path).unwrap_err();
+        assert!(
+            why.exit_code() == 3 && why.sentence.contains(wanted),
+            "{why}"
+        );
+    }
+}
+
+/// A host that checks nothing: what the device itself says to bytes that no honest host sends.
+#[test]
+fn the_device_does_not_rely_on_the_host() {
+    use jointwatch_shared::slot::{ContentCrc, signed_prefix};
+    use jointwatch_shared::telemetry::{
+        Kind, ModelFault, Refusal, Signature, UploadReply, UploadRequest as Ask,
+    };
+    let work = &mut [0; BLOB_LEN];
+    let outcome = |content: &[u8], announced: u32| {
+        let mut device = Device::new(0.0, 0.0, 9);
+        let message = [&signed_prefix(content.len() as u32 - 4096)[..], content].concat();
+        let signature = Some(Signature::new(PrivateKey::development().sign(&message)));
+        let mut step = |ask| {
+            device
+                .upload
+                .step(&mut device.store, &ask, &mut [0; BLOB_LEN])
+        };
+        let mut reply = step(Ask::Begin {
+            kind: Kind::Model,
+            length: content.len() as u32,
+            crc: announced,
+        });
+        for (number, data) in content.chunks(128).enumerate() {
+            if let UploadReply::Accepted { .. } = reply {
+                let data = data.iter().copied().collect();
+                reply = step(Ask::Chunk {
+                    offset: number as u32 * 128,
+                    data,
+                });
+            }
+        }
+        if let UploadReply::Accepted { .. } = reply {
+            reply = step(Ask::Finish { signature });
+        }
+        assert!(device.restart().is_none());
+        reply
+    };
+    let crc = |content: &[u8]| {
+        let mut crc = ContentCrc::new();
+        crc.absorb(content);
+        crc.value()
+    };
+    let good = blob::encode(reference_model());
+    let mut corrupt = good;
+    corrupt[7] ^= 64;
+    let seen = crc(&corrupt);
+    assert_eq!(
+        outcome(&corrupt, crc(&good)),
+        UploadReply::Refused(Refusal::Checksum { seen })
+    );
+    // Signed all the same: the model's own checks are asked as well.
+    let fault = Refusal::Model(ModelFault::Checksum);
+    assert_eq!(outcome(&corrupt, seen), UploadReply::Refused(fault));
+    let mut newer = good;
+    newer[4] = 2;
+    let fault = Refusal::Model(ModelFault::Version);
+    assert_eq!(outcome(&newer, crc(&newer)), UploadReply::Refused(fault));
+    let long = [0; 8196];
+    let length = Refusal::Length {
+        seen: 8196,
+        most: 8192,
+    };
+    assert_eq!(outcome(&long, crc(&long)), UploadReply::Refused(length));
+
+    let mut device = Device::new(0.0, 0.0, 10);
+    let mut step = |ask| device.upload.step(&mut device.store, &ask, work);
+    let chunk = |offset, length| Ask::Chunk {
+        offset,
+        data: (0..length).collect(),
+    };
+    assert_eq!(step(chunk(0, 8)), UploadReply::Refused(Refusal::NotBegun));
+    assert_eq!(
+        step(Ask::Finish { signature: None }),
+        UploadReply::Refused(Refusal::NotBegun)
+    );
+    let begin = || Ask::Begin {
+        kind: Kind::Model,
+        length: 4096,
+        crc: 1,
+    };
+    assert_eq!(step(begin()), UploadReply::Accepted { next: 0 });
+    assert_eq!(step(chunk(0, 7)), UploadReply::Accepted { next: 4 });
+    assert_eq!(
+        step(chunk(8, 4)),
+        UploadReply::Refused(Refusal::WrongOffset { next: 4 })
+    );
+    assert_eq!(step(chunk(4, 3)), UploadReply::Refused(Refusal::EmptyChunk));
+    assert_eq!(step(chunk(0, 4)), UploadReply::Accepted { next: 4 });
+    assert_eq!(step(begin()), UploadReply::Accepted { next: 4 });
+    assert_eq!(
+        step(Ask::Finish { signature: None }),
+        UploadReply::Refused(Refusal::Incomplete { seen: 4 })
+    );
+    assert_eq!(step(begin()), UploadReply::Accepted { next: 0 });
+    assert_eq!(
+        step(chunk(u32::MAX, 8)),
+        UploadReply::Refused(Refusal::BeyondEnd)
+    );
+    assert_eq!(step(begin()), UploadReply::Accepted { next: 0 });
+    assert_eq!(
+        step(chunk(4092, 8)),
+        UploadReply::Refused(Refusal::BeyondEnd)
+    );
+    assert_eq!(step(Ask::Abort), UploadReply::Aborted);
+}
