@@ -190,10 +190,12 @@ fn signed() -> SignedModel {
 
 #[test]
 fn a_good_model_arrives_over_good_and_bad_lines_and_runs_on_trial() {
-    assert!(
-        IS_DEVELOPMENT_KEY,
-        "tests are built with the development key"
-    );
+    const {
+        assert!(
+            IS_DEVELOPMENT_KEY,
+            "tests are built with the development key"
+        )
+    };
     for (loss, bit_errors, seed) in [
         (0.0, 0.0, 1),
         (0.1, 0.0, 2),

@@ -134,7 +134,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
             let other = of(&states, place.other());
             let fallback = matches!(other, State::Good { .. }) && choice.set_aside.is_none();
             self.active = Some(place);
-            self.other_is_free = !flash_failed && !(choice.trial && fallback);
+            self.other_is_free = !(flash_failed || choice.trial && fallback);
             return Started {
                 states,
                 model: Some((place, model)),

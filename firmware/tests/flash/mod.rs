@@ -219,10 +219,9 @@ impl NorFlash for Flash {
         }
         if let Some(How::Doubtful(_)) = how {
             let end = (whole / 4 * 4 + 4).min(data.len());
-            for at in whole..end {
-                // Driven towards `data`, for too short a time: may read as before or as programmed, bit by bit.
-                self.doubts.push((offset + at, !data[at]));
-            }
+            // Driven towards `data`, for too short a time: may read as before or as programmed, bit by bit.
+            let doubtful = data[whole..end].iter().zip(offset + whole..);
+            self.doubts.extend(doubtful.map(|(byte, at)| (at, !byte)));
         }
         if how.is_some() { Err(NoPower) } else { Ok(()) }
     }

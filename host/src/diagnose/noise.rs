@@ -26,9 +26,9 @@ const PIECES: usize = 6;
 /// Length of the windows in which slow noise is looked for, s.
 const SLOW_WINDOW_S: f64 = 4.0;
 /// The motion begins at the frequency below which this part of its power lies.
-const MOVES: f64 = 1e-3;
+const MOVES: f64 = 1e-2;
 /// Fewer lines of the spectrum than this say nothing.
-const LEAST_LINES: usize = 2;
+const LEAST_LINES: usize = 1;
 /// Where noise that grows towards low frequencies is taken to end, Hz: slower than that it is a drift of the zero, which a
 /// constant force takes up.
 const SLOWEST_HZ: f64 = 0.1;
@@ -194,7 +194,7 @@ fn slow<'a>(
     });
     let begins = first + begins.unwrap_or(0);
     // The window spreads the motion's first line over its neighbours.
-    let lines = first..begins.saturating_sub(2);
+    let lines = first..begins.saturating_sub(1);
     if lines.len() < LEAST_LINES {
         return 0.0;
     }

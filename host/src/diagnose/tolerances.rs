@@ -25,13 +25,13 @@ pub(super) fn within(
         return Vec::new();
     };
     let mut within = Vec::new();
-    for axis in 0..axes.len() {
+    for (axis, stated) in axes.iter().map(|a| a.inertia).enumerate() {
         let listed = |name: &str| Entry::named(name).map(|entry| Bound { entry, axis });
         let mut suspects: Vec<(Bound, f64)> = Vec::new();
         if let Some(zero) = listed("preload") {
             suspects.push((zero, TRUSTED * records.applied_rms(axis)));
         }
-        if let (Some(inertia), Some(stated)) = (listed("inertia_error"), axes[axis].inertia)
+        if let (Some(inertia), Some(stated)) = (listed("inertia_error"), stated)
             && stated > 0.0
         {
             suspects.push((inertia, TRUSTED * stated));

@@ -57,7 +57,7 @@ impl StatePlane<'_> {
         let residuals: Vec<f64> = self.courses.iter().flat_map(Course::residual).collect();
         let finite = |v: &f64| v.is_finite();
         if residuals.is_empty()
-            || !(residuals.iter().all(|v| finite(v))
+            || !(residuals.iter().all(finite)
                 && displacements.clone().all(|v| finite(&v))
                 && velocities.clone().all(|v| finite(&v)))
         {

@@ -64,7 +64,8 @@ impl HiddenJoint {
         let acts = effect.filter(|term| term.entry.seat != Seat::Instrument);
         Self {
             joint: rig.joint,
-            hidden: acts.map(|term| Evaluator::of_effects(2 * axes, &[term.clone()], period_s)),
+            hidden: acts
+                .map(|term| Evaluator::of_effects(2 * axes, std::slice::from_ref(term), period_s)),
         }
     }
 

@@ -204,7 +204,8 @@ pub(super) mod tests {
     #[test]
     fn check_names_every_quantity_that_the_arithmetic_cannot_take() {
         assert_eq!(limits().check(), Ok(()));
-        let broken: [(&str, fn(&mut Limits)); 11] = [
+        type Break = fn(&mut Limits);
+        let broken: [(&str, Break); 11] = [
             ("samples of a block", |l| l.block = 8),
             ("power of two", |l| l.block = 96),
             ("part of the time", |l| l.outside_permille = 1001),

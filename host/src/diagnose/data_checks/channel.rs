@@ -119,8 +119,11 @@ pub(super) fn constant_runs(series: &[f64], least: usize) -> Vec<(usize, usize)>
     runs
 }
 
-/// RMS of the steps from row to row: how much a channel moves.
+/// RMS about the mean: how much a channel moves. White noise is in it by its own size only, which for a sensor that is any good is
+/// a small part of the motion's.
 pub(super) fn liveliness(series: &[f64]) -> f64 {
-    let square: f64 = series.windows(2).map(|p| (p[1] - p[0]).powi(2)).sum();
-    (square / series.len().saturating_sub(1).max(1) as f64).sqrt()
+    let count = series.len().max(1) as f64;
+    let mean = series.iter().sum::<f64>() / count;
+    let square: f64 = series.iter().map(|v| (v - mean).powi(2)).sum();
+    (square / count).sqrt()
 }

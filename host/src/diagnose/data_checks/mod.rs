@@ -32,16 +32,19 @@ const NEXT_TO_NO_COUNTS: f64 = 10.0;
 
 /// Everything that is wrong with a study's data, the serious first.
 pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
+    let liveliest: Vec<Vec<f64>> = (0..study.axes.len())
+        .map(|index| liveliest(study, index))
+        .collect();
     let records = study.records.par_iter().flat_map_iter(|record| {
-        let axes = study.axes.iter().zip(&record.axes);
-        axes.flat_map(|(axis, logged)| {
+        let axes = study.axes.iter().zip(&record.axes).zip(&liveliest);
+        axes.flat_map(|((axis, logged), liveliest)| {
             let all = channels(axis, logged);
             let place = Place {
                 file: &record.file,
                 first_row: record.first_row,
                 sample_rate_hz: study.sample_rate_hz,
             };
-            let mut found = stuck::check(&all, &place);
+            let mut found = stuck::check(&all, liveliest, &place);
             for channel in &all {
                 found.extend(clipping::check(channel, &place));
                 found.extend(dropouts::check(channel, &place));
@@ -58,6 +61,19 @@ pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
     }
     found.sort_by_key(|finding| !finding.serious);
     found
+}
+
+/// The greatest liveliness of every channel of an axis in any record.
+fn liveliest(study: &Study, index: usize) -> Vec<f64> {
+    let records = study.records.iter();
+    let all = records.map(|record| channels(&study.axes[index], &record.axes[index]));
+    all.fold(Vec::new(), |mut most: Vec<f64>, channels| {
+        most.resize(channels.len(), 0.0);
+        for (most, channel) in most.iter_mut().zip(&channels) {
+            *most = most.max(channel::liveliness(channel.series));
+        }
+        most
+    })
 }
 
 /// Where in which record something was found.

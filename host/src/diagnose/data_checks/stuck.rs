@@ -9,28 +9,34 @@ const LEAST_S: f64 = 0.2;
 const LEAST_ROWS: usize = 60;
 /// In stretches of the same length elsewhere the channel moves over at least this many of its counts.
 const MOVES_BY_COUNTS: f64 = 20.0;
-/// Part of its usual liveliness that another channel has where the axis still moves.
-const STILL_MOVES: f64 = 0.3;
+/// Part of its greatest liveliness in any record that another channel has where the axis still moves.
+const STILL_MOVES: f64 = 0.15;
 /// How many times the largest hundredth of its steps a displacement jumps by when it comes loose: a body does not.
 const JUMPS: f64 = 5.0;
 /// Share of the record from which on a diagnosis means nothing; what is wrong there is wrong by its own size.
 const SERIOUS: f64 = 0.01;
 
-/// Stuck channels among those of an axis.
-pub(super) fn check(channels: &[Channel<'_>], place: &Place<'_>) -> Vec<Finding> {
+/// Stuck channels among those of an axis; `liveliest` has the greatest liveliness of each in any record.
+pub(super) fn check(
+    channels: &[Channel<'_>],
+    liveliest: &[f64],
+    place: &Place<'_>,
+) -> Vec<Finding> {
     let all = channels.iter().enumerate();
     all.filter_map(|(at, channel)| {
-        let others = channels
-            .iter()
-            .enumerate()
-            .filter(|(other, _)| *other != at);
-        let others: Vec<&Channel<'_>> = others.map(|(_, channel)| channel).collect();
+        let others = channels.iter().zip(liveliest).enumerate();
+        let others = others.filter(|(other, _)| *other != at);
+        let others: Vec<(&Channel<'_>, f64)> = others.map(|(_, (c, most))| (c, *most)).collect();
         stuck(channel, &others, place)
     })
     .collect()
 }
 
-fn stuck(channel: &Channel<'_>, others: &[&Channel<'_>], place: &Place<'_>) -> Option<Finding> {
+fn stuck(
+    channel: &Channel<'_>,
+    others: &[(&Channel<'_>, f64)],
+    place: &Place<'_>,
+) -> Option<Finding> {
     let series = channel.series;
     let least = ((LEAST_S * place.sample_rate_hz) as usize).max(LEAST_ROWS);
     let runs = constant_runs(series, least);
@@ -46,9 +52,9 @@ fn stuck(channel: &Channel<'_>, others: &[&Channel<'_>], place: &Place<'_>) -> O
     if moves.is_empty() || quantile(&moves, 0.5) < MOVES_BY_COUNTS * count {
         return None;
     }
-    let other = others.iter().find(|other| {
+    let (other, _) = others.iter().find(|(other, most)| {
         let here = liveliness(&other.series[start..start + rows]);
-        here > 0.0 && here > STILL_MOVES * liveliness(other.series)
+        here > 0.0 && here > STILL_MOVES * most
     })?;
     let value = series[start];
     let after = series.get(start + rows);
