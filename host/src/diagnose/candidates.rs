@@ -8,7 +8,7 @@
 use crate::fit::effects::Solution;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
-use crate::fit::effects::unknowns::{ShapeUnknown, shapes};
+use crate::fit::effects::unknowns::{ShapeUnknown, reference, shapes};
 use crate::fit::normal_equations::{self, Cholesky};
 use crate::model::effects::Bound;
 use faer::Mat;
@@ -22,6 +22,8 @@ const MOST_STARTS: usize = 40;
 pub(crate) const REFINED: usize = 8;
 /// Steps of a refinement.
 const REFINING_STEPS: usize = 8;
+/// The part of its largest value from which on a shape stands there.
+const AT_MOST: f64 = 0.9;
 /// A refinement ends with a step that gains less than this part: what is chosen is fitted anew with the whole model.
 const LITTLE: f64 = 3e-4;
 /// A column of which less than this part is left beside the model's own is no news.
@@ -109,7 +111,17 @@ impl<'a> Beside<'a> {
         });
         let value = |place: usize| candidate.values[place];
         let mut pairs = entry.never_less.iter();
-        positive && pairs.all(|&(more, less)| value(more) >= value(less))
+        let references = &self.records.references;
+        let at_most = |place: usize| match entry.parameters()[place].role {
+            Role::Shape(shape) => {
+                let unit = reference(&candidate.bound, &entry.parameters()[place], references);
+                value(place) > AT_MOST * shape.most * unit
+            }
+            _ => false,
+        };
+        positive
+            && pairs.all(|&(more, less)| value(more) >= value(less))
+            && !entry.not_at_most.iter().any(|&place| at_most(place))
     }
 
     /// Every effect that could be added to the model, one entry per effect and axis, the most promising first; the first
@@ -156,10 +168,11 @@ impl<'a> Beside<'a> {
         all
     }
 
-    /// With an inertia that is not stated, a wrong one and a wrong force scale are already part of the fit.
+    /// Where inertia is not stated, a wrong one and a wrong force scale are already part of the fit; where there is none, there is
+    /// no inertia to be wrong.
     fn can_act(&self, bound: &Bound) -> bool {
-        let identified = self.records.accelerations[bound.axis].is_some();
-        !(identified && matches!(bound.entry.about.name, "inertia_error" | "force_gain"))
+        let of_inertia = matches!(bound.entry.about.name, "inertia_error" | "force_gain");
+        !of_inertia || self.records.inertias[bound.axis].is_some_and(|inertia| inertia > 0.0)
     }
 
     /// The shapes of a candidate; those that are tied to a shape of the model are not its own to choose.

@@ -16,10 +16,10 @@ const LEAST_SHARE: f64 = 0.006;
 /// The part of the residual's held-out power that it has to take away.
 const LEAST_PART: f64 = 0.05;
 /// A law with fewer parameters is preferred when this part of what is explained is lost at most,
-pub(super) const PARSIMONY: f64 = 0.015;
+pub(super) const PARSIMONY: f64 = 0.01;
 /// and what it leaves over is at most so many times as much, as power: a law that is nearly right leaves little more than the
 /// right one, but where records have little noise that can be several times as much.
-const LEAVES_AS_LITTLE: f64 = 1.21;
+pub(super) const LEAVES_AS_LITTLE: f64 = 1.15;
 /// Two laws whose contributions agree to this cannot be told apart by these records.
 const LIKENESS: f64 = 0.985;
 /// So many candidates of a scan are always held against all rows,

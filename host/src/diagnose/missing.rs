@@ -1,15 +1,18 @@
 //! Which physical effects a model lacks: search, add, search again, until nothing is missing.
 
 use super::held_out::{LEAST_BLOCKS, blocks};
-use super::judge::{Judged, PARSIMONY, judge};
+use super::judge::{Judged, LEAVES_AS_LITTLE, PARSIMONY, judge};
+use super::noise::rested;
 use crate::compare::Sums;
 use crate::error::{Error, Result};
 use crate::fit::effects::columns::Records;
-use crate::fit::effects::projection::Solved;
+use crate::fit::effects::projection::{Problem, Solved};
+use crate::fit::effects::unknowns::shapes;
 use crate::fit::effects::{Solution, solve};
 use crate::model::effects::Bound;
 use crate::motion::Motion;
 use crate::study::Axis;
+use rayon::prelude::*;
 
 /// Rows of all records together on which every effect's starting values are scanned; the promising ones see all rows.
 const MOST_SCANNED: usize = 36_000;
@@ -20,6 +23,17 @@ const LEAST_THINNED: usize = 4;
 const MOST_ADDED: usize = 4;
 /// The most models that are looked at on the way.
 const MOST_ROUNDS: usize = 8;
+/// Candidates that gain this part of what the first one does are its rivals,
+const CLOSE: f64 = 0.75;
+/// and so many of them are fitted with the whole model,
+const REFITTED: usize = 4;
+/// with so many steps.
+const STEPS_OF_RIVALS: usize = 5;
+/// By this part of what is left a law with more parameters is better without being right.
+const NOISE: f64 = 0.01;
+/// Where nobody knows how loud the noise is, an effect has to explain this part of what was left in the beginning: every model of a
+/// real joint leaves something, and without a floor nothing says where to stop.
+const LATER: f64 = 0.01;
 /// An effect may make the error on unseen records larger by this part: its values have errors too.
 const WORSE: f64 = 0.02;
 /// Another effect takes an added one's place when what is left over falls by this factor at least, as power.
@@ -95,15 +109,25 @@ pub(crate) fn search(
     let mut round = searcher.judged(base.to_vec(), solution)?;
     let mut rounds: Vec<Round> = Vec::new();
     let mut refuted = false;
+    let rested = rested(axes.len(), motions);
     while rounds.len() < MOST_ROUNDS {
         let added = round.terms.len() - searcher.base;
-        let Some(best) = round.ranked.first().filter(|best| best.is_missing()) else {
-            break;
+        let before = rounds.first().unwrap_or(&round).solution.solved.cost;
+        let worth_it = |best: &Judged| {
+            let next = round.solution.weights.iter();
+            let first = rounds.first().unwrap_or(&round).solution.weights.iter();
+            let axis = best.candidate.bound.axis;
+            let scale = first
+                .zip(next)
+                .nth(axis)
+                .map_or(1.0, |(a, b)| (a / b).powi(2));
+            rested[axis] || scale * best.gain.sum >= LATER * before
         };
-        if added >= MOST_ADDED {
+        let first = round.ranked.first().filter(|best| best.is_missing());
+        if added >= MOST_ADDED || !first.is_some_and(worth_it) {
             break;
         }
-        let Some((terms, solution)) = searcher.with(&round, best)? else {
+        let Some((terms, solution)) = searcher.chosen(&mut round)? else {
             refuted = true;
             break;
         };
@@ -133,15 +157,51 @@ impl Searcher<'_> {
         })
     }
 
-    /// A round's model with a candidate; nothing when that makes the error on unseen records larger.
-    fn with(&self, round: &Round, best: &Judged) -> Result<Option<(Vec<Bound>, Solution)>> {
-        let bound = best.candidate.bound;
-        let mut terms = round.terms.clone();
-        terms.push(bound);
-        let mut values = round.solution.solved.values.clone();
-        values.push(best.candidate.values.clone());
-        let from = shapes_of(&self.records, &terms, &values);
+    /// A round's model with the best of its candidates; nothing when that makes the error on unseen records larger.
+    ///
+    /// Candidates were judged beside the model as it stood. What a law is worth shows when the whole model is fitted anew with
+    /// it, so the rivals for the first place are; the one that is chosen comes first in the round's ranking from then on.
+    fn chosen(&mut self, round: &mut Round) -> Result<Option<(Vec<Bound>, Solution)>> {
+        let best = round.ranked.first().map_or(0.0, |best| best.gain.sum);
+        let rivals = round.ranked.iter().enumerate();
+        let rivals = rivals.filter(|(_, j)| j.is_missing() && j.gain.sum >= CLOSE * best);
+        let rivals: Vec<(usize, Bound, &Vec<f64>)> = rivals
+            .take(REFITTED)
+            .map(|(at, j)| (at, j.candidate.bound, &j.candidate.values))
+            .collect();
+        // The search looks at what is predicted; a fit corrects what was logged.
+        self.records.as_logged();
+        let wider = |bound: Bound, values: &[f64]| {
+            let mut terms = round.terms.clone();
+            terms.push(bound);
+            let mut all = round.solution.solved.values.clone();
+            all.push(values.to_vec());
+            let from = shapes_of(&self.records, &terms, &all);
+            (terms, from)
+        };
+        let at = match rivals.as_slice() {
+            [] => return Ok(None),
+            [only] => only.0,
+            several => {
+                let left = several.par_iter().map(|(at, bound, values)| {
+                    let (terms, from) = wider(*bound, values);
+                    let problem = Problem {
+                        records: &self.records,
+                        shapes: &shapes(&terms, &self.records.references),
+                        terms: &terms,
+                        weights: round.solution.weights.clone(),
+                    };
+                    let (solved, _) = problem.descend(&from, STEPS_OF_RIVALS)?;
+                    Ok((*at, solved.cost))
+                });
+                simplest(round, left.collect::<Result<Vec<_>>>()?)
+            }
+        };
+        let chosen = &round.ranked[at].candidate;
+        let (terms, from) = wider(chosen.bound, &chosen.values);
         let solution = solve(&self.records, self.axes, &terms, Some(from))?;
+        round.ranked[..=at].rotate_right(1);
+        let bound = round.ranked[0].candidate.bound;
         let worse = self.unseen.is_some_and(|unseen| {
             let before = relative_errors(unseen, &round.terms, &round.solution.solved);
             let after = relative_errors(unseen, &terms, &solution.solved);
@@ -155,8 +215,10 @@ impl Searcher<'_> {
 
     /// The model without one of the effects that were added, or with another in its place, if the model is as good or better for it.
     fn reconsidered(&mut self, round: &Round) -> Result<Option<Round>> {
-        let power = |solution: &Solution| self.power(solution, &round.solution.weights);
-        let present = power(&round.solution);
+        let power = |records: &Records<'_>, solution: &Solution| {
+            power(records, solution, &round.solution.weights)
+        };
+        let present = power(&self.records, &round.solution);
         for index in self.base..round.terms.len() - 1 {
             let mut terms = round.terms.clone();
             let removed = terms.remove(index);
@@ -164,18 +226,18 @@ impl Searcher<'_> {
             values.remove(index);
             let from = shapes_of(&self.records, &terms, &values);
             let solution = solve(&self.records, self.axes, &terms, Some(from))?;
-            let without = self.judged(terms, solution)?;
-            let Some(best) = without.ranked.first().filter(|best| best.is_missing()) else {
+            let mut without = self.judged(terms, solution)?;
+            if !without.ranked.first().is_some_and(Judged::is_missing) {
                 return Ok(Some(without));
+            }
+            let Some((terms, solution)) = self.chosen(&mut without)? else {
+                continue;
             };
-            if best.candidate.bound == removed {
+            if terms.last() == Some(&removed) {
                 continue;
             }
-            let Some((terms, solution)) = self.with(&without, best)? else {
-                continue;
-            };
-            let left = self.power(&solution, &round.solution.weights);
-            let without = self.power(&without.solution, &round.solution.weights);
+            let left = power(&self.records, &solution);
+            let without = power(&self.records, &without.solution);
             if without - left > (without - present) * (1.0 + PARSIMONY) && left * SWAPPED < present
             {
                 return Ok(Some(self.judged(terms, solution)?));
@@ -183,17 +245,32 @@ impl Searcher<'_> {
         }
         Ok(None)
     }
+}
 
-    /// Σ (residual·weight)² of a solution.
-    fn power(&self, solution: &Solution, weights: &[f64]) -> f64 {
-        let axes = solution
-            .solved
-            .residual
-            .chunks_exact(self.records.rows_per_axis().max(1));
-        axes.zip(weights)
-            .map(|(part, w)| w * w * part.iter().map(|r| r * r).sum::<f64>())
-            .sum()
-    }
+/// Σ (residual·weight)² of a solution.
+fn power(records: &Records<'_>, solution: &Solution, weights: &[f64]) -> f64 {
+    let residual = &solution.solved.residual;
+    let axes = residual.chunks_exact(records.rows_per_axis().max(1));
+    axes.zip(weights)
+        .map(|(part, w)| w * w * part.iter().map(|r| r * r).sum::<f64>())
+        .sum()
+}
+
+/// Of candidates that leave little, `(place in the ranking, Σ (residual·weight)²)`, the one with the fewest parameters.
+fn simplest(round: &Round, mut left: Vec<(usize, f64)>) -> usize {
+    left.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let least = left.first().map_or(0.0, |f| f.1);
+    let before = round.solution.solved.cost;
+    let as_good = |left: f64| {
+        let as_much = before - left >= (1.0 - PARSIMONY) * (before - least);
+        (as_much && left <= LEAVES_AS_LITTLE * least) || left <= (1.0 + NOISE) * least
+    };
+    let parameters = |at: usize| round.ranked[at].candidate.bound.entry.parameters().len();
+    let good = left.iter().filter(|(_, left)| as_good(*left));
+    let (at, _) = good
+        .min_by_key(|(at, _)| parameters(*at))
+        .unwrap_or(&(0, 0.0));
+    *at
 }
 
 /// RMS error over RMS force per axis on other records than a model's terms were solved for.
@@ -233,7 +310,7 @@ fn thinned(taps: &[f64], step: usize) -> Vec<f64> {
 
 /// The shape unknowns of terms, read from their parameters.
 fn shapes_of(records: &Records<'_>, terms: &[Bound], values: &[Vec<f64>]) -> Vec<f64> {
-    let unknowns = crate::fit::effects::unknowns::shapes(terms, &records.references);
+    let unknowns = shapes(terms, &records.references);
     let owners = unknowns.iter().map(|u| u.places[0]);
     owners.map(|(term, index)| values[term][index]).collect()
 }

@@ -130,13 +130,37 @@ pub(crate) fn floors_under(
             let white = from_tail(of_axis.clone(), low_pass);
             let motion = motions.iter().map(|m| m.states[2 * axis].as_slice());
             let rate = motions.first().map_or(1.0, |m| m.sample_rate_hz);
+            let guessed = white.hypot(slow(of_axis.clone(), motion, low_pass, rate, white));
+            // The noise is in what is left, so it cannot be more.
+            let left = of_axis.map(|series| {
+                let passed = apply(series, low_pass);
+                let square: f64 = passed.iter().map(|e| e * e).sum();
+                (square / passed.len().max(1) as f64).sqrt()
+            });
             Floor {
-                rms: white.hypot(slow(of_axis, motion, low_pass, rate, white)),
+                rms: left.fold(guessed, f64::min),
                 at_rest: false,
                 acts_at_rest: false,
             }
         })
         .collect()
+}
+
+/// Whether each axis rests in some record, by its displacement and velocity.
+pub(crate) fn rested(axes: usize, motions: &[&Motion]) -> Vec<bool> {
+    let rests = |axis: usize| {
+        let activity: Vec<[f64; 2]> = motions
+            .iter()
+            .map(|m| [2 * axis, 2 * axis + 1].map(|input| spread(&m.states[input])))
+            .collect();
+        let largest: [f64; 2] =
+            std::array::from_fn(|i| activity.iter().map(|a| a[i]).fold(0.0, f64::max));
+        activity.iter().any(|record| {
+            let mut pairs = record.iter().zip(&largest).zip(RESTS_BELOW);
+            pairs.all(|((a, most), below)| *a < below * most)
+        })
+    };
+    (0..axes).map(rests).collect()
 }
 
 /// RMS about the mean.

@@ -307,6 +307,8 @@ struct Instruments<'a> {
     /// As the channels read it, before ground springs and dampers take their share.
     force: Vec<Cow<'a, [f64]>>,
     force_rate: Vec<Vec<f64>>,
+    /// What the channels read, while something that is predicted stands in its place.
+    logged: Option<Vec<Cow<'a, [f64]>>>,
     /// 1 or −1 per axis, as its convention says.
     signs: Vec<f64>,
 }
@@ -334,6 +336,7 @@ impl<'a> Course<'a> {
                 acceleration: slices(&motion.acceleration),
                 force_rate: force.iter().map(|f| rate(f, period_s)).collect(),
                 force,
+                logged: None,
                 signs: conventions.iter().map(|c| c.sign()).collect(),
             }),
         }
@@ -348,12 +351,26 @@ impl<'a> Course<'a> {
         let Some(said) = &mut self.instruments else {
             return;
         };
+        if said.logged.is_none() {
+            said.logged = Some(said.force.clone());
+        }
         for (axis, force) in joint.iter().enumerate() {
             let (sign, inertia) = (said.signs[axis], inertia[axis]);
             let rows = force.iter().zip(said.acceleration[axis]);
             let applied: Vec<f64> = rows.map(|(r, a)| sign * r + inertia * a).collect();
             said.force_rate[axis] = rate(&applied, self.period_s);
             said.force[axis] = applied.into();
+        }
+    }
+
+    /// Puts back what the force channels read.
+    pub fn as_logged(&mut self) {
+        let Some(said) = &mut self.instruments else {
+            return;
+        };
+        if let Some(logged) = said.logged.take() {
+            said.force_rate = logged.iter().map(|f| rate(f, self.period_s)).collect();
+            said.force = logged;
         }
     }
 

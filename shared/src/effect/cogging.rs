@@ -23,6 +23,9 @@ const PITCHES: [f64; 40] = {
 impl Effect for Cogging {
     const TAG: u8 = 17;
 
+    /// A force that does not repeat within the travel is a spring that bends.
+    const NOT_AT_MOST: &'static [usize] = &[2];
+
     const ABOUT: About = About {
         name: "cogging",
         title: "force that repeats with the displacement (cogging)",

@@ -165,6 +165,8 @@ pub trait Effect {
     const NEVER_WITH: &'static [&'static str] = &[];
     /// Pairs of parameters, by their places, of which the first is never less than the second in nature.
     const NEVER_LESS: &'static [(usize, usize)] = &[];
+    /// Parameters, by their places, at whose largest value the law has become another one.
+    const NOT_AT_MOST: &'static [usize] = &[];
     /// Largest magnitude of each internal state; empty for a law without memory.
     const STATE_BOUNDS: &'static [Bound] = &[];
     /// How the device's error of the internal states stays bounded.
@@ -214,6 +216,8 @@ pub struct Entry {
     pub never_with: &'static [&'static str],
     /// [`Effect::NEVER_LESS`].
     pub never_less: &'static [(usize, usize)],
+    /// [`Effect::NOT_AT_MOST`].
+    pub not_at_most: &'static [usize],
     /// [`Effect::ABOUT`].
     #[cfg(feature = "fit")]
     pub about: About,
@@ -244,6 +248,7 @@ impl Entry {
             #[cfg(feature = "fit")]
             never_with: E::NEVER_WITH,
             never_less: E::NEVER_LESS,
+            not_at_most: E::NOT_AT_MOST,
             #[cfg(feature = "fit")]
             about: E::ABOUT,
         }

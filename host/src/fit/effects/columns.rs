@@ -36,6 +36,8 @@ pub(crate) struct Records<'a> {
     pub(crate) references: References,
     /// The measured force of each axis, record after record, the first axis's before the second's.
     pub(crate) measured: Vec<f64>,
+    /// The inertia that is stated, per axis, kg or kg·m².
+    pub(crate) inertias: Vec<Option<f64>>,
     /// One column per axis whose inertia is not stated: the acceleration, with the sign it has in the force.
     pub(crate) accelerations: Vec<Option<Vec<f64>>>,
 }
@@ -70,6 +72,7 @@ impl<'a> Records<'a> {
                 time: 1.0,
             },
             measured: Vec::new(),
+            inertias: axes.iter().map(|axis| axis.inertia).collect(),
             accelerations: Vec::new(),
         };
         let thin = |series: &[f64]| apply_every(series, low_pass, every);
@@ -128,6 +131,11 @@ impl<'a> Records<'a> {
     /// A series along one record, low-passed and thinned out as the forces are.
     pub(crate) fn thinned(&self, series: &[f64]) -> Vec<f64> {
         apply_every(series, self.taps, self.every)
+    }
+
+    /// Lets them work on what the force channels read again.
+    pub(crate) fn as_logged(&mut self) {
+        self.courses.iter_mut().for_each(Course::as_logged);
     }
 
     /// RMS over all records of the applied force of an axis, N or N·m, wide-band.

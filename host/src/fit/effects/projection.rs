@@ -266,14 +266,19 @@ impl Problem<'_> {
         Ok((reduced, shapes))
     }
 
-    /// Levenberg–Marquardt from the given shapes.
+    /// Levenberg–Marquardt from the given shapes until it settles.
     pub(crate) fn search(&self, start: &[f64]) -> Result<(Solved, Stopped)> {
+        self.descend(start, MOST_STEPS)
+    }
+
+    /// The same, with so many steps at most.
+    pub(crate) fn descend(&self, start: &[f64], steps: usize) -> Result<(Solved, Stopped)> {
         let mut best = self.solve(start, None)?;
         if self.shapes.is_empty() {
             return Ok((best, Stopped::Direct));
         }
         let mut damping = 1e-3;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..steps {
             let (reduced, shapes) = self.reduced(&best)?;
             let mut improved = false;
             while damping < 1e10 {
