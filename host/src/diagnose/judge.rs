@@ -54,21 +54,21 @@ impl Judged {
     }
 }
 
-/// Candidates with what they are worth on held-out blocks, best first.
+/// Candidates with what they are worth on held-out blocks, best first; and what instruments do wrong within their tolerances.
 pub(super) fn judge(
     records: &Records<'_>,
     excerpt: &Records<'_>,
     terms: &[Bound],
     solution: &Solution,
     axes: &[Axis],
-) -> Result<Vec<Judged>> {
+) -> Result<(Vec<Judged>, Vec<Bound>)> {
     let within = tolerances::within(records, axes, terms, solution);
     let columns = |records: &Records<'_>| tolerances::columns(records, &within);
     let Some(beside) = Beside::new(records, terms, solution, columns(records)) else {
-        return Ok(Vec::new());
+        return Ok((Vec::new(), within));
     };
     let Some(without) = held_out(records, &beside, None, axes.len()) else {
-        return Ok(Vec::new());
+        return Ok((Vec::new(), within));
     };
     let on_excerpt = Solution {
         shapes: solution.shapes.clone(),
@@ -110,7 +110,7 @@ pub(super) fn judge(
     prefer_fewer_parameters(&mut judged);
     let mut ranked: Vec<Judged> = judged.into_iter().map(|(judged, _)| judged).collect();
     name_equivalents(&mut ranked);
-    Ok(ranked)
+    Ok((ranked, within))
 }
 
 fn worth(

@@ -3,6 +3,7 @@
 use super::held_out::{LEAST_BLOCKS, blocks};
 use super::judge::{Judged, LEAVES_AS_LITTLE, PARSIMONY, judge};
 use super::noise::rested;
+use super::tolerances;
 use crate::compare::Sums;
 use crate::error::{Error, Result};
 use crate::fit::effects::columns::Records;
@@ -47,6 +48,8 @@ pub(crate) struct Round {
     pub(crate) solution: Solution,
     /// Candidates, best first; the first is missing if anything is.
     pub(crate) ranked: Vec<Judged>,
+    /// What instruments do wrong within their tolerances.
+    pub(crate) within: Vec<Bound>,
 }
 
 /// How a search went.
@@ -150,10 +153,12 @@ impl Searcher<'_> {
         let (model, inertia) = solution.in_si(&terms, self.axes);
         self.records.predict(&model, &inertia);
         self.excerpt.predict(&model, &inertia);
+        let (ranked, within) = judge(&self.records, &self.excerpt, &terms, &solution, self.axes)?;
         Ok(Round {
-            ranked: judge(&self.records, &self.excerpt, &terms, &solution, self.axes)?,
             terms,
             solution,
+            ranked,
+            within,
         })
     }
 
@@ -162,9 +167,24 @@ impl Searcher<'_> {
     /// Candidates were judged beside the model as it stood. What a law is worth shows when the whole model is fitted anew with
     /// it, so the rivals for the first place are; the one that is chosen comes first in the round's ranking from then on.
     fn chosen(&mut self, round: &mut Round) -> Result<Option<(Vec<Bound>, Solution)>> {
-        let best = round.ranked.first().map_or(0.0, |best| best.gain.sum);
+        let Some(first) = round.ranked.first() else {
+            return Ok(None);
+        };
+        let best = first.gain.sum;
+        // Only where the first of them acts: beside what another axis leaves everything looks alike.
+        let weights: Vec<f64> = round.solution.weights.clone();
+        let own = weights.into_iter().enumerate();
+        let own: Vec<f64> = own
+            .map(|(axis, weight)| {
+                let acts = first.candidate.bound.acts_on(axis);
+                if acts { weight } else { 0.0 }
+            })
+            .collect();
         let rivals = round.ranked.iter().enumerate();
-        let rivals = rivals.filter(|(_, j)| j.is_missing() && j.gain.sum >= CLOSE * best);
+        let acts = |j: &Judged, axis: usize| j.candidate.bound.acts_on(axis);
+        let meets = |j: &Judged| (0..self.axes.len()).any(|a| acts(j, a) && acts(first, a));
+        let rivals =
+            rivals.filter(|(_, j)| j.is_missing() && j.gain.sum >= CLOSE * best && meets(j));
         let rivals: Vec<(usize, Bound, &Vec<f64>)> = rivals
             .take(REFITTED)
             .map(|(at, j)| (at, j.candidate.bound, &j.candidate.values))
@@ -183,18 +203,24 @@ impl Searcher<'_> {
             [] => return Ok(None),
             [only] => only.0,
             several => {
-                let left = several.par_iter().map(|(at, bound, values)| {
-                    let (terms, from) = wider(*bound, values);
+                let left = |mut terms: Vec<Bound>, from: &[f64], steps: usize| {
+                    terms.extend(&round.within);
                     let problem = Problem {
                         records: &self.records,
                         shapes: &shapes(&terms, &self.records.references),
                         terms: &terms,
                         weights: round.solution.weights.clone(),
                     };
-                    let (solved, _) = problem.descend(&from, STEPS_OF_RIVALS)?;
-                    Ok((*at, solved.cost))
+                    let (solved, _) = problem.descend(from, steps)?;
+                    Ok(power(&self.records, &solved.residual, &own))
+                };
+                let from = shapes_of(&self.records, &round.terms, &round.solution.solved.values);
+                let before = left(round.terms.clone(), &from, 0)?;
+                let all = several.par_iter().map(|(at, bound, values)| {
+                    let (terms, from) = wider(*bound, values);
+                    Ok((*at, left(terms, &from, STEPS_OF_RIVALS)?))
                 });
-                simplest(round, left.collect::<Result<Vec<_>>>()?)
+                simplest(round, before, all.collect::<Result<Vec<_>>>()?)
             }
         };
         let chosen = &round.ranked[at].candidate;
@@ -203,8 +229,9 @@ impl Searcher<'_> {
         round.ranked[..=at].rotate_right(1);
         let bound = round.ranked[0].candidate.bound;
         let worse = self.unseen.is_some_and(|unseen| {
-            let before = relative_errors(unseen, &round.terms, &round.solution.solved);
-            let after = relative_errors(unseen, &terms, &solution.solved);
+            let within = &round.within;
+            let before = relative_errors(unseen, &round.terms, &round.solution.solved, within);
+            let after = relative_errors(unseen, &terms, &solution.solved, within);
             let mut own = before.iter().zip(&after).enumerate();
             own.any(|(axis, (before, after))| {
                 bound.acts_on(axis) && *after > (1.0 + WORSE) * before
@@ -216,7 +243,7 @@ impl Searcher<'_> {
     /// The model without one of the effects that were added, or with another in its place, if the model is as good or better for it.
     fn reconsidered(&mut self, round: &Round) -> Result<Option<Round>> {
         let power = |records: &Records<'_>, solution: &Solution| {
-            power(records, solution, &round.solution.weights)
+            power(records, &solution.solved.residual, &round.solution.weights)
         };
         let present = power(&self.records, &round.solution);
         for index in self.base..round.terms.len() - 1 {
@@ -247,9 +274,8 @@ impl Searcher<'_> {
     }
 }
 
-/// Σ (residual·weight)² of a solution.
-fn power(records: &Records<'_>, solution: &Solution, weights: &[f64]) -> f64 {
-    let residual = &solution.solved.residual;
+/// Σ (residual·weight)².
+fn power(records: &Records<'_>, residual: &[f64], weights: &[f64]) -> f64 {
     let axes = residual.chunks_exact(records.rows_per_axis().max(1));
     axes.zip(weights)
         .map(|(part, w)| w * w * part.iter().map(|r| r * r).sum::<f64>())
@@ -257,10 +283,9 @@ fn power(records: &Records<'_>, solution: &Solution, weights: &[f64]) -> f64 {
 }
 
 /// Of candidates that leave little, `(place in the ranking, Σ (residual·weight)²)`, the one with the fewest parameters.
-fn simplest(round: &Round, mut left: Vec<(usize, f64)>) -> usize {
+fn simplest(round: &Round, before: f64, mut left: Vec<(usize, f64)>) -> usize {
     left.sort_by(|a, b| a.1.total_cmp(&b.1));
     let least = left.first().map_or(0.0, |f| f.1);
-    let before = round.solution.solved.cost;
     let as_good = |left: f64| {
         let as_much = before - left >= (1.0 - PARSIMONY) * (before - least);
         (as_much && left <= LEAVES_AS_LITTLE * least) || left <= (1.0 + NOISE) * least
@@ -273,8 +298,14 @@ fn simplest(round: &Round, mut left: Vec<(usize, f64)>) -> usize {
     *at
 }
 
-/// RMS error over RMS force per axis on other records than a model's terms were solved for.
-pub(super) fn relative_errors(records: &Records<'_>, terms: &[Bound], solved: &Solved) -> Vec<f64> {
+/// RMS error over RMS force per axis on other records than a model's terms were solved for; without what instruments that do
+/// something wrong `within` their tolerances make of it.
+pub(super) fn relative_errors(
+    records: &Records<'_>,
+    terms: &[Bound],
+    solved: &Solved,
+    within: &[Bound],
+) -> Vec<f64> {
     let mut residual = records.measured.clone();
     let mut take = |column: &[f64], factor: f64| {
         for (r, c) in residual.iter_mut().zip(column) {
@@ -292,6 +323,7 @@ pub(super) fn relative_errors(records: &Records<'_>, terms: &[Bound], solved: &S
     for (bound, values) in terms.iter().zip(&solved.values) {
         records.take_out(bound, values, &mut residual);
     }
+    tolerances::take_out(records, within, &mut residual);
     let rows = records.rows_per_axis();
     let axes = residual
         .chunks_exact(rows)

@@ -6,8 +6,11 @@
 use super::candidates::Beside;
 use crate::fit::effects::Solution;
 use crate::fit::effects::columns::Records;
+use crate::fit::effects::projection::product;
+use crate::fit::normal_equations;
 use crate::model::effects::Bound;
 use crate::study::Axis;
+use faer::Mat;
 use jointwatch_shared::effect::Entry;
 
 /// Gains, zeros and inertias are trusted to this: three standard deviations of what calibrations within 0.15 % of a force channel, an
@@ -58,4 +61,24 @@ pub(super) fn columns(records: &Records<'_>, within: &[Bound]) -> Vec<Vec<f64>> 
         records.columns(bound, &values)
     });
     columns.collect()
+}
+
+/// Takes as much of them out of a residual as is there, axis by axis.
+pub(super) fn take_out(records: &Records<'_>, within: &[Bound], residual: &mut [f64]) {
+    let rows = records.rows_per_axis();
+    for (axis, part) in residual.chunks_exact_mut(rows.max(1)).enumerate() {
+        let mine: Vec<Bound> = within.iter().filter(|b| b.axis == axis).copied().collect();
+        let own = columns(records, &mine);
+        let column = |c: usize| &own[c][axis * rows..(axis + 1) * rows];
+        let design = Mat::from_fn(rows, own.len(), |r, c| column(c)[r]);
+        let right = Mat::from_fn(rows, 1, |r, _| part[r]);
+        let solved = normal_equations::solve(&product(&design, &design), &product(&design, &right));
+        if let Ok(solved) = solved {
+            for c in 0..own.len() {
+                let factor = solved.coefficients[(c, 0)];
+                let pairs = part.iter_mut().zip(column(c));
+                pairs.for_each(|(r, v)| *r -= factor * v);
+            }
+        }
+    }
 }

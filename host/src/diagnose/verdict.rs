@@ -100,8 +100,8 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     // Records learnt from say whether the effects found are the ones that act; other records also ask whether their values
     // hold there. Something unknown shows in both.
     let learnt = Records::new(&study.axes, &training, low_pass);
-    let learnt_before = errors(&learnt, first);
-    let learnt_after = errors(&learnt, last);
+    let [learnt_before, learnt_after] = [first, last].map(|r| errors_within(&learnt, r, last));
+    let [held_before, held_after] = [first, last].map(|r| errors_within(&held, r, last));
     let above = |e: f64, floor: f64| (e * e - floor * floor).max(0.0);
     let left_over = |before: f64, after: f64, floor: f64| {
         let limit = (ABOVE_FLOOR * floor).max(DISCREPANCY);
@@ -122,7 +122,7 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     };
     let unexplained = (0..study.axes.len()).any(|axis| {
         let learnt_floor = floors[axis].rms / learnt.references.force[axis];
-        let unseen = (before[axis], after[axis], floor[axis]);
+        let unseen = (held_before[axis], held_after[axis], floor[axis]);
         let seen = (learnt_before[axis], learnt_after[axis], learnt_floor);
         [unseen, seen].iter().all(|&(b, a, f)| left_over(b, a, f))
             || [unseen, seen]
@@ -232,5 +232,11 @@ fn held_out_errors(
 
 /// RMS error over RMS force per axis on other records, with the values that a round found.
 fn errors(records: &Records<'_>, round: &Round) -> Vec<f64> {
-    missing::relative_errors(records, &round.terms, &round.solution.solved)
+    missing::relative_errors(records, &round.terms, &round.solution.solved, &[])
+}
+
+/// The same without what instruments that were found to be within their tolerances make of it.
+fn errors_within(records: &Records<'_>, round: &Round, last: &Round) -> Vec<f64> {
+    let solved = &round.solution.solved;
+    missing::relative_errors(records, &round.terms, solved, &last.within)
 }
