@@ -3,7 +3,7 @@
 
 use jointwatch_tests::hidden::cases::{Case, Options};
 use jointwatch_tests::hidden::study;
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, run, succeed};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -365,7 +365,8 @@ fn what_cannot_be_added_is_refused_and_nothing_is_overwritten() {
         3,
         &["force_gain@x", "inertia_error@x"],
     );
-    fail(folder, &["add", "study.toml", "physical.json"], 2);
+    let nothing = run(folder, &["add", "study.toml", "physical.json"]);
+    assert_eq!(nothing.status.code(), Some(2));
 
     let path = folder.join("study.toml");
     let good = fs::read_to_string(&path).unwrap();
