@@ -376,7 +376,7 @@ fn without_crystal_and_pll_the_internal_oscillator_is_used_and_named() {
 fn faults_and_panics_end_the_self_test_as_failures() {
     let image = Image::read(&image(Board::Stm32f405));
     // 0xDE00 is the undefined instruction `udf #0`, little-endian.
-    let fault = image.patched(image.address("main") & !1, &[0x00, 0xDE]);
+    let fault = image.patched(image.address("Reset") & !1, &[0x00, 0xDE]);
     // The second word of the vector table is where the processor starts; every panic goes through this function.
     let handler = (image.address("panic_fmt") | 1) as u32;
     let panic = image.patched(image.address("__vector_table") + 4, &handler.to_le_bytes());

@@ -31,7 +31,11 @@ impl Plots {
     ) -> Result<Vec<Drawing>> {
         match &self.folder {
             None => Ok(Vec::new()),
-            Some(_) => pictures::of_model(study, model, comparison),
+            Some(folder) => {
+                // Before anything is printed: what cannot be written is told first.
+                drawing::make(folder)?;
+                pictures::of_model(study, model, comparison)
+            }
         }
     }
 
@@ -88,9 +92,10 @@ impl Plots {
         steps: &[Step],
         floors: &PerAxis,
     ) -> Result<Vec<Drawing>> {
-        if self.folder.is_none() {
+        let Some(folder) = &self.folder else {
             return Ok(Vec::new());
-        }
+        };
+        drawing::make(folder)?;
         let mut drawings = pictures::of_model(study, model, &compare::compare(study, model)?)?;
         drawings.push(pictures::of_staircase(model, steps, floors)?);
         Ok(drawings)

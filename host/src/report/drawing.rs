@@ -32,17 +32,25 @@ impl Drawing {
     }
 }
 
-/// Writes drawings into a folder, which is made where it is missing; files of the same names are replaced.
+/// Makes the folder for drawings where it is missing.
 ///
 /// # Errors
-/// [`crate::error::Kind::Failed`] when the folder cannot be made or a file cannot be written.
-pub fn write(drawings: &[Drawing], folder: &Path) -> Result<()> {
+/// [`crate::error::Kind::Failed`] when it cannot be made.
+pub fn make(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|e| {
         Error::failed(format!(
             "{}: this folder for the pictures could not be made ({e}); name another one",
             folder.display()
         ))
-    })?;
+    })
+}
+
+/// Writes drawings into a folder, which is made where it is missing; files of the same names are replaced.
+///
+/// # Errors
+/// As [`make`]; when a file cannot be written.
+pub fn write(drawings: &[Drawing], folder: &Path) -> Result<()> {
+    make(folder)?;
     for drawing in drawings {
         output::write_whole(&folder.join(&drawing.file), drawing.svg.as_bytes())?;
     }
