@@ -23,6 +23,3 @@ pub use sampling::{Frame, Sampler};
 pub use server::{Line, Server, Shared};
 pub use start::{Begun, Setup, begin};
 pub use watch::{Streamed, Watch};
-
-#[cfg(test)]
-mod tests;

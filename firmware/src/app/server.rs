@@ -59,6 +59,11 @@ impl<F: NorFlash, V: Verifier, O: Line> Server<F, V, O> {
         &mut self.line
     }
 
+    /// Gives the store back.
+    pub fn into_store(self) -> Store<F, V> {
+        self.store
+    }
+
     /// Introduces the device: the first frame after a restart.
     pub fn introduce(&mut self, occasion: Occasion, watch: &mut impl Shared) {
         self.hello.occasion = occasion;
