@@ -1,14 +1,16 @@
 //! The second step of a sample: counts become states, forces and a residual.
 
 use super::sampling::Frame;
+use super::watch::Watch;
 use core::mem::MaybeUninit;
 use heapless::spsc::{Consumer, Producer};
 use jointwatch_shared::model::Model;
 use jointwatch_shared::pipeline::{Chain, ChainState, Output};
 
-/// Room for an [`Evaluator`], which is too large to be built on the stack and handed round.
+/// Room for what is too large to be built on the stack and handed round.
 #[derive(Debug)]
 pub struct Room {
+    pub(super) watch: MaybeUninit<Watch>,
     pub(super) evaluator: MaybeUninit<Evaluator>,
     pub(super) state: MaybeUninit<ChainState>,
 }
@@ -16,6 +18,7 @@ pub struct Room {
 impl Room {
     /// Nothing in it yet.
     pub const EMPTY: Self = Self {
+        watch: MaybeUninit::uninit(),
         evaluator: MaybeUninit::uninit(),
         state: MaybeUninit::uninit(),
     };

@@ -5,6 +5,7 @@ use super::evaluation::{Evaluator, Room};
 use super::watch::Watch;
 use crate::clock::{Clock, Source};
 use crate::store::{Fault, Place, Started, State, Store, Trial, Verifier};
+use core::mem::MaybeUninit;
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
 use jointwatch_shared::blob::{self, BLOB_LEN};
@@ -34,7 +35,7 @@ pub struct Begun {
     /// Which chip is wired to what.
     pub wiring: Wiring,
     /// The monitor with its telemetry.
-    pub watch: Watch,
+    pub watch: &'static mut Watch,
     /// Who the device is.
     pub hello: Hello,
     /// Why the rig block is not used.
@@ -56,6 +57,9 @@ pub struct Setup {
 /// is built in `room`.
 ///
 /// Runs once, before the first sample, and may take some tenths of a second: signatures are checked.
+///
+/// Not inlined: what it needs on the stack is free again when samples begin.
+#[inline(never)]
 pub fn begin<F: NorFlash, V: Verifier>(
     store: &mut Store<F, V>,
     setup: Setup,
@@ -86,7 +90,7 @@ pub fn begin<F: NorFlash, V: Verifier>(
         evaluator: None,
         rate_hz: USUAL_RATE_HZ,
         wiring: raw_wiring(),
-        watch: Watch::new(Err(Cause::NoModel)),
+        watch: new_watch(&mut room.watch),
         hello: Hello {
             protocol: PROTOCOL_VERSION,
             firmware: firmware_version(),
@@ -113,7 +117,10 @@ pub fn begin<F: NorFlash, V: Verifier>(
             confirming = trial.then_some(slot(place));
             let outcome = match store.rig(rig_len, &mut work) {
                 None => Err(Unused::Missing),
-                Some(bytes) => with_rig(bytes, model, checksum, &mut begun, room),
+                Some(bytes) => {
+                    let places = (&mut room.evaluator, &mut room.state);
+                    with_rig(bytes, model, checksum, &mut begun, places)
+                }
             };
             if let Err(why) = outcome {
                 begun.watch.judge(Err(Cause::NoRig));
@@ -129,6 +136,12 @@ pub fn begin<F: NorFlash, V: Verifier>(
         begun.watch.try_out(Trial::over(samples), slot);
     }
     begun
+}
+
+/// A watch that has nothing to judge yet. Not inlined, as above.
+#[inline(never)]
+fn new_watch(place: &'static mut MaybeUninit<Watch>) -> &'static mut Watch {
+    place.write(Watch::new(Err(Cause::NoModel)))
 }
 
 /// Why a rig block is not used.
@@ -166,7 +179,10 @@ fn with_rig(
     model: Model,
     checksum: u32,
     begun: &mut Begun,
-    room: &'static mut Room,
+    (evaluator, moving): (
+        &'static mut MaybeUninit<Evaluator>,
+        &'static mut MaybeUninit<ChainState>,
+    ),
 ) -> Result<(), Unused> {
     let block = rig_block::decode(bytes).map_err(Unused::Refused)?;
     let RigBlock {
@@ -194,8 +210,8 @@ fn with_rig(
     begun.rate_hz = rig.sample_rate_hz;
     begun.wiring = wiring;
     begun.watch.judge(judge);
-    let state = room.state.write(ChainState::default());
-    begun.evaluator = Some(room.evaluator.write(Evaluator {
+    let state = moving.write(ChainState::default());
+    begun.evaluator = Some(evaluator.write(Evaluator {
         chain,
         model,
         state,

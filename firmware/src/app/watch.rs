@@ -206,8 +206,10 @@ impl Watch {
 
     /// Counts what went wrong with each chip, and tells when one falls silent or comes back.
     fn chips_did(&mut self, health: &[Health; CHIPS]) {
-        let mut changed: Vec<Event, CHIPS> = Vec::new();
-        for (chip, (tally, health)) in self.chips.iter_mut().zip(health).enumerate() {
+        for (chip, health) in health.iter().enumerate() {
+            let Some(tally) = self.chips.get_mut(chip) else {
+                return;
+            };
             match health {
                 Health::NotFitted => continue,
                 Health::Ok | Health::Saturated | Health::Starting => {}
@@ -228,16 +230,12 @@ impl Watch {
             if is_missing != was_missing
                 && let Some(channel) = self.places.first_channel(chip)
             {
-                // The list holds one per chip.
-                let _ = changed.push(if is_missing {
+                self.tell(if is_missing {
                     Event::SensorMissing { channel }
                 } else {
                     Event::SensorBack { channel }
                 });
             }
-        }
-        for event in changed {
-            self.tell(event);
         }
     }
 

@@ -12,9 +12,9 @@ use rtic::Mutex;
 /// The watch behind its lock.
 struct Locked<T>(T);
 
-impl<T: Mutex<T = Watch>> Shared for Locked<T> {
+impl<T: Mutex<T = &'static mut Watch>> Shared for Locked<T> {
     fn with<R>(&mut self, what: impl FnOnce(&mut Watch) -> R) -> R {
-        self.0.lock(what)
+        self.0.lock(|watch| what(watch))
     }
 }
 
@@ -45,7 +45,7 @@ mod app {
 
     #[shared]
     struct Shared {
-        watch: Watch,
+        watch: &'static mut Watch,
     }
 
     #[local]
@@ -106,7 +106,7 @@ mod app {
         } = parts::devices();
         let sensors = Sensors::new(&wiring, latch, counters, converter, accelerometers);
         let mut server = Server::new(store, hello, parts::start_serial(clock));
-        server.introduce(Occasion::Restart, &mut &mut watch);
+        server.introduce(Occasion::Restart, &mut watch);
         let (frames_in, frames) = cx.local.frame_queue.split();
         let (evaluated_in, evaluated) = cx.local.evaluated_queue.split();
         let (stream_in, stream) = cx.local.stream_queue.split();

@@ -253,7 +253,7 @@ impl SpiDevice for Silent {
 
 /// The device.
 pub(crate) struct Bench {
-    pub(crate) watch: Watch,
+    pub(crate) watch: &'static mut Watch,
     evaluator: Option<&'static mut Evaluator>,
     server: Server<Flash, Key, Kept>,
     sampler: Sampler<Silent, Silent, Silent, Silent>,
@@ -296,7 +296,7 @@ impl Bench {
         let begun = begin(&mut store, setup, room, |_| ());
         let mut watch = begun.watch;
         let mut server = Server::new(store, begun.hello, Kept::default());
-        server.introduce(Occasion::Restart, &mut &mut watch);
+        server.introduce(Occasion::Restart, &mut watch);
         let counters = [Silent, Silent, Silent, Silent];
         let sensors = Sensors::new(&begun.wiring, Silent, counters, Silent, [Silent, Silent]);
         let (frames_in, frames) = Box::leak(Box::new(Queue::<_, 4>::new())).split();
@@ -380,11 +380,11 @@ impl Bench {
                 self.stream_in.enqueue(streamed).expect("room");
             }
         }
-        self.server.turn(&mut self.stream, &mut &mut self.watch);
+        self.server.turn(&mut self.stream, &mut self.watch);
     }
 
     pub(crate) fn receive(&mut self, byte: u8) {
-        self.server.receive(byte, &mut &mut self.watch);
+        self.server.receive(byte, &mut self.watch);
     }
 
     pub(crate) fn ask(&mut self, request: &Request) {
@@ -394,7 +394,7 @@ impl Bench {
         for &byte in &*frame {
             self.receive(byte);
         }
-        self.server.turn(&mut self.stream, &mut &mut self.watch);
+        self.server.turn(&mut self.stream, &mut self.watch);
     }
 
     /// What was sent since the last time; every frame whole, and none missing.
