@@ -124,7 +124,7 @@ impl<F: NorFlash, V: Verifier, O: Line> Server<F, V, O> {
         while let Some(sample) = stream.dequeue() {
             self.send(&sample.report(), watch);
         }
-        while let Some(report) = watch.with(Watch::next) {
+        while let Some(report) = watch.with(Watch::to_tell) {
             self.send(&report, watch);
         }
         if watch.with(Watch::take_proven) {

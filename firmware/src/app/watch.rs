@@ -267,7 +267,7 @@ impl Watch {
 
     /// The next thing that is to be told, besides streamed samples: events first, then a status report when it is time for
     /// one, then pieces of a snapshot.
-    pub fn next(&mut self) -> Option<Report> {
+    pub fn to_tell(&mut self) -> Option<Report> {
         if let Some(event) = self.events.pop_front() {
             return Some(Report::Event(event));
         }
