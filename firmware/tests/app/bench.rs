@@ -391,7 +391,7 @@ impl Bench {
         let mut place = [0; MAX_FRAME];
         let frame = encode(request, self.asked, &mut place).expect("it fits");
         self.asked += 1;
-        for &byte in &*frame {
+        for &byte in frame {
             self.receive(byte);
         }
         self.server.turn(&mut self.stream, &mut self.watch);
