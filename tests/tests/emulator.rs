@@ -3,6 +3,7 @@
 //! A missing QEMU fails these tests; nothing is skipped.
 
 use jointwatch::device::{self, Board, SelfTestReport, SlotState};
+use jointwatch::signing::{PrivateKey, SignedModel};
 use jointwatch_shared::blob::{self, BLOB_LEN};
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::effect::{EFFECTS, Entry, Seat};
@@ -407,33 +408,43 @@ fn flashed_image_boots_and_logs_clock_and_empty_slots() {
 #[test]
 fn flashed_image_takes_its_model_from_the_slot() {
     let model = model(2, 9);
-    let good = file(&blob::encode(&model));
+    let signed = SignedModel::sign(&blob::encode(&model), &[], &PrivateKey::development());
+    let good = file(&signed.expect("a sound model").to_bytes());
     let log = boot_log(&flashed_image(), Some(good.path()), "ready").join("\n");
-    let [x, phi] = model.evaluate(&[0; 4]);
     let [x_unit, phi_unit] = [0, 1].map(|axis| model.outputs()[axis].force_per_lsb);
     for expected in [
+        "warn this image trusts the development key".to_owned(),
         "info slot a: a model\ninfo slot b: empty\n".to_owned(),
         "info model in use: slot a, 2 axes, learnt at 2000".to_owned(),
-        format!("info axis x: {x} × {x_unit} N at"),
-        format!("info axis phi: {phi} × {phi_unit} N·m at"),
+        format!("info axis x: {x_unit} N per unit of force"),
+        format!("info axis phi: {phi_unit} N·m per unit of force"),
         "warn axis phi: never compared with unseen records".to_owned(),
+        "warn rig block not used, raw counts only: there is none".to_owned(),
     ] {
         assert!(log.contains(&expected), "no “{expected}” in:\n{log}");
     }
 }
 
 #[test]
-fn flashed_image_says_why_it_refuses_a_damaged_model() {
-    let mut bytes = blob::encode(&model(1, 10));
-    bytes[BLOB_LEN / 2] ^= 1;
-    let log = boot_log(&flashed_image(), Some(file(&bytes).path()), "ready");
-    assert_eq!(
-        log[2..],
-        [
-            "warn slot a: refused: its checksum does not match",
-            "info slot b: empty",
-            "warn no model",
-            "info ready"
-        ]
-    );
+fn flashed_image_says_why_it_refuses_a_damaged_or_an_unsigned_model() {
+    let good = blob::encode(&model(1, 10));
+    let mut damaged = good;
+    damaged[BLOB_LEN / 2] ^= 1;
+    for (bytes, why) in [
+        (damaged, "its checksum does not match"),
+        (good, "nobody signed it"),
+    ] {
+        let log = boot_log(&flashed_image(), Some(file(&bytes).path()), "ready");
+        let refused = format!("warn slot a: refused: {why}");
+        assert_eq!(
+            log[3..],
+            [
+                refused.as_str(),
+                "info slot b: empty",
+                "warn no model",
+                "info sampling at 1000.0 Hz",
+                "info ready"
+            ]
+        );
+    }
 }

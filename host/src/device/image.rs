@@ -61,19 +61,23 @@ pub fn selftest(board: Board) -> Result<PathBuf> {
 
 /// Builds one image of the firmware with cargo, as it is flashed, and gives the path of its ELF file.
 ///
-/// `image` is `jointwatch` or `selftest`. Takes no time when it is built already.
+/// `image` is `jointwatch`, `jointwatch-link` or `selftest`. Takes no time when it is built already.
 ///
 /// # Errors
 /// When the source is not where this program was built from, when the compiler's target for the device is not
 /// installed, and when the build fails.
 pub fn build(board: Board, image: &str) -> Result<PathBuf> {
     let workspace = workspace()?;
+    let feature = match image {
+        "jointwatch-link" => "semihosting-link",
+        _ => board.feature(),
+    };
     // Set when cargo runs this program or its tests; it then is the cargo of the same toolchain.
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
     let output = Command::new(&cargo)
         .current_dir(workspace)
         .args(["build", "--quiet", "--profile", "device", "-p", "jointwatch-firmware"])
-        .args(["--target", board.target(), "--features", board.feature()])
+        .args(["--target", board.target(), "--features", feature])
         .args(["--bin", image, "--message-format", "json"])
         // Flags meant for this computer's processor would not suit the device's.
         .env_remove("RUSTFLAGS")

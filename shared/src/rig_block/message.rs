@@ -281,10 +281,12 @@ fn filter<const MOST: usize>(
     let length = usize::from(length);
     let (used, unused) = places.split_at_checked(length).unwrap_or_default();
     unless_zero(offset + 4 * length, unused.as_flattened())?;
-    Ok(Taps {
-        taps: used.iter().map(|tap| i32::from_le_bytes(*tap)).collect(),
-        shift,
-    })
+    let mut taps = Vec::new();
+    for tap in used {
+        // There are no more than it holds; a collector would keep a panic for the case that there were.
+        let _ = taps.push(i32::from_le_bytes(*tap));
+    }
+    Ok(Taps { taps, shift })
 }
 
 /// Where the counters' settings begin.

@@ -1,0 +1,75 @@
+//! The second step of a sample: counts become states, forces and a residual.
+
+use super::sampling::Frame;
+use super::watch::Watch;
+use core::mem::MaybeUninit;
+use heapless::spsc::{Consumer, Producer};
+use jointwatch_shared::model::Model;
+use jointwatch_shared::pipeline::{Chain, ChainState, Output};
+
+/// Room for what is too large to be built on the stack and handed round.
+#[derive(Debug)]
+pub struct Room {
+    pub(super) watch: MaybeUninit<Watch>,
+    pub(super) evaluator: MaybeUninit<Evaluator>,
+    pub(super) state: MaybeUninit<ChainState>,
+}
+
+impl Room {
+    /// Nothing in it yet.
+    pub const EMPTY: Self = Self {
+        watch: MaybeUninit::uninit(),
+        evaluator: MaybeUninit::uninit(),
+        state: MaybeUninit::uninit(),
+    };
+}
+
+/// The chain of the rig and the model behind it, with what both remember.
+#[derive(Debug)]
+pub struct Evaluator {
+    /// Counts to forces.
+    pub chain: Chain,
+    /// The joint.
+    pub model: Model,
+    /// What moves.
+    pub state: &'static mut ChainState,
+}
+
+/// A frame with what the chain made of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Evaluated {
+    /// The instant.
+    pub frame: Frame,
+    /// What the chain says of the instant its delay ago; `None` without model and rig block, and until its filters are full.
+    pub output: Option<Output>,
+}
+
+/// Evaluates every frame that waits. `overruns` counts what found no room on the way out until something does.
+///
+/// The chain goes on over a gap as if there were none; the frame behind it says so, and the monitor judges no residual that
+/// the gap can have spoilt.
+pub fn evaluate(
+    mut evaluator: Option<&mut Evaluator>,
+    frames: &mut Consumer<'_, Frame>,
+    evaluated: &mut Producer<'_, Evaluated>,
+    overruns: &mut u32,
+) {
+    while let Some(waiting) = frames.peek() {
+        let output = evaluator.as_mut().and_then(|evaluator| {
+            let Evaluator {
+                chain,
+                model,
+                state,
+            } = &mut **evaluator;
+            chain.step(state, model, &waiting.sample)
+        });
+        let mut frame = *waiting;
+        frame.overruns = frame.overruns.saturating_add(*overruns);
+        let lost = frame.overruns.saturating_add(1);
+        *overruns = match evaluated.enqueue(Evaluated { frame, output }) {
+            Ok(()) => 0,
+            Err(_) => lost,
+        };
+        let _ = frames.dequeue();
+    }
+}

@@ -1,0 +1,428 @@
+//! The device without a board: what it says of good and bad slots, of lost samples, silent chips and damaged requests, and that what
+//! it streams is what the chain computes.
+
+#[path = "app/bench.rs"]
+mod bench;
+
+use bench::{Bench, RATE_HZ, Slot, content, reference_rig, sealed, signed};
+use jointwatch_firmware::sensor::acquire::CHIPS;
+use jointwatch_firmware::sensor::presence::Health;
+use jointwatch_shared::blob::{self, BLOB_LEN};
+use jointwatch_shared::model::Model;
+use jointwatch_shared::monitor::Cause;
+use jointwatch_shared::pipeline::{Chain, ChainState, RawSample};
+use jointwatch_shared::selftest::{Points, reference_model};
+use jointwatch_shared::selftest_network::reference_network;
+use jointwatch_shared::slot::ContentCrc;
+use jointwatch_shared::telemetry::{
+    Answered, Event, Kind, ModelFault, Occasion, Refusal, Report, Request, Restart, SampleOutput,
+    Signature, Snapshot, Status, UploadReply, UploadRequest,
+};
+
+fn model() -> &'static Model {
+    reference_model()
+}
+
+fn good() -> Slot {
+    signed(model(), Some(&reference_rig(None)))
+}
+
+fn events(reports: &[Report]) -> Vec<Event> {
+    let event = |report: &Report| match report {
+        Report::Event(event) => Some(*event),
+        _ => None,
+    };
+    reports.iter().filter_map(event).collect()
+}
+
+fn last_status(reports: &[Report]) -> Status {
+    let status = |report: &Report| match report {
+        Report::Status(status) => Some(status.clone()),
+        _ => None,
+    };
+    reports.iter().rev().find_map(status).expect("a status")
+}
+
+fn motion(samples: usize) -> Vec<RawSample> {
+    let mut points = Points::new(11);
+    let mut drift = [0_i32; 10];
+    let mut next = || {
+        for place in &mut drift {
+            *place = (*place - (*place >> 5)).wrapping_add(points.next_word() >> 22);
+        }
+        let mut sample = RawSample::default();
+        for (axis, [far, near, body, acceleration, force]) in sample
+            .iter_mut()
+            .zip(*drift.as_chunks::<5>().0.first_chunk::<2>().unwrap())
+        {
+            axis.displacement = [far, near];
+            (axis.body, axis.acceleration, axis.force) = (body, acceleration, force);
+        }
+        sample
+    };
+    (0..samples).map(|_| next()).collect()
+}
+
+#[test]
+fn an_empty_device_says_that_it_has_no_model_and_streams_raw_counts() {
+    let mut bench = Bench::start([Slot::Empty, Slot::Empty]);
+    bench.ask(&Request::Stream { every: 1 });
+    let samples = motion(30);
+    samples.iter().for_each(|raw| bench.sample(*raw));
+    let reports = bench.reports();
+    let Report::Hello(hello) = &reports[0] else {
+        panic!("{:?}", reports[0])
+    };
+    assert_eq!(hello.occasion, Occasion::Restart);
+    assert_eq!((&hello.model, &hello.rig), (&None, &None));
+    let said = events(&reports);
+    assert_eq!(
+        said[..2],
+        [Event::Started { why: Restart::Pin }, Event::NoModel]
+    );
+    let streamed: Vec<_> = reports
+        .iter()
+        .filter_map(|report| match report {
+            Report::Sample(sample) => Some(sample),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(streamed.len(), samples.len());
+    for ((number, sample), raw) in (0..).zip(&streamed).zip(&samples) {
+        assert_eq!((sample.sample, &sample.output), (number, &None));
+        assert_eq!(sample.counts[1][4], raw[1].force);
+    }
+    let verdict = last_status(&reports).verdict;
+    assert_eq!((verdict.state, verdict.cause), (0, Cause::NoModel.tag()));
+}
+
+#[test]
+fn what_is_streamed_is_what_the_chain_computes() {
+    let mut bench = Bench::start([good(), Slot::Empty]);
+    bench.ask(&Request::Stream { every: 1 });
+    let rig = reference_rig(None).rig;
+    let chain = Chain::new(model(), &rig).expect("a rig that fits");
+    let mut state = ChainState::default();
+    let mut outputs = 0;
+    for raw in motion(400) {
+        bench.sample(raw);
+        let wanted = chain.step(&mut state, model(), &raw);
+        let Some(Report::Sample(seen)) = bench
+            .reports()
+            .into_iter()
+            .find(|report| matches!(report, Report::Sample(_)))
+        else {
+            panic!("no sample")
+        };
+        assert_eq!(seen.output, wanted.as_ref().map(SampleOutput::from));
+        outputs += u32::from(wanted.is_some());
+    }
+    assert!(outputs > 300);
+    assert_eq!(bench.watch.counters().frames_dropped, 0);
+}
+
+#[test]
+fn every_bad_slot_has_its_event_and_the_other_one_steps_in() {
+    let mut damaged = content(&good());
+    damaged[700] ^= 2;
+    let unsigned = Slot::Bytes(blob::encode(model()).to_vec());
+    let slot = jointwatch_shared::telemetry::Slot::A;
+    for (bad, event) in [
+        (
+            Slot::Bytes(damaged),
+            Event::ModelRefused {
+                slot,
+                fault: ModelFault::Checksum,
+            },
+        ),
+        (unsigned, Event::ModelUnsigned { slot }),
+        (
+            Slot::Bytes(vec![0x23; BLOB_LEN]),
+            Event::ModelRefused {
+                slot,
+                fault: ModelFault::Magic,
+            },
+        ),
+    ] {
+        for (other, runs) in [(Slot::Empty, false), (good(), true)] {
+            let mut bench = Bench::start([bad.clone(), other]);
+            bench.sample(RawSample::default());
+            let reports = bench.reports();
+            let said = events(&reports);
+            assert!(said.contains(&event), "{event:?} in {said:?}");
+            assert_eq!(said.contains(&Event::NoModel), !runs);
+            assert_eq!(bench.evaluates(), runs);
+        }
+    }
+}
+
+#[test]
+fn a_rig_block_that_is_missing_damaged_or_of_another_rig_leaves_raw_counts() {
+    let mut one_axis = reference_rig(None);
+    one_axis.rig.axes.truncate(1);
+    one_axis.wiring.axes.truncate(1);
+    let mut damaged = jointwatch_shared::rig_block::encode(&reference_rig(None)).unwrap();
+    damaged[100] ^= 1;
+    for (slot, event) in [
+        (signed(model(), None), Event::NoRig),
+        (signed(model(), Some(&one_axis)), Event::Mismatch),
+        (
+            sealed(model(), &damaged),
+            Event::RigRefused {
+                fault: ModelFault::Checksum,
+            },
+        ),
+    ] {
+        let mut bench = Bench::start([slot, Slot::Empty]);
+        bench.sample(RawSample::default());
+        let reports = bench.reports();
+        assert!(events(&reports).contains(&event), "{event:?}");
+        assert!(!bench.evaluates());
+        assert_eq!(last_status(&reports).verdict.cause, Cause::NoRig.tag());
+    }
+}
+
+#[test]
+fn limits_of_another_model_are_not_used() {
+    let of = |checksum| signed(model(), Some(&reference_rig(Some(checksum))));
+    let own = blob::checksum(&blob::encode(model()));
+    for (checksum, cause) in [(own, Cause::Starting), (own ^ 1, Cause::OtherModel)] {
+        let mut bench = Bench::start([of(checksum), Slot::Empty]);
+        bench.sample(RawSample::default());
+        let verdict = last_status(&bench.reports()).verdict;
+        assert_eq!((verdict.state, verdict.cause), (0, cause.tag()));
+    }
+}
+
+#[test]
+fn missed_instants_and_full_queues_are_counted_and_spoil_what_follows() {
+    let mut bench = Bench::start([good(), Slot::Empty]);
+    bench.sample_after(3, RawSample::default());
+    // Seven come while nobody evaluates: three fit.
+    for _ in 0..7 {
+        bench.acquire();
+    }
+    bench.work();
+    bench.acquire();
+    bench.work();
+    let counters = bench.watch.counters();
+    assert_eq!((counters.missed_deadlines, counters.queue_overruns), (3, 4));
+    bench.reports();
+    bench.ask(&Request::ResetStatistics);
+    assert_eq!(bench.watch.counters().missed_deadlines, 0);
+}
+
+#[test]
+fn a_silent_chip_is_told_once_and_told_when_it_comes_back() {
+    let mut bench = Bench::start([good(), Slot::Empty]);
+    let mut with = |health, times| {
+        let mut all = [Health::Ok; CHIPS];
+        all[2] = health;
+        for _ in 0..times {
+            bench.sample_with(all);
+        }
+        events(&bench.reports())
+    };
+    let of_sensors = |events: Vec<Event>| -> Vec<Event> {
+        let of_a_sensor = |event: &Event| {
+            matches!(
+                event,
+                Event::SensorMissing { .. } | Event::SensorBack { .. }
+            )
+        };
+        events.into_iter().filter(of_a_sensor).collect()
+    };
+    assert_eq!(of_sensors(with(Health::Ok, 1)), []);
+    assert_eq!(of_sensors(with(Health::Crc, 63)), []);
+    assert_eq!(
+        of_sensors(with(Health::Identity, 200)),
+        [Event::SensorMissing { channel: 5 }]
+    );
+    assert_eq!(
+        of_sensors(with(Health::Ok, 9)),
+        [Event::SensorBack { channel: 5 }]
+    );
+    for _ in 0..RATE_HZ {
+        bench.sample(RawSample::default());
+    }
+    let status = last_status(&bench.reports());
+    let channel = status.channels[5];
+    assert_eq!((channel.crc_errors, channel.bus_errors), (63, 200));
+    assert_eq!(status.channels[0].bus_errors, 0);
+}
+
+#[test]
+fn noise_on_the_line_is_counted_and_requests_after_it_are_answered() {
+    let mut bench = Bench::start([Slot::Empty, Slot::Empty]);
+    bench.reports();
+    for byte in [0x55, 0, 7, 7, 7, 0] {
+        bench.receive(byte);
+    }
+    assert_eq!(bench.watch.counters().link_errors, 2);
+    let answer = |bench: &mut Bench, request| {
+        bench.ask(&request);
+        bench.reports().into_iter().find_map(|report| match report {
+            Report::Answer(answer) => Some(answer.answered),
+            _ => None,
+        })
+    };
+    assert_eq!(answer(&mut bench, Request::Ping), Some(Answered::Done));
+    let snapshot = answer(&mut bench, Request::Snapshot);
+    assert_eq!(snapshot, Some(Answered::Nothing));
+    bench.ask(&Request::Hello);
+    let asked = bench.reports();
+    assert!(matches!(&asked[0], Report::Hello(hello) if hello.occasion == Occasion::Asked));
+}
+
+#[test]
+fn a_slow_line_refuses_a_stream_that_it_cannot_carry() {
+    let mut bench = Bench::start([Slot::Empty, Slot::Empty]);
+    // 1 kHz without a rig block: a sample takes 118 bytes at most, the line carries 100,000 a second.
+    for (every, wanted) in [
+        (1, Answered::LineTooSlow),
+        (2, Answered::Done),
+        (0, Answered::Done),
+    ] {
+        let request = Request::Stream { every };
+        assert_eq!(bench.watch.ask(&request, Some(1_000_000)), Some(wanted));
+    }
+    let request = Request::Stream { every: 1 };
+    assert_eq!(bench.watch.ask(&request, None), Some(Answered::Done));
+    bench.sample(RawSample::default());
+}
+
+fn upload(bench: &mut Bench, slot: &Slot, signature: Option<Signature>) -> Vec<UploadReply> {
+    let content = content(slot);
+    let mut crc = ContentCrc::new();
+    crc.absorb(&content);
+    let mut steps = vec![UploadRequest::Begin {
+        kind: Kind::Model,
+        length: content.len() as u32,
+        crc: crc.value(),
+    }];
+    for (piece, offset) in content.chunks(128).zip((0..).step_by(128)) {
+        let data = piece.try_into().expect("at most 128");
+        steps.push(UploadRequest::Chunk { offset, data });
+    }
+    steps.push(UploadRequest::Finish { signature });
+    for step in steps {
+        bench.ask(&Request::Upload(step));
+    }
+    let reply = |report| match report {
+        Report::Upload(reply) => Some(reply),
+        _ => None,
+    };
+    bench.reports().into_iter().filter_map(reply).collect()
+}
+
+#[test]
+fn a_new_model_is_taken_over_the_line_tried_after_a_restart_and_kept() {
+    let mut bench = Bench::start([good(), Slot::Empty]);
+    let new = signed(reference_network(), Some(&reference_rig(None)));
+    let replies = upload(&mut bench, &new, None);
+    assert_eq!(
+        replies.last(),
+        Some(&UploadReply::Refused(Refusal::Unsigned))
+    );
+    let replies = upload(&mut bench, &new, new.signature());
+    assert!(
+        matches!(replies.last(), Some(UploadReply::Activated { .. })),
+        "{replies:?}"
+    );
+    // The host has a second to take the answer.
+    for _ in 0..RATE_HZ {
+        assert!(!bench.watch.restart_now());
+        bench.sample(RawSample::default());
+    }
+    assert!(bench.watch.restart_now());
+
+    let mut bench = bench.restart();
+    let slot = jointwatch_shared::telemetry::Slot::B;
+    let mut confirmed_after = None;
+    for number in 0..11 * RATE_HZ {
+        bench.sample(RawSample::default());
+        if events(&bench.reports()).contains(&Event::ModelConfirmed { slot }) {
+            confirmed_after = Some(number);
+        }
+    }
+    let after = confirmed_after.expect("the model proves itself");
+    assert!((10 * RATE_HZ..11 * RATE_HZ).contains(&after), "{after}");
+    // It stays after another restart, without a trial.
+    let mut again = bench.restart();
+    let reports = again.reports();
+    let Report::Hello(hello) = &reports[0] else {
+        panic!("{:?}", reports[0])
+    };
+    assert_eq!(hello.model.as_ref().map(|model| model.slot), Some(slot));
+}
+
+#[test]
+fn a_model_that_does_not_live_through_its_trial_is_given_up() {
+    let mut bench = Bench::start([good(), Slot::Empty]);
+    let new = signed(reference_network(), Some(&reference_rig(None)));
+    upload(&mut bench, &new, new.signature());
+    let mut bench = bench.restart().restart();
+    bench.sample(RawSample::default());
+    let slot = jointwatch_shared::telemetry::Slot::B;
+    let reports = bench.reports();
+    assert!(events(&reports).contains(&Event::ModelGivenUp { slot }));
+    assert!(bench.evaluates(), "the old model runs");
+}
+
+#[test]
+fn an_alarm_brings_the_residual_from_before_and_after_it() {
+    let own = blob::checksum(&blob::encode(model()));
+    let slot = signed(model(), Some(&reference_rig(Some(own))));
+    let mut bench = Bench::start([slot, Slot::Empty]);
+    bench.ask(&Request::Stream { every: 1 });
+    let mut residuals = Vec::new();
+    let mut alarm_at = None;
+    let mut pieces: Vec<Snapshot> = Vec::new();
+    // A counter that stands still while its axis moves: an alarm without a doubt.
+    for (number, mut raw) in motion(40 * RATE_HZ as usize).into_iter().enumerate() {
+        if number > 300 {
+            raw[0].force = 5;
+        }
+        bench.sample(raw);
+        for report in bench.reports() {
+            match report {
+                Report::Sample(sample) => {
+                    residuals.push(sample.output.map(|output| output.residual))
+                }
+                Report::Event(Event::Verdict(verdict)) if verdict.state == 3 => {
+                    alarm_at.get_or_insert(number);
+                }
+                Report::Snapshot(piece) => pieces.push(piece),
+                _ => {}
+            }
+        }
+        if !pieces.is_empty() {
+            break;
+        }
+    }
+    let alarm_at = alarm_at.expect("an alarm");
+    assert_eq!(pieces.len(), 4);
+    for (number, piece) in (0..).zip(&pieces) {
+        assert_eq!((piece.alarm, piece.piece, piece.pieces), (1, number, 4));
+        for (residual, offset) in piece.residual.iter().zip(0..) {
+            let sample = alarm_at as i32 + piece.first + offset * i32::from(piece.every);
+            assert_eq!(
+                residuals[sample as usize],
+                Some(*residual),
+                "sample {sample}"
+            );
+        }
+    }
+    let (first, last) = (&pieces[0], &pieces[3]);
+    assert!(first.first < 0);
+    assert!(last.first + 15 * i32::from(last.every) > 0);
+    bench.ask(&Request::Snapshot);
+    let again = bench.reports();
+    assert_eq!(
+        again
+            .iter()
+            .filter(|r| matches!(r, Report::Snapshot(_)))
+            .count(),
+        4
+    );
+}

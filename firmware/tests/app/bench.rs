@@ -1,0 +1,414 @@
+//! A device on the bench: slots in memory, a line that keeps everything, chips that answer zeros.
+
+use ed25519_compact::{KeyPair, Seed};
+use embedded_hal::spi::{ErrorType as SpiError, Operation, SpiDevice};
+use embedded_storage::nor_flash::{
+    ErrorType as FlashError, NorFlash, NorFlashErrorKind, ReadNorFlash,
+};
+use heapless::spsc::{Consumer, Producer, Queue};
+use jointwatch_firmware::app::{
+    Evaluated, Evaluator, Frame, Line, Room, Sampler, Server, Setup, Streamed, Watch, begin,
+    evaluate,
+};
+use jointwatch_firmware::clock::Clock;
+use jointwatch_firmware::sensor::acquire::{CHIPS, Sensors};
+use jointwatch_firmware::sensor::presence::Health;
+use jointwatch_firmware::store::{Key, Store, Trust};
+use jointwatch_shared::blob;
+use jointwatch_shared::model::Model;
+use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
+use jointwatch_shared::pipeline::RawSample;
+use jointwatch_shared::rig::{ChannelDelays, Rig, RigAxis, Taps};
+use jointwatch_shared::rig_block::{self, RigBlock};
+use jointwatch_shared::slot::{
+    ContentCrc, MARKED, RIG_OFFSET, SEAL_LEN, SEAL_OFFSET, SEALED_OFFSET, Seal, signed_prefix,
+};
+use jointwatch_shared::telemetry::{
+    Decoder, MAX_FRAME, Occasion, Report, Request, Restart, Signature, encode,
+};
+use jointwatch_shared::wiring::{AxisWiring, Signed, SignedDirection, Wiring};
+use std::convert::Infallible;
+
+/// Samples per second of the rig.
+pub(crate) const RATE_HZ: u64 = 32;
+/// A slot of the bench's flash.
+const SECTOR: usize = 8448;
+
+/// What a slot holds.
+#[derive(Clone)]
+pub(crate) enum Slot {
+    Empty,
+    Bytes(Vec<u8>),
+}
+
+impl Slot {
+    pub(crate) fn signature(&self) -> Option<Signature> {
+        let Self::Bytes(bytes) = self else {
+            return None;
+        };
+        let seal = bytes[SEAL_OFFSET..][..SEAL_LEN].try_into().unwrap();
+        Some(Signature::new(Seal::decode(seal).unwrap().signature?))
+    }
+}
+
+/// Model and rig block of a slot.
+pub(crate) fn content(slot: &Slot) -> Vec<u8> {
+    let Slot::Bytes(bytes) = slot else {
+        return Vec::new();
+    };
+    bytes[..RIG_OFFSET + rig_block::RIG_BLOCK_LEN].to_vec()
+}
+
+fn keys() -> KeyPair {
+    KeyPair::from_seed(Seed::new([9; 32]))
+}
+
+/// A signed slot.
+pub(crate) fn signed(model: &Model, rig: Option<&RigBlock>) -> Slot {
+    let rig = rig.map(|rig| rig_block::encode(rig).expect("a sound rig block"));
+    sealed(model, rig.as_ref().map_or(&[], |rig| rig))
+}
+
+/// A signed slot with these bytes for its rig block.
+pub(crate) fn sealed(model: &Model, rig: &[u8]) -> Slot {
+    let content = [&blob::encode(model)[..], rig].concat();
+    let message = [&signed_prefix(rig.len() as u32)[..], &content].concat();
+    let mut crc = ContentCrc::new();
+    crc.absorb(&content);
+    let seal = Seal {
+        sequence: 1,
+        rig_len: rig.len() as u32,
+        content_crc: crc.value(),
+        signature: Some(*keys().sk.sign(&message, None)),
+    };
+    let mut bytes = vec![0xFF; SECTOR];
+    bytes[..content.len()].copy_from_slice(&content);
+    bytes[SEAL_OFFSET..][..SEAL_LEN].copy_from_slice(&seal.encode());
+    bytes[SEALED_OFFSET..][..4].copy_from_slice(&MARKED);
+    Slot::Bytes(bytes)
+}
+
+/// A rig that the reference models fit, with limits for the model of this checksum.
+pub(crate) fn reference_rig(limits_for: Option<u32>) -> RigBlock {
+    let axis = RigAxis {
+        displacement_step: 1.0 / 3200.0,
+        displacement_difference: true,
+        body_step: 1.0 / 3200.0,
+        acceleration_step: 1e-4,
+        force_step: 3e3,
+        inertia: 1e8,
+        inertia_minus_force: true,
+        ground_stiffness: 0.0,
+        ground_damping: 0.0,
+        force_cross: 0.0,
+        force_delay_samples: 0.75,
+        delays: ChannelDelays::default(),
+    };
+    let taps = |taps: &[i32], shift| Taps {
+        taps: taps.iter().copied().collect(),
+        shift,
+    };
+    let rig = Rig {
+        sample_rate_hz: RATE_HZ as f64,
+        axes: [axis.clone(), axis].into_iter().collect(),
+        velocity: taps(&[-89_478_485, 715_827_883, 0, -715_827_883, 89_478_485], 25),
+        acceleration: taps(
+            &[
+                -44_739_243,
+                715_827_883,
+                -1_342_177_280,
+                715_827_883,
+                -44_739_243,
+            ],
+            19,
+        ),
+        band: Taps {
+            taps: [1, 2, 3, 2, 1]
+                .map(|n| n * ((1 << 30) / 9))
+                .into_iter()
+                .collect(),
+            shift: 30,
+        },
+    };
+    let counter = |place| Signed {
+        place,
+        negative: false,
+    };
+    let wired = |n: u8| AxisWiring {
+        far: counter(2 * n),
+        near: Some(counter(2 * n + 1)),
+        body: Some(counter(2 * n + 1)),
+        force: counter(n),
+        acceleration: [
+            Some(SignedDirection {
+                chip: n,
+                direction: 0,
+                negative: false,
+            }),
+            None,
+        ],
+        pair_distance_m: 0.0,
+    };
+    let side = Cusum {
+        drift: 1 << 20,
+        threshold: 1 << 24,
+    };
+    let sides = TwoSided {
+        more: side,
+        less: side,
+    };
+    let axis = || AxisLimits {
+        reversed: false,
+        force_shift: 12,
+        force_power: 1,
+        state_power: [1, 1],
+        per_octave: [0; 3],
+        error: side,
+        stiffness: sides,
+        friction: sides,
+        moving_counts: [20, 20, 20, 20, 20],
+    };
+    RigBlock {
+        rig,
+        wiring: Wiring {
+            axes: (0..2).map(wired).collect(),
+            ..Wiring::unconfigured()
+        },
+        limits: limits_for.map(|model_checksum| Limits {
+            model_checksum,
+            block: 16,
+            outside_permille: 1000,
+            false_alarm_hours: 720,
+            axes: [axis(), axis()].into_iter().collect(),
+        }),
+    }
+}
+
+/// Both slots.
+struct Flash(Vec<u8>);
+
+impl FlashError for Flash {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, into: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        into.copy_from_slice(&self.0[offset as usize..][..into.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = SECTOR;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        self.0[from as usize..to as usize].fill(0xFF);
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        let places = self.0[offset as usize..].iter_mut();
+        places.zip(bytes).for_each(|(to, from)| *to &= from);
+        Ok(())
+    }
+}
+
+/// A line that keeps what is sent.
+#[derive(Default)]
+struct Kept(Vec<u8>);
+
+impl Line for Kept {
+    const BAUD: Option<u32> = None;
+
+    fn send(&mut self, frame: &[u8]) -> bool {
+        self.0.extend_from_slice(frame);
+        true
+    }
+}
+
+/// A bus on which nobody answers.
+struct Silent;
+
+impl SpiError for Silent {
+    type Error = Infallible;
+}
+
+impl SpiDevice for Silent {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
+        for operation in operations {
+            if let Operation::TransferInPlace(bytes) = operation {
+                bytes.fill(0);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The device.
+pub(crate) struct Bench {
+    pub(crate) watch: &'static mut Watch,
+    evaluator: Option<&'static mut Evaluator>,
+    server: Server<Flash, Key, Kept>,
+    sampler: Sampler<Silent, Silent, Silent, Silent>,
+    frames_in: Producer<'static, Frame>,
+    frames: Consumer<'static, Frame>,
+    evaluated_in: Producer<'static, Evaluated>,
+    evaluated: Consumer<'static, Evaluated>,
+    stream_in: Producer<'static, Streamed>,
+    stream: Consumer<'static, Streamed>,
+    overruns: u32,
+    number: u64,
+    asked: u16,
+    decoder: Decoder<Report>,
+    sequence: u16,
+}
+
+impl Bench {
+    pub(crate) fn start(slots: [Slot; 2]) -> Self {
+        let mut bytes = vec![0xFF; 2 * SECTOR];
+        for (sector, slot) in bytes.chunks_mut(SECTOR).zip(slots) {
+            if let Slot::Bytes(slot) = slot {
+                sector[..slot.len()].copy_from_slice(&slot);
+            }
+        }
+        Self::power(Flash(bytes))
+    }
+
+    fn power(flash: Flash) -> Self {
+        let trust = Trust {
+            verifier: Key::new(*keys().pk),
+            unsigned: false,
+        };
+        let mut store = Store::new(flash, trust);
+        let setup = Setup {
+            clock: Clock::crystal(168_000_000),
+            why: Restart::Pin,
+            signed: true,
+        };
+        let room = Box::leak(Box::new(Room::EMPTY));
+        let begun = begin(&mut store, setup, room, |_| ());
+        let mut watch = begun.watch;
+        let mut server = Server::new(store, begun.hello, Kept::default());
+        server.introduce(Occasion::Restart, &mut watch);
+        let counters = [Silent, Silent, Silent, Silent];
+        let sensors = Sensors::new(&begun.wiring, Silent, counters, Silent, [Silent, Silent]);
+        let (frames_in, frames) = Box::leak(Box::new(Queue::<_, 4>::new())).split();
+        let (evaluated_in, evaluated) = Box::leak(Box::new(Queue::<_, 4>::new())).split();
+        let (stream_in, stream) = Box::leak(Box::new(Queue::<_, 8>::new())).split();
+        Self {
+            watch,
+            evaluator: begun.evaluator,
+            server,
+            sampler: Sampler::new(sensors, begun.wiring),
+            frames_in,
+            frames,
+            evaluated_in,
+            evaluated,
+            stream_in,
+            stream,
+            overruns: 0,
+            number: 0,
+            asked: 0,
+            decoder: Decoder::default(),
+            sequence: 0,
+        }
+    }
+
+    /// The same flash after a restart.
+    pub(crate) fn restart(self) -> Self {
+        Self::power(self.server.into_store().into_flash())
+    }
+
+    pub(crate) fn evaluates(&self) -> bool {
+        self.evaluator.is_some()
+    }
+
+    /// One sample with these counts, through everything.
+    pub(crate) fn sample(&mut self, raw: RawSample) {
+        self.sample_after(0, raw);
+    }
+
+    pub(crate) fn sample_after(&mut self, missed: u32, sample: RawSample) {
+        self.enqueue(Frame {
+            missed,
+            sample,
+            health: [Health::Ok; CHIPS],
+            usable: true,
+            ..Frame::default()
+        });
+    }
+
+    pub(crate) fn sample_with(&mut self, health: [Health; CHIPS]) {
+        self.enqueue(Frame {
+            health,
+            usable: health.into_iter().all(Health::usable),
+            ..Frame::default()
+        });
+    }
+
+    fn enqueue(&mut self, frame: Frame) {
+        let number = self.number;
+        self.number += 1;
+        let frame = Frame { number, ..frame };
+        self.frames_in.enqueue(frame).expect("room");
+        self.work();
+    }
+
+    /// One sample of the silent chips, that nobody evaluates yet.
+    pub(crate) fn acquire(&mut self) {
+        self.sampler.sample(0, &mut self.frames_in);
+    }
+
+    /// Everything behind the sampling.
+    pub(crate) fn work(&mut self) {
+        let evaluator = self.evaluator.as_deref_mut();
+        evaluate(
+            evaluator,
+            &mut self.frames,
+            &mut self.evaluated_in,
+            &mut self.overruns,
+        );
+        while let Some(evaluated) = self.evaluated.dequeue() {
+            if let Some(streamed) = self.watch.update(&evaluated) {
+                self.stream_in.enqueue(streamed).expect("room");
+            }
+        }
+        self.server.turn(&mut self.stream, &mut self.watch);
+    }
+
+    pub(crate) fn receive(&mut self, byte: u8) {
+        self.server.receive(byte, &mut self.watch);
+    }
+
+    pub(crate) fn ask(&mut self, request: &Request) {
+        let mut place = [0; MAX_FRAME];
+        let frame = encode(request, self.asked, &mut place).expect("it fits");
+        self.asked += 1;
+        for &byte in frame {
+            self.receive(byte);
+        }
+        self.server.turn(&mut self.stream, &mut self.watch);
+    }
+
+    /// What was sent since the last time; every frame whole, and none missing.
+    pub(crate) fn reports(&mut self) -> Vec<Report> {
+        let bytes = std::mem::take(&mut self.server.line_mut().0);
+        let mut reports = Vec::new();
+        for byte in bytes {
+            if let Some(received) = self.decoder.push(byte) {
+                let received = received.expect("an undamaged frame");
+                assert_eq!(received.sequence, self.sequence);
+                self.sequence = self.sequence.wrapping_add(1);
+                reports.push(received.message);
+            }
+        }
+        reports
+    }
+}
