@@ -59,6 +59,27 @@ pub fn selftest(board: Board) -> Result<PathBuf> {
     }
 }
 
+/// The environment variable that names an image for `emulate` that was built beforehand.
+const EMULATED: &str = "JOINTWATCH_EMULATED";
+
+/// The image that is flashed, but with sensor chips, serial line and sampling clock behind two pipes of the host: built from the
+/// source, or the file that `JOINTWATCH_EMULATED` names.
+///
+/// # Errors
+/// As [`build`].
+pub fn emulated() -> Result<PathBuf> {
+    match std::env::var_os(EMULATED) {
+        Some(file) => Ok(file.into()),
+        // In a folder of its own: the two images have the same name, and are wanted at the same time.
+        None => build_with(
+            Board::Stm32f405,
+            "jointwatch",
+            "semihosting-link",
+            &["--target-dir", "target/emulated"],
+        ),
+    }
+}
+
 /// Builds one image of the firmware with cargo, as it is flashed, and gives the path of its ELF file.
 ///
 /// `image` is `jointwatch` or `selftest`. Takes no time when it is built already.
@@ -67,14 +88,19 @@ pub fn selftest(board: Board) -> Result<PathBuf> {
 /// When the source is not where this program was built from, when the compiler's target for the device is not
 /// installed, and when the build fails.
 pub fn build(board: Board, image: &str) -> Result<PathBuf> {
+    build_with(board, image, board.feature(), &[])
+}
+
+fn build_with(board: Board, image: &str, feature: &str, more: &[&str]) -> Result<PathBuf> {
     let workspace = workspace()?;
     // Set when cargo runs this program or its tests; it then is the cargo of the same toolchain.
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
     let output = Command::new(&cargo)
         .current_dir(workspace)
         .args(["build", "--quiet", "--profile", "device", "-p", "jointwatch-firmware"])
-        .args(["--target", board.target(), "--features", board.feature()])
+        .args(["--target", board.target(), "--features", feature])
         .args(["--bin", image, "--message-format", "json"])
+        .args(more)
         // Flags meant for this computer's processor would not suit the device's.
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS")
