@@ -38,6 +38,7 @@ fn main() {
     println!("cargo::rustc-link-arg-bins=-Tlink.x");
     // The self-test prints text and has no defmt symbols to place.
     println!("cargo::rustc-link-arg-bin=jointwatch=-Tdefmt.x");
+    println!("cargo::rustc-link-arg-bin=jointwatch-link=-Tdefmt.x");
 }
 
 /// Writes the public key that the image is to trust as a piece of program, see `src/key.rs`.

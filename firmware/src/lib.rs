@@ -4,6 +4,7 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+pub mod app;
 #[cfg(feature = "semihosting")]
 #[allow(
     unsafe_code,

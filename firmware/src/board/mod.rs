@@ -1,11 +1,17 @@
 //! The boards: what differs between one microcontroller and another, and the only `unsafe` code of the firmware.
 
+#[cfg(feature = "semihosting-link")]
+pub mod link;
 #[cfg(feature = "microbit")]
 pub mod microbit;
+#[cfg(feature = "stm32f405")]
+pub mod restart;
 #[cfg(feature = "stm32f405")]
 mod rtt;
 pub mod semihosting;
 #[cfg(feature = "stm32f405")]
 mod slots;
+#[cfg(feature = "stm32f405")]
+pub mod stack;
 #[cfg(feature = "stm32f405")]
 pub mod stm32f405;

@@ -3,6 +3,23 @@
 //! QEMU's `netduinoplus2` has the same processor and memory but neither a crystal nor a PLL; the same program runs on
 //! it because every wait below ends.
 
+#[cfg(not(feature = "semihosting-link"))]
+mod flash;
+#[cfg(not(feature = "semihosting-link"))]
+mod serial;
+#[cfg(not(feature = "semihosting-link"))]
+mod spi;
+#[cfg(not(feature = "semihosting-link"))]
+mod ticker;
+#[cfg(not(feature = "semihosting-link"))]
+pub mod wired;
+
+/// Chips, serial line, sampling clock and slots: those of the board, or the host's behind the link.
+#[cfg(feature = "semihosting-link")]
+pub use super::link as parts;
+#[cfg(not(feature = "semihosting-link"))]
+pub use wired as parts;
+
 use crate::clock::Clock;
 use crate::suite::Counter;
 use stm32f4::stm32f405::{FLASH, PWR, Peripherals, RCC, TIM5};
@@ -127,7 +144,7 @@ fn start_counter(rcc: &RCC, timer: &TIM5) {
 }
 
 /// Reads the counter.
-fn count() -> u32 {
+pub fn count() -> u32 {
     // SAFETY: reading the count of a timer that nothing writes to once `start_counter` has started it.
     unsafe { (*TIM5::PTR).cnt().read().cnt().bits() }
 }

@@ -1,0 +1,53 @@
+//! The second step of a sample: counts become states, forces and a residual.
+
+use super::sampling::Frame;
+use heapless::spsc::{Consumer, Producer};
+use jointwatch_shared::model::Model;
+use jointwatch_shared::pipeline::{Chain, ChainState, Output};
+
+/// The chain of the rig and the model behind it, with what both remember.
+#[derive(Clone, Debug)]
+pub struct Evaluator {
+    /// Counts to forces.
+    pub chain: Chain,
+    /// The joint.
+    pub model: Model,
+    /// What moves.
+    pub state: ChainState,
+}
+
+/// A frame with what the chain made of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Evaluated {
+    /// The instant.
+    pub frame: Frame,
+    /// What the chain says of the instant its delay ago; `None` without model and rig block, and until its filters are full.
+    pub output: Option<Output>,
+}
+
+/// Evaluates every frame that waits. `overruns` counts what found no room on the way out until something does.
+///
+/// The chain goes on over a gap as if there were none; the frame behind it says so, and the monitor judges no residual that
+/// the gap can have spoilt.
+pub fn evaluate(
+    mut evaluator: Option<&mut Evaluator>,
+    frames: &mut Consumer<'_, Frame>,
+    evaluated: &mut Producer<'_, Evaluated>,
+    overruns: &mut u32,
+) {
+    while let Some(mut frame) = frames.dequeue() {
+        let output = evaluator.as_mut().and_then(|evaluator| {
+            let Evaluator {
+                chain,
+                model,
+                state,
+            } = &mut **evaluator;
+            chain.step(state, model, &frame.sample)
+        });
+        frame.overruns = frame.overruns.saturating_add(*overruns);
+        *overruns = match evaluated.enqueue(Evaluated { frame, output }) {
+            Ok(()) => 0,
+            Err(_) => frame.overruns.saturating_add(1),
+        };
+    }
+}

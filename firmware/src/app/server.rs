@@ -1,0 +1,130 @@
+//! The last step, which has time: frames out, requests in, uploads into flash.
+
+use super::watch::{Streamed, Watch};
+use crate::store::{Store, Upload, Verifier};
+use embedded_storage::nor_flash::NorFlash;
+use heapless::spsc::Consumer;
+use jointwatch_shared::blob::BLOB_LEN;
+use jointwatch_shared::telemetry::{
+    Answer, Decoder, Hello, MAX_FRAME, Occasion, Report, Request, UploadReply, UploadRequest,
+    encode,
+};
+
+/// The serial line.
+pub trait Line {
+    /// Bits per second that it carries; `None` when it always keeps up.
+    const BAUD: Option<u32>;
+
+    /// Sends all of a frame; false when it could not.
+    fn send(&mut self, frame: &[u8]) -> bool;
+}
+
+/// The watch, which the monitor's task holds and this one borrows for moments.
+pub trait Shared {
+    /// Does something with it that is soon done: the monitor waits meanwhile.
+    fn with<R>(&mut self, what: impl FnOnce(&mut Watch) -> R) -> R;
+}
+
+impl Shared for &mut Watch {
+    fn with<R>(&mut self, what: impl FnOnce(&mut Watch) -> R) -> R {
+        what(self)
+    }
+}
+
+/// The device's end of the line.
+pub struct Server<F, V, O> {
+    store: Store<F, V>,
+    upload: Upload,
+    decoder: Decoder<Request>,
+    sequence: u16,
+    hello: Hello,
+    line: O,
+}
+
+impl<F: NorFlash, V: Verifier, O: Line> Server<F, V, O> {
+    /// Serves a device that introduces itself so.
+    pub fn new(store: Store<F, V>, hello: Hello, line: O) -> Self {
+        Self {
+            store,
+            upload: Upload::new(),
+            decoder: Decoder::default(),
+            sequence: 0,
+            hello,
+            line,
+        }
+    }
+
+    /// The line.
+    pub fn line_mut(&mut self) -> &mut O {
+        &mut self.line
+    }
+
+    /// Introduces the device: the first frame after a restart.
+    pub fn introduce(&mut self, occasion: Occasion, watch: &mut impl Shared) {
+        self.hello.occasion = occasion;
+        let hello = Report::Hello(self.hello.clone());
+        self.send(&hello, watch);
+    }
+
+    /// Sends one report; what the line does not take is counted, and its number is used up all the same.
+    fn send(&mut self, report: &Report, watch: &mut impl Shared) {
+        let mut place = [0; MAX_FRAME];
+        let sent = match encode(report, self.sequence, &mut place) {
+            Ok(frame) => self.line.send(frame),
+            Err(_) => false,
+        };
+        self.sequence = self.sequence.wrapping_add(1);
+        if !sent {
+            watch.with(|watch| watch.dropped(1));
+        }
+    }
+
+    /// Takes one received byte, and does what it completes.
+    pub fn receive(&mut self, byte: u8, watch: &mut impl Shared) {
+        let received = match self.decoder.push(byte) {
+            None => return,
+            Some(Err(_)) => return watch.with(Watch::damaged),
+            Some(Ok(received)) => received,
+        };
+        let answered = watch.with(|watch| watch.ask(&received.message, O::BAUD));
+        if let Some(answered) = answered {
+            let to = received.sequence;
+            self.send(&Report::Answer(Answer { to, answered }), watch);
+            return;
+        }
+        match received.message {
+            Request::Hello => self.introduce(Occasion::Asked, watch),
+            Request::Upload(step) => {
+                let reply = self.upload(&step);
+                self.send(&Report::Upload(reply), watch);
+                if matches!(reply, UploadReply::Activated { .. }) {
+                    watch.with(Watch::restart_soon);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// One step of an upload.
+    ///
+    /// Not inlined: the room for a blob is on the stack only meanwhile.
+    #[inline(never)]
+    fn upload(&mut self, step: &UploadRequest) -> UploadReply {
+        let mut work = [0; BLOB_LEN];
+        self.upload.step(&mut self.store, step, &mut work)
+    }
+
+    /// Sends what there is to send: streamed samples, then what the watch has to tell; marks a model that has proven itself.
+    pub fn turn(&mut self, stream: &mut Consumer<'_, Streamed>, watch: &mut impl Shared) {
+        while let Some(sample) = stream.dequeue() {
+            self.send(&sample.report(), watch);
+        }
+        while let Some(report) = watch.with(Watch::next) {
+            self.send(&report, watch);
+        }
+        if watch.with(Watch::take_proven) {
+            let marked = self.store.confirm().is_ok();
+            watch.with(|watch| watch.confirmed(marked));
+        }
+    }
+}

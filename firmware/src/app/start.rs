@@ -1,0 +1,256 @@
+//! What a restart finds: model, rig block, limits, and everything that is wrong with them, each with its name.
+
+use super::channels::{Places, raw_wiring};
+use super::evaluation::Evaluator;
+use super::watch::Watch;
+use crate::clock::{Clock, Source};
+use crate::store::{Fault, Place, Started, State, Store, Trial, Verifier};
+use embedded_storage::nor_flash::NorFlash;
+use heapless::Vec;
+use jointwatch_shared::blob::{self, BLOB_LEN};
+use jointwatch_shared::error::Error;
+use jointwatch_shared::model::Model;
+use jointwatch_shared::monitor::{Cause, Monitor};
+use jointwatch_shared::pipeline::{Chain, ChainState};
+use jointwatch_shared::rig_block::{self, Refusal, RigBlock};
+use jointwatch_shared::telemetry::{
+    Event, Hello, ModelFault, ModelIdentity, Occasion, PROTOCOL_VERSION, Restart, RigIdentity, Slot,
+};
+use jointwatch_shared::wiring::Wiring;
+
+/// Hz at which sensors are sampled where no rig block says otherwise.
+const USUAL_RATE_HZ: f64 = 1000.0;
+/// The sample rates that the device takes, in Hz.
+const RATES_HZ: [f64; 2] = [1.0, 10_000.0];
+/// How long a new model has to run before it is kept, in seconds.
+const TRIAL_S: f64 = 10.0;
+
+/// What a restart has made of the two slots.
+pub struct Begun {
+    /// Hz.
+    pub rate_hz: f64,
+    /// Which chip is wired to what.
+    pub wiring: Wiring,
+    /// The monitor with its telemetry.
+    pub watch: Watch,
+    /// Who the device is.
+    pub hello: Hello,
+    /// Why the rig block is not used.
+    pub rig_refused: Option<&'static str>,
+}
+
+/// What a device brings to a restart.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup {
+    /// The processor's clock.
+    pub clock: Clock,
+    /// Why it restarted.
+    pub why: Restart,
+    /// Whether every model in use was signed.
+    pub signed: bool,
+}
+
+/// Looks at both slots, and builds what runs from what they hold. `report` is shown what the store found; `evaluator` is filled
+/// when there is a model and a rig block that fit each other.
+///
+/// Runs once, before the first sample, and may take some tenths of a second: signatures are checked.
+pub fn begin<F: NorFlash, V: Verifier>(
+    store: &mut Store<F, V>,
+    setup: Setup,
+    evaluator: &mut Option<Evaluator>,
+    report: impl FnOnce(&Started),
+) -> Begun {
+    let mut work = [0; BLOB_LEN];
+    let started = store.start(&mut work);
+    report(&started);
+    let mut events: Vec<Event, 8> = Vec::new();
+    // The list holds every event of a start.
+    let mut say = |event| {
+        let _ = events.push(event);
+    };
+    say(Event::Started { why: setup.why });
+    if setup.clock.source == Source::Internal {
+        say(Event::NoCrystal);
+    }
+    for (place, state) in Place::ALL.into_iter().zip(started.states) {
+        if let Some(event) = refused(place, state) {
+            say(event);
+        }
+    }
+    if let Some(place) = started.set_aside {
+        say(Event::ModelGivenUp { slot: slot(place) });
+    }
+    let mut begun = Begun {
+        rate_hz: USUAL_RATE_HZ,
+        wiring: raw_wiring(),
+        watch: Watch::new(Err(Cause::NoModel)),
+        hello: Hello {
+            protocol: PROTOCOL_VERSION,
+            firmware: firmware_version(),
+            occasion: Occasion::Restart,
+            model: None,
+            rig: None,
+        },
+        rig_refused: None,
+    };
+    let rig_len = started.rig_len;
+    let trial = started.trial;
+    let mut confirming = None;
+    match started.model {
+        None => say(Event::NoModel),
+        Some((place, model)) => {
+            // The store read the model that runs last, so its bytes are those in `work`.
+            let checksum = blob::checksum(&work);
+            begun.hello.model = Some(ModelIdentity::new(
+                &model,
+                slot(place),
+                checksum,
+                setup.signed,
+            ));
+            confirming = trial.then_some(slot(place));
+            let outcome = match store.rig(rig_len, &mut work) {
+                None => Err(Unused::Missing),
+                Some(bytes) => with_rig(bytes, model, checksum, &mut begun, evaluator),
+            };
+            if let Err(why) = outcome {
+                begun.watch.judge(Err(Cause::NoRig));
+                begun.rig_refused = Some(why.phrase());
+                say(why.event());
+            }
+        }
+    }
+    let samples = (TRIAL_S * begun.rate_hz) as u32;
+    let places = Places::of(&begun.wiring);
+    begun.watch.start(begun.rate_hz, places, &events);
+    if let Some(slot) = confirming {
+        begun.watch.try_out(Trial::over(samples), slot);
+    }
+    begun
+}
+
+/// Why a rig block is not used.
+enum Unused {
+    Missing,
+    Refused(Refusal),
+    Mismatch(Error),
+}
+
+impl Unused {
+    fn event(&self) -> Event {
+        match self {
+            Self::Missing => Event::NoRig,
+            Self::Refused(why) => Event::RigRefused { fault: fault(why) },
+            Self::Mismatch(_) => Event::Mismatch,
+        }
+    }
+
+    fn phrase(&self) -> &'static str {
+        match self {
+            Self::Missing => "there is none",
+            Self::Refused(why) => why.phrase(),
+            Self::Mismatch(Error::OutOfRange { quantity, .. }) => quantity,
+            Self::Mismatch(_) => "it does not fit the model",
+        }
+    }
+}
+
+/// Chain, monitor and wiring from the rig block's bytes.
+///
+/// Not inlined: its rig block would stand in the stack frame of everything that follows.
+#[inline(never)]
+fn with_rig(
+    bytes: &[u8],
+    model: Model,
+    checksum: u32,
+    begun: &mut Begun,
+    evaluator: &mut Option<Evaluator>,
+) -> Result<(), Unused> {
+    let block = rig_block::decode(bytes).map_err(Unused::Refused)?;
+    let RigBlock {
+        rig,
+        wiring,
+        limits,
+    } = block;
+    let [least, most] = RATES_HZ;
+    if !(least..=most).contains(&rig.sample_rate_hz) {
+        return Err(Unused::Refused(Refusal::Value(Error::OutOfRange {
+            quantity: "sample rate of the rig in Hz",
+            seen: rig.sample_rate_hz,
+            least,
+            most,
+        })));
+    }
+    let chain = Chain::new(&model, &rig).map_err(Unused::Mismatch)?;
+    let judge = match limits {
+        None => Err(Cause::NoLimits),
+        Some(limits) if limits.model_checksum != checksum => Err(Cause::OtherModel),
+        Some(limits) => Ok(Monitor::new(limits, &chain).map_err(Unused::Mismatch)?),
+    };
+    let crc = bytes.last_chunk().copied().map_or(0, u32::from_le_bytes);
+    begun.hello.rig = Some(RigIdentity::new(&rig, &chain, crc));
+    begun.rate_hz = rig.sample_rate_hz;
+    begun.wiring = wiring;
+    begun.watch.judge(judge);
+    *evaluator = Some(Evaluator {
+        chain,
+        model,
+        state: ChainState::default(),
+    });
+    Ok(())
+}
+
+/// What is told of a slot whose content is not used.
+fn refused(place: Place, state: State) -> Option<Event> {
+    let slot = slot(place);
+    let State::Refused(why) = state else {
+        return None;
+    };
+    let fault = match why {
+        Fault::Unsigned | Fault::Signature => return Some(Event::ModelUnsigned { slot }),
+        Fault::Model(fault) => fault,
+        Fault::Checksum => ModelFault::Checksum,
+        Fault::Seal => ModelFault::Field,
+        Fault::Unfinished => ModelFault::Length,
+        Fault::Flash => ModelFault::Other,
+    };
+    Some(Event::ModelRefused { slot, fault })
+}
+
+/// What is told of a rig block that is not used.
+fn fault(why: &Refusal) -> ModelFault {
+    match why {
+        Refusal::Length { .. } => ModelFault::Length,
+        Refusal::Magic { .. } => ModelFault::Magic,
+        Refusal::Version { .. } => ModelFault::Version,
+        Refusal::Checksum { .. } => ModelFault::Checksum,
+        Refusal::Field { .. } | Refusal::Limits => ModelFault::Field,
+        Refusal::Reserved { .. } => ModelFault::Reserved,
+        Refusal::Value(why) => ModelFault::from(why),
+        _ => ModelFault::Other,
+    }
+}
+
+/// A slot as telemetry names it.
+fn slot(place: Place) -> Slot {
+    match place {
+        Place::A => Slot::A,
+        Place::B => Slot::B,
+    }
+}
+
+/// Major, minor, patch of this package.
+const fn firmware_version() -> [u16; 3] {
+    let text = env!("CARGO_PKG_VERSION").as_bytes();
+    let mut version = [0; 3];
+    let (mut part, mut at) = (0, 0);
+    while at < text.len() && part < version.len() {
+        match text[at] {
+            digit @ b'0'..=b'9' => version[part] = 10 * version[part] + (digit - b'0') as u16,
+            b'.' => part += 1,
+            // A pre-release's name has no place among three numbers.
+            _ => break,
+        }
+        at += 1;
+    }
+    version
+}

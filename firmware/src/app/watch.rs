@@ -1,0 +1,411 @@
+//! The third step of a sample: the monitor, and what it has to tell.
+
+use super::channels::Places;
+use super::evaluation::Evaluated;
+use super::snapshot::Recorder;
+use crate::sensor::acquire::CHIPS;
+use crate::sensor::presence::Health;
+use crate::store::Trial;
+use heapless::{Deque, Vec};
+use jointwatch_shared::monitor::{
+    Cause, Faults, Monitor, MonitorState, State, Verdict as Said, Window,
+};
+use jointwatch_shared::pipeline::{Output, RawSample};
+use jointwatch_shared::telemetry::{
+    Answered, AxisStatus, Counters, Event, MAX_FRAME, Report, Request, STATUS_HZ, Sample,
+    SensorStatus, Slot, Status, Verdict,
+};
+
+/// Samples in a row without a usable code after which a chip is told to be missing: longer than it takes to start.
+const MISSING_AFTER: u8 = 64;
+/// Events that wait for the line.
+const EVENTS: usize = 16;
+/// Bits that a byte takes on the line.
+const BITS: u32 = 10;
+/// Residuals per second in a snapshot.
+const SNAPSHOT_HZ: u32 = 250;
+
+/// One sample for the host, when it asked for a stream.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Streamed {
+    number: u64,
+    axes: u8,
+    raw: RawSample,
+    output: Option<Output>,
+}
+
+impl Streamed {
+    /// As a message.
+    pub fn report(&self) -> Report {
+        let axes = usize::from(self.axes);
+        Report::Sample(Sample::new(
+            self.number,
+            &self.raw,
+            axes,
+            self.output.as_ref(),
+        ))
+    }
+}
+
+/// What is kept of one chip.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    bus_errors: u32,
+    crc_errors: u32,
+    /// Samples in a row without a usable code.
+    silent: u8,
+}
+
+/// The monitor and everything that is told of it.
+#[derive(Debug)]
+pub struct Watch {
+    monitor: Result<Monitor, Cause>,
+    state: MonitorState,
+    verdict: Said,
+    counters: Counters,
+    chips: [Tally; CHIPS],
+    /// What was wrong with the channels since the last status report.
+    faults: Faults,
+    places: Places,
+    events: Deque<Event, EVENTS>,
+    recorder: Recorder,
+    samples: u64,
+    status_every: u32,
+    status_left: u32,
+    stream_every: u16,
+    stream_left: u16,
+    rate_hz: u32,
+    trial: Trial,
+    trial_length: Trial,
+    on_trial: Option<Slot>,
+    proven: bool,
+    /// Samples until the device restarts with a new model.
+    restart_in: Option<u32>,
+}
+
+impl Watch {
+    /// With a monitor, or with the reason why there is none.
+    pub(super) fn new(monitor: Result<Monitor, Cause>) -> Self {
+        let mut watch = Self {
+            monitor: Err(Cause::Starting),
+            state: MonitorState::default(),
+            verdict: Said::default(),
+            counters: Counters::default(),
+            chips: [Tally::default(); CHIPS],
+            faults: Faults::default(),
+            places: Places::default(),
+            events: Deque::new(),
+            recorder: Recorder::new(1),
+            samples: 0,
+            status_every: 1,
+            status_left: 0,
+            stream_every: 0,
+            stream_left: 0,
+            rate_hz: 1,
+            trial: Trial::none(),
+            trial_length: Trial::none(),
+            on_trial: None,
+            proven: false,
+            restart_in: None,
+        };
+        watch.judge(monitor);
+        watch
+    }
+
+    /// Judges with this monitor from now on, or says why nothing is judged.
+    pub(super) fn judge(&mut self, monitor: Result<Monitor, Cause>) {
+        self.verdict = match &monitor {
+            Ok(_) => Said::default(),
+            Err(cause) => Said::without(*cause),
+        };
+        self.monitor = monitor;
+    }
+
+    /// Sets what follows from the sample rate and the wiring, and takes over what the start has to tell.
+    pub(super) fn start(&mut self, rate_hz: f64, places: Places, events: &[Event]) {
+        // Between 1 and 10,000, as the start has checked.
+        self.rate_hz = (rate_hz + 0.5) as u32;
+        self.status_every = (self.rate_hz / STATUS_HZ).max(1);
+        self.recorder = Recorder::new((self.rate_hz / SNAPSHOT_HZ) as u16);
+        self.places = places;
+        for event in events {
+            self.tell(*event);
+        }
+    }
+
+    /// Puts the model on trial.
+    pub(super) fn try_out(&mut self, trial: Trial, slot: Slot) {
+        (self.trial, self.trial_length, self.on_trial) = (trial, trial, Some(slot));
+    }
+
+    /// An event for the host; dropped and counted when too many wait already.
+    pub fn tell(&mut self, event: Event) {
+        if self.events.push_back(event).is_err() {
+            self.dropped(1);
+        }
+    }
+
+    /// Counts frames that were not sent.
+    pub fn dropped(&mut self, frames: u32) {
+        let dropped = &mut self.counters.frames_dropped;
+        *dropped = dropped.saturating_add(frames);
+    }
+
+    /// Counts a damaged frame that was received.
+    pub fn damaged(&mut self) {
+        self.counters.link_errors = self.counters.link_errors.saturating_add(1);
+    }
+
+    /// Takes one sample in; gives it back when it is to be streamed.
+    pub fn update(&mut self, evaluated: &Evaluated) -> Option<Streamed> {
+        let frame = &evaluated.frame;
+        let output = evaluated.output.as_ref();
+        self.samples = frame.number.saturating_add(1);
+        let mut faults = frame.faults;
+        if frame.missed > 0 || frame.overruns > 0 {
+            faults.missing |= self.places.all_bits();
+        }
+        let counters = &mut self.counters;
+        counters.missed_deadlines = counters.missed_deadlines.saturating_add(frame.missed);
+        counters.queue_overruns = counters.queue_overruns.saturating_add(frame.overruns);
+        if let Some(output) = output {
+            let at_rail = output.saturated.count_ones();
+            counters.saturated = counters.saturated.saturating_add(at_rail);
+            self.recorder.sample(output.residual);
+        }
+        self.chips_did(&frame.health);
+        self.remember(&faults);
+        if let Ok(monitor) = &self.monitor {
+            let said = monitor.update(&mut self.state, &frame.sample, output, &faults);
+            self.say(said);
+        }
+        let in_time = frame.missed == 0 && frame.overruns == 0;
+        if self
+            .trial
+            .sample(in_time && frame.usable && output.is_some())
+        {
+            self.proven = true;
+        }
+        self.restart_in = self.restart_in.map(|left| left.saturating_sub(1));
+        self.status_left = self.status_left.saturating_sub(1);
+        self.stream(evaluated)
+    }
+
+    /// Tells a verdict of another kind than the one before, and keeps the residual around an alarm.
+    fn say(&mut self, said: Said) {
+        let before = self.verdict;
+        self.verdict = said;
+        if said.same_reason(&before) {
+            return;
+        }
+        self.tell(Event::Verdict(said.into()));
+        if said.state == State::Alarm && before.state != State::Alarm {
+            self.recorder.alarm();
+        }
+    }
+
+    /// Counts what went wrong with each chip, and tells when one falls silent or comes back.
+    fn chips_did(&mut self, health: &[Health; CHIPS]) {
+        let mut changed: Vec<Event, CHIPS> = Vec::new();
+        for (chip, (tally, health)) in self.chips.iter_mut().zip(health).enumerate() {
+            match health {
+                Health::NotFitted => continue,
+                Health::Ok | Health::Saturated | Health::Starting => {}
+                Health::Crc => tally.crc_errors = tally.crc_errors.saturating_add(1),
+                Health::Bus
+                | Health::Identity
+                | Health::Settings
+                | Health::TimedOut
+                | Health::Restarted => tally.bus_errors = tally.bus_errors.saturating_add(1),
+            }
+            let was_missing = tally.silent >= MISSING_AFTER;
+            tally.silent = if health.usable() {
+                0
+            } else {
+                tally.silent.saturating_add(1).min(MISSING_AFTER)
+            };
+            let is_missing = tally.silent >= MISSING_AFTER;
+            if is_missing != was_missing
+                && let Some(channel) = self.places.first_channel(chip)
+            {
+                // The list holds one per chip.
+                let _ = changed.push(if is_missing {
+                    Event::SensorMissing { channel }
+                } else {
+                    Event::SensorBack { channel }
+                });
+            }
+        }
+        for event in changed {
+            self.tell(event);
+        }
+    }
+
+    fn remember(&mut self, faults: &Faults) {
+        let kept = &mut self.faults;
+        kept.saturated |= faults.saturated;
+        kept.out_of_range |= faults.out_of_range;
+        kept.checksum |= faults.checksum;
+        kept.time_out |= faults.time_out;
+        kept.missing |= faults.missing;
+    }
+
+    fn stream(&mut self, evaluated: &Evaluated) -> Option<Streamed> {
+        if self.stream_every == 0 {
+            return None;
+        }
+        if self.stream_left > 1 {
+            self.stream_left -= 1;
+            return None;
+        }
+        self.stream_left = self.stream_every;
+        Some(Streamed {
+            number: evaluated.frame.number,
+            axes: self.places.axes,
+            raw: evaluated.frame.sample,
+            output: evaluated.output,
+        })
+    }
+
+    /// The next thing that is to be told, besides streamed samples: events first, then a status report when it is time for
+    /// one, then pieces of a snapshot.
+    pub fn next(&mut self) -> Option<Report> {
+        if let Some(event) = self.events.pop_front() {
+            return Some(Report::Event(event));
+        }
+        if self.status_left == 0 && self.samples > 0 {
+            self.status_left = self.status_every;
+            return Some(Report::Status(self.status()));
+        }
+        self.recorder.next().map(Report::Snapshot)
+    }
+
+    fn status(&mut self) -> Status {
+        let axes = usize::from(self.places.axes);
+        let mut status = Status {
+            sample: self.samples,
+            verdict: Verdict::from(self.verdict),
+            outside_permille: self.state.outside_permille(),
+            axes: Vec::new(),
+            channels: Vec::new(),
+            counters: self.counters,
+        };
+        if let Ok(monitor) = &self.monitor {
+            for axis in 0..axes.min(2) {
+                let nmse = |window| self.state.nmse(monitor, axis, window);
+                // The list holds two.
+                let _ = status.axes.push(AxisStatus {
+                    nmse_fast: nmse(Window::Fast),
+                    nmse_slow: nmse(Window::Slow),
+                });
+            }
+        }
+        for (axis, chips) in self.places.chips.iter().enumerate().take(axes) {
+            for (channel, chip) in chips.iter().enumerate() {
+                let tally = chip.and_then(|chip| self.chips.get(usize::from(chip)));
+                let tally = tally.copied().unwrap_or_default();
+                // The list holds five for each of two axes.
+                let _ = status.channels.push(SensorStatus {
+                    fault: cause(&self.faults, Faults::bit(axis, channel)),
+                    bus_errors: tally.bus_errors,
+                    crc_errors: tally.crc_errors,
+                });
+            }
+        }
+        self.faults = Faults::default();
+        status
+    }
+
+    /// Does what a request asks of the monitor; `None` for one that is not for it. `line_baud` is what the line carries, in bits
+    /// per second; `None` for one that always keeps up.
+    pub fn ask(&mut self, request: &Request, line_baud: Option<u32>) -> Option<Answered> {
+        match request {
+            Request::Ping => Some(Answered::Done),
+            Request::Stream { every } => Some(self.ask_stream(*every, line_baud)),
+            Request::ResetStatistics => {
+                self.state = MonitorState::default();
+                self.counters = Counters::default();
+                self.chips = [Tally::default(); CHIPS];
+                self.faults = Faults::default();
+                if self.monitor.is_ok() {
+                    self.verdict = Said::default();
+                }
+                Some(Answered::Done)
+            }
+            Request::Snapshot => Some(if self.recorder.again() {
+                Answered::Done
+            } else {
+                Answered::Nothing
+            }),
+            Request::Hello | Request::Upload(_) => None,
+        }
+    }
+
+    /// Streams when the line carries it beside the status reports, the longest frames assumed.
+    fn ask_stream(&mut self, every: u16, line_baud: Option<u32>) -> Answered {
+        if every > 0
+            && let Some(baud) = line_baud
+        {
+            // Bits per `every` samples on both sides, so that nothing is divided.
+            let wanted =
+                u64::from(BITS * SAMPLE_FRAME + BITS) * u64::from(self.rate_hz) / u64::from(every);
+            let status = u64::from(BITS * MAX_FRAME as u32 * STATUS_HZ);
+            if wanted + status > u64::from(baud) {
+                return Answered::LineTooSlow;
+            }
+        }
+        self.stream_every = every;
+        self.stream_left = 0;
+        Answered::Done
+    }
+
+    /// True once, when the model on trial has run long enough: it is to be marked.
+    pub fn take_proven(&mut self) -> bool {
+        core::mem::take(&mut self.proven)
+    }
+
+    /// Says whether the mark could be set; if not, the trial begins again.
+    pub fn confirmed(&mut self, marked: bool) {
+        if !marked {
+            self.trial = self.trial_length;
+        } else if let Some(slot) = self.on_trial.take() {
+            self.tell(Event::ModelConfirmed { slot });
+        }
+    }
+
+    /// A new model is in place: the device is to restart in a second, when the host has had its answer.
+    pub fn restart_soon(&mut self) {
+        self.restart_in = Some(self.rate_hz);
+    }
+
+    /// Whether that second is over.
+    pub fn restart_now(&self) -> bool {
+        self.restart_in == Some(0)
+    }
+
+    /// What it says now.
+    pub fn verdict(&self) -> Said {
+        self.verdict
+    }
+
+    /// What was counted so far.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+}
+
+/// The longest frame of a streamed sample, which a test pins.
+pub(super) const SAMPLE_FRAME: u32 = 118;
+
+/// The code of what is wrong with a channel; 0 when nothing is.
+fn cause(faults: &Faults, bit: u16) -> u8 {
+    let kinds = [
+        (faults.time_out, Cause::TimeOut),
+        (faults.checksum, Cause::Checksum),
+        (faults.missing, Cause::Missing),
+        (faults.saturated, Cause::Saturated),
+        (faults.out_of_range, Cause::OutOfRange),
+    ];
+    let wrong = kinds.into_iter().find(|(channels, _)| channels & bit != 0);
+    wrong.map_or(0, |(_, cause)| cause.tag())
+}
