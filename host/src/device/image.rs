@@ -70,13 +70,7 @@ const EMULATED: &str = "JOINTWATCH_EMULATED";
 pub fn emulated() -> Result<PathBuf> {
     match std::env::var_os(EMULATED) {
         Some(file) => Ok(file.into()),
-        // In a folder of its own: the two images have the same name, and are wanted at the same time.
-        None => build_with(
-            Board::Stm32f405,
-            "jointwatch",
-            "semihosting-link",
-            &["--target-dir", "target/emulated"],
-        ),
+        None => build_with(Board::Stm32f405, "jointwatch-link", "semihosting-link"),
     }
 }
 
@@ -88,10 +82,10 @@ pub fn emulated() -> Result<PathBuf> {
 /// When the source is not where this program was built from, when the compiler's target for the device is not
 /// installed, and when the build fails.
 pub fn build(board: Board, image: &str) -> Result<PathBuf> {
-    build_with(board, image, board.feature(), &[])
+    build_with(board, image, board.feature())
 }
 
-fn build_with(board: Board, image: &str, feature: &str, more: &[&str]) -> Result<PathBuf> {
+fn build_with(board: Board, image: &str, feature: &str) -> Result<PathBuf> {
     let workspace = workspace()?;
     // Set when cargo runs this program or its tests; it then is the cargo of the same toolchain.
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
@@ -100,7 +94,6 @@ fn build_with(board: Board, image: &str, feature: &str, more: &[&str]) -> Result
         .args(["build", "--quiet", "--profile", "device", "-p", "jointwatch-firmware"])
         .args(["--target", board.target(), "--features", feature])
         .args(["--bin", image, "--message-format", "json"])
-        .args(more)
         // Flags meant for this computer's processor would not suit the device's.
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS")
