@@ -18,7 +18,7 @@ mod start;
 mod watch;
 
 pub use channels::{Places, raw_wiring};
-pub use evaluation::{Evaluated, Evaluator, evaluate};
+pub use evaluation::{Evaluated, Evaluator, Room, evaluate};
 pub use sampling::{Frame, Sampler};
 pub use server::{Line, Server, Shared};
 pub use start::{Begun, Setup, begin};

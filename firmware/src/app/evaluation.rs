@@ -1,19 +1,35 @@
 //! The second step of a sample: counts become states, forces and a residual.
 
 use super::sampling::Frame;
+use core::mem::MaybeUninit;
 use heapless::spsc::{Consumer, Producer};
 use jointwatch_shared::model::Model;
 use jointwatch_shared::pipeline::{Chain, ChainState, Output};
 
+/// Room for an [`Evaluator`], which is too large to be built on the stack and handed round.
+#[derive(Debug)]
+pub struct Room {
+    pub(super) evaluator: MaybeUninit<Evaluator>,
+    pub(super) state: MaybeUninit<ChainState>,
+}
+
+impl Room {
+    /// Nothing in it yet.
+    pub const EMPTY: Self = Self {
+        evaluator: MaybeUninit::uninit(),
+        state: MaybeUninit::uninit(),
+    };
+}
+
 /// The chain of the rig and the model behind it, with what both remember.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Evaluator {
     /// Counts to forces.
     pub chain: Chain,
     /// The joint.
     pub model: Model,
     /// What moves.
-    pub state: ChainState,
+    pub state: &'static mut ChainState,
 }
 
 /// A frame with what the chain made of it.
@@ -35,19 +51,22 @@ pub fn evaluate(
     evaluated: &mut Producer<'_, Evaluated>,
     overruns: &mut u32,
 ) {
-    while let Some(mut frame) = frames.dequeue() {
+    while let Some(waiting) = frames.peek() {
         let output = evaluator.as_mut().and_then(|evaluator| {
             let Evaluator {
                 chain,
                 model,
                 state,
             } = &mut **evaluator;
-            chain.step(state, model, &frame.sample)
+            chain.step(state, model, &waiting.sample)
         });
+        let mut frame = *waiting;
         frame.overruns = frame.overruns.saturating_add(*overruns);
+        let lost = frame.overruns.saturating_add(1);
         *overruns = match evaluated.enqueue(Evaluated { frame, output }) {
             Ok(()) => 0,
-            Err(_) => frame.overruns.saturating_add(1),
+            Err(_) => lost,
         };
+        let _ = frames.dequeue();
     }
 }

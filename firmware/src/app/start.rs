@@ -1,7 +1,7 @@
 //! What a restart finds: model, rig block, limits, and everything that is wrong with them, each with its name.
 
 use super::channels::{Places, raw_wiring};
-use super::evaluation::Evaluator;
+use super::evaluation::{Evaluator, Room};
 use super::watch::Watch;
 use crate::clock::{Clock, Source};
 use crate::store::{Fault, Place, Started, State, Store, Trial, Verifier};
@@ -27,6 +27,8 @@ const TRIAL_S: f64 = 10.0;
 
 /// What a restart has made of the two slots.
 pub struct Begun {
+    /// Chain and model, when there is a model and a rig block that fit each other.
+    pub evaluator: Option<&'static mut Evaluator>,
     /// Hz.
     pub rate_hz: f64,
     /// Which chip is wired to what.
@@ -50,14 +52,14 @@ pub struct Setup {
     pub signed: bool,
 }
 
-/// Looks at both slots, and builds what runs from what they hold. `report` is shown what the store found; `evaluator` is filled
-/// when there is a model and a rig block that fit each other.
+/// Looks at both slots, and builds what runs from what they hold. `report` is shown what the store found. What evaluates samples
+/// is built in `room`.
 ///
 /// Runs once, before the first sample, and may take some tenths of a second: signatures are checked.
 pub fn begin<F: NorFlash, V: Verifier>(
     store: &mut Store<F, V>,
     setup: Setup,
-    evaluator: &mut Option<Evaluator>,
+    room: &'static mut Room,
     report: impl FnOnce(&Started),
 ) -> Begun {
     let mut work = [0; BLOB_LEN];
@@ -81,6 +83,7 @@ pub fn begin<F: NorFlash, V: Verifier>(
         say(Event::ModelGivenUp { slot: slot(place) });
     }
     let mut begun = Begun {
+        evaluator: None,
         rate_hz: USUAL_RATE_HZ,
         wiring: raw_wiring(),
         watch: Watch::new(Err(Cause::NoModel)),
@@ -110,7 +113,7 @@ pub fn begin<F: NorFlash, V: Verifier>(
             confirming = trial.then_some(slot(place));
             let outcome = match store.rig(rig_len, &mut work) {
                 None => Err(Unused::Missing),
-                Some(bytes) => with_rig(bytes, model, checksum, &mut begun, evaluator),
+                Some(bytes) => with_rig(bytes, model, checksum, &mut begun, room),
             };
             if let Err(why) = outcome {
                 begun.watch.judge(Err(Cause::NoRig));
@@ -163,7 +166,7 @@ fn with_rig(
     model: Model,
     checksum: u32,
     begun: &mut Begun,
-    evaluator: &mut Option<Evaluator>,
+    room: &'static mut Room,
 ) -> Result<(), Unused> {
     let block = rig_block::decode(bytes).map_err(Unused::Refused)?;
     let RigBlock {
@@ -191,11 +194,12 @@ fn with_rig(
     begun.rate_hz = rig.sample_rate_hz;
     begun.wiring = wiring;
     begun.watch.judge(judge);
-    *evaluator = Some(Evaluator {
+    let state = room.state.write(ChainState::default());
+    begun.evaluator = Some(room.evaluator.write(Evaluator {
         chain,
         model,
-        state: ChainState::default(),
-    });
+        state,
+    }));
     Ok(())
 }
 

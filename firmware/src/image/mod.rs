@@ -23,7 +23,7 @@ mod app {
     use super::{Locked, log};
     use heapless::spsc::{Consumer, Producer, Queue};
     use jointwatch_firmware::app::{
-        Begun, Evaluated, Evaluator, Frame, Sampler, Server, Setup, Streamed, Watch, begin,
+        Begun, Evaluated, Evaluator, Frame, Room, Sampler, Server, Setup, Streamed, Watch, begin,
         evaluate,
     };
     use jointwatch_firmware::board::stm32f405::parts::{
@@ -54,7 +54,7 @@ mod app {
         sampler: Sampler<Device, Device, Device, Device>,
         frames_in: Producer<'static, Frame>,
         frames: Consumer<'static, Frame>,
-        evaluator: &'static mut Option<Evaluator>,
+        evaluator: Option<&'static mut Evaluator>,
         evaluated_in: Producer<'static, Evaluated>,
         overruns: u32,
         evaluated: Consumer<'static, Evaluated>,
@@ -66,7 +66,7 @@ mod app {
     }
 
     #[init(local = [
-        place: Option<Evaluator> = None,
+        room: Room = Room::EMPTY,
         frame_queue: Queue<Frame, FRAMES> = Queue::new(),
         evaluated_queue: Queue<Evaluated, FRAMES> = Queue::new(),
         stream_queue: Queue<Streamed, STREAMED> = Queue::new(),
@@ -88,9 +88,10 @@ mod app {
             why,
             signed: !trust.unsigned,
         };
-        let begun = begin(&mut store, setup, cx.local.place, log::slots);
+        let begun = begin(&mut store, setup, cx.local.room, log::slots);
         log::begun(&begun);
         let Begun {
+            evaluator,
             rate_hz,
             wiring,
             mut watch,
@@ -115,7 +116,7 @@ mod app {
             sampler: Sampler::new(sensors, wiring),
             frames_in,
             frames,
-            evaluator: cx.local.place,
+            evaluator,
             evaluated_in,
             overruns: 0,
             evaluated,
@@ -153,7 +154,7 @@ mod app {
     fn evaluate_frames(cx: evaluate_frames::Context) {
         let begun = board::count();
         evaluate(
-            cx.local.evaluator.as_mut(),
+            cx.local.evaluator.as_deref_mut(),
             cx.local.frames,
             cx.local.evaluated_in,
             cx.local.overruns,
@@ -165,14 +166,15 @@ mod app {
     #[task(binds = USART6, priority = 2, shared = [watch], local = [evaluated, stream_in])]
     fn monitor(mut cx: monitor::Context) {
         let begun = board::count();
-        while let Some(evaluated) = cx.local.evaluated.dequeue() {
+        while let Some(evaluated) = cx.local.evaluated.peek() {
             cx.shared.watch.lock(|watch| {
-                if let Some(streamed) = watch.update(&evaluated)
+                if let Some(streamed) = watch.update(evaluated)
                     && cx.local.stream_in.enqueue(streamed).is_err()
                 {
                     watch.dropped(1);
                 }
             });
+            let _ = cx.local.evaluated.dequeue();
         }
         rtic::pend(Interrupt::UART5);
         parts::stage(2, begun);
