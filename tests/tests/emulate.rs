@@ -133,11 +133,9 @@ fn a_healthy_run_has_the_hosts_bits_and_stays_within_its_budgets() {
         assert_eq!(c.different_replayed_bits, 0, "{c:?}");
         assert_eq!((run.tally.lost, run.tally.damaged), (0, 0));
         assert_eq!(counters(run), Counters::default());
-        let started = Event::Started {
-            why: Restart::PowerOn,
-        };
         println!("{:?}", run.events);
-        assert!(run.events.contains(&started) || !run.events.is_empty());
+        let started = |event: &Event| matches!(event, Event::Started { .. });
+        assert!(run.events.iter().any(started));
         assert!(
             run.events.contains(&Event::NoCrystal),
             "QEMU has no crystal"
@@ -314,7 +312,7 @@ fn patience() -> Patience {
     Patience {
         silent_reads: 100,
         silent_reads_at_work: 400,
-        longest: Duration::from_secs(120),
+        longest: Duration::from_secs(20),
         tries: 30,
         beginnings: 3,
     }

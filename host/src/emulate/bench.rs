@@ -12,7 +12,7 @@ use jointwatch_shared::wiring::{Readings, Wiring};
 use serde::Serialize;
 
 /// Instants at which the rig rests before the record begins, so that the device can set its chips up: encoders at their start
-/// counts, forces and accelerations as in the record's first row.
+/// counts, forces and accelerations zero.
 pub const REST: u64 = 64;
 /// The stages of a sample, in the order in which the device counts their instructions.
 pub const STAGES: [&str; 4] = ["sample", "evaluate", "monitor", "serve"];
@@ -36,7 +36,7 @@ pub struct Scenario {
     pub restart_after_replies: Option<usize>,
     /// Samples that are taken so many instants late.
     pub late: Vec<(u64, u8)>,
-    /// Instants that go on after the record, at its last row.
+    /// Instants that go on after the record and after a talk, at the last row.
     pub linger: u64,
     /// For drop-outs and noise.
     pub seed: u64,
@@ -129,6 +129,8 @@ pub struct Bench<'a> {
     /// How the one that has ended went.
     uploaded: Option<Result<Uploaded>>,
     at: u64,
+    /// The record's end, and what goes on after it or after a talk.
+    until: u64,
     most: u64,
     instructions: Vec<Instructions>,
     memory: Option<Memory>,
@@ -143,14 +145,14 @@ impl<'a> Bench<'a> {
         judge: Judge<'a>,
         mut scenario: Scenario,
     ) -> Self {
-        let mut rest = rows.first().copied().unwrap_or_default();
+        let mut rest = Readings::default();
         for (place, counter) in rest.counters.iter_mut().zip(&wiring.counters) {
             *place = counter.map_or(0, |counter| counter.start);
         }
         let injections = std::mem::take(&mut scenario.injections);
         let board = Board::new(wiring, sample_rate_hz, scenario.seed)
             .with_troubles(injections, scenario.drop_outs.take());
-        let regular = REST + rows.len() as u64 + scenario.linger;
+        let until = REST + rows.len() as u64 + scenario.linger;
         Self {
             board,
             wiring: wiring.clone(),
@@ -163,7 +165,8 @@ impl<'a> Bench<'a> {
             talk: None,
             uploaded: None,
             at: 0,
-            most: regular + (LINGER_S * sample_rate_hz) as u64,
+            until,
+            most: until + (LINGER_S * sample_rate_hz) as u64,
             instructions: Vec::new(),
             memory: None,
         }
@@ -201,14 +204,14 @@ impl<'a> Bench<'a> {
         }
         if let Some(talk) = self.talk.take_if(|talk| !talk.goes_on()) {
             self.uploaded = Some(talk.end());
+            self.until = self.until.max(self.at + self.scenario.linger);
         }
     }
 
     /// Whether there is something to wait for beyond the record.
     fn is_over(&self) -> bool {
-        let regular = REST + self.rows.len() as u64 + self.scenario.linger;
         let busy = self.talk.is_some() || self.scenario.talk.is_some();
-        self.at >= self.most || self.at >= regular && !busy
+        self.at >= self.most || self.at >= self.until && !busy
     }
 
     /// Whether the device is to restart now.

@@ -127,7 +127,9 @@ impl Ads131m04 {
         } else {
             self.enabled()
         };
-        self.registers[STATUS] | self.registers[MODE] & (CRC_ANSI | 0x0300) | new
+        // Checksum and length of words are MODE's.
+        let of_mode = CRC_ANSI | 0x0300;
+        self.registers[STATUS] & !of_mode | self.registers[MODE] & of_mode | new
     }
 
     /// Bytes of a word, MODE bits 9–8, and where in it 16 and 24 bits lie.
