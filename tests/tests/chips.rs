@@ -3,9 +3,7 @@
 use jointwatch::emulate::board::{Board, DropOuts, Injection, Place, Trouble};
 use jointwatch_firmware::sensor::acquire::{Acquired, CHIPS, CONVERTER, Sensors};
 use jointwatch_firmware::sensor::presence::Health;
-use jointwatch_shared::wiring::{
-    AxisWiring, Counter, Readings, Signed, SignedDirection, Wiring,
-};
+use jointwatch_shared::wiring::{AxisWiring, Counter, Readings, Signed, SignedDirection, Wiring};
 use jointwatch_tests::bus::ChipSelect;
 use std::cell::RefCell;
 use std::rc::Rc;

@@ -120,8 +120,8 @@ impl<'a> Judge<'a> {
                         self.restart();
                     }
                     let of_rig = hello.rig.as_ref().and(hello.model.as_ref());
-                    self.running = of_rig
-                        .and_then(|model| self.known.iter().position(|k| k.crc == model.crc));
+                    self.running =
+                        of_rig.and_then(|model| self.known.iter().position(|k| k.crc == model.crc));
                     self.hellos.push(hello);
                 }
                 Report::Status(status) => self.statuses.push(status),
@@ -239,7 +239,10 @@ fn difference(one: Option<&SampleOutput>, other: Option<&SampleOutput>) -> [u64;
                 (None, None) => 0,
                 _ => 64,
             };
-            [forces + flags + band + bits(&a.measured, &b.measured), forces]
+            [
+                forces + flags + band + bits(&a.measured, &b.measured),
+                forces,
+            ]
         }
         (None, None) => [0, 0],
         // Two flags of eight bits and eight numbers of 32.
