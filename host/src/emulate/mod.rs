@@ -2,7 +2,7 @@
 //!
 //! The device's chip selects, sampling clock and serial line end in two pipes ([`link`]); behind them are a [`board`] of chips
 //! ([`chips`]), moved row by row as the record says ([`crate::wired`]), and a [`judge`] who compares every word of the device
-//! with the host's chain. [`bench`] holds them together and makes go wrong what a [`bench::Scenario`] asks for.
+//! with the host's chain. [`mod@bench`] holds them together and makes go wrong what a [`bench::Scenario`] asks for.
 
 pub mod bench;
 pub mod board;
