@@ -6,10 +6,12 @@ use crate::error::{Error, Result};
 use crate::motion::{self, Filters, Motion, low_pass};
 use crate::signal;
 use crate::study::{Channels, Convention, Record, Study};
+use crate::wired::Wired;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::model::corrections::ForceCorrection;
 use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawAxis, RawSample};
 use jointwatch_shared::rig::{ChannelDelays, Rig, RigAxis};
+use jointwatch_shared::rig_block::RigBlock;
 use jointwatch_shared::selftest::Digest;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -163,12 +165,20 @@ pub struct Replayed {
     pub first_row: usize,
 }
 
+/// The sensors that a record is read through.
+enum Sensors {
+    /// Channel by channel, converters set to what the study's records reach.
+    Plain(Rig),
+    /// Those of a rig block.
+    Wired(Wired),
+}
+
 /// The device as it would be set up for one study and one model.
 pub struct SetUp {
     /// What each count means, force channels put right.
     pub rig: Rig,
-    /// What the converters are set to.
-    converters: Rig,
+    /// How a record becomes counts.
+    sensors: Sensors,
     /// The integers that follow from it.
     pub chain: Chain,
     filters: Filters,
@@ -181,16 +191,31 @@ impl SetUp {
     /// [`crate::error::Kind::Data`] when the study's axes or sample rate are not the model's, or when a quantity
     /// cannot be held in the device's integers.
     pub fn new(study: &Study, model: &Model) -> Result<Self> {
-        let header = model.header();
-        study.check_fits(
-            "the blob",
-            header.axes.iter().map(|a| (a.name.as_str(), a.kind.into())),
-            header.sample_rate_hz,
-        )?;
-        let filters =
-            Filters::for_bands(study.sample_rate_hz, header.band_hz, header.state_band_hz)?;
+        let filters = filters(study, model)?;
         let converters = rig(study, model, &filters)?;
         let rig = corrected(&converters, model.corrections());
+        Self::with(study, model, filters, rig, Sensors::Plain(converters))
+    }
+
+    /// The device with the rig block that it holds, fed with the records of a study.
+    ///
+    /// # Errors
+    /// As [`SetUp::new`], and [`crate::error::Kind::Data`] when the block is for another rate or other filters, and when
+    /// its wiring cannot give a record.
+    pub fn of_block(study: &Study, model: &Model, block: &RigBlock) -> Result<Self> {
+        let filters = filters(study, model)?;
+        let wired = Wired::new(study, model, &filters, block)?;
+        let sensors = Sensors::Wired(wired);
+        Self::with(study, model, filters, block.rig.clone(), sensors)
+    }
+
+    fn with(
+        study: &Study,
+        model: &Model,
+        filters: Filters,
+        rig: Rig,
+        sensors: Sensors,
+    ) -> Result<Self> {
         let chain = Chain::new(model, &rig).map_err(|e| {
             Error::data(format!(
                 "{}: this rig cannot run on the device's integers ({e}); check the study's units, encoder_step, and what corrects \
@@ -200,7 +225,7 @@ impl SetUp {
         })?;
         Ok(Self {
             rig,
-            converters,
+            sensors,
             chain,
             filters,
         })
@@ -225,7 +250,18 @@ impl SetUp {
 
     /// A record as the sensors would have counted it.
     pub fn counts(&self, record: &Record) -> Vec<RawSample> {
-        raw_counts(record, &self.converters)
+        match &self.sensors {
+            Sensors::Plain(converters) => raw_counts(record, converters),
+            Sensors::Wired(wired) => wired.counts(record),
+        }
+    }
+
+    /// The wired sensors, where a rig block describes them.
+    pub fn wired(&self) -> Option<&Wired> {
+        match &self.sensors {
+            Sensors::Plain(_) => None,
+            Sensors::Wired(wired) => Some(wired),
+        }
     }
 
     /// Runs the chain over one record.
@@ -243,6 +279,17 @@ impl SetUp {
         let outputs: Vec<Output> = self.samples(record, model).filter_map(|(_, o)| o).collect();
         Ok(summarise(study, &motion, record, model, chain, outputs))
     }
+}
+
+/// The filters for the bands that the model states, once study and model fit each other.
+fn filters(study: &Study, model: &Model) -> Result<Filters> {
+    let header = model.header();
+    study.check_fits(
+        "the blob",
+        header.axes.iter().map(|a| (a.name.as_str(), a.kind.into())),
+        header.sample_rate_hz,
+    )?;
+    Filters::for_bands(study.sample_rate_hz, header.band_hz, header.state_band_hz)
 }
 
 fn summarise(

@@ -194,6 +194,20 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<RigBlock> {
     rig_block::decode(bytes).map_err(|e| Error::data(format!("{}: {e}", path.display())))
 }
 
+/// Reads the file that `export --rig` wrote.
+///
+/// # Errors
+/// As [`decode`], and when the file cannot be read.
+pub fn read(path: &Path) -> Result<RigBlock> {
+    let bytes = std::fs::read(path).map_err(|e| {
+        Error::data(format!(
+            "{}: could not be read ({e}); give the file that `jointwatch export --rig` wrote",
+            path.display()
+        ))
+    })?;
+    decode(path, &bytes)
+}
+
 /// "+0", or "–" where nothing is wired.
 fn signed(place: Option<Signed>) -> String {
     place.map_or("–".into(), |s| format!("{}{}", sign(s.negative), s.place))

@@ -5,6 +5,7 @@ mod compare;
 mod demo;
 mod diagnose;
 mod effects;
+mod emulate;
 mod export;
 mod identify;
 mod identify_network;
@@ -79,6 +80,8 @@ enum Command {
     Inspect(inspect::Inspect),
     /// Run the device's integer code on the records of a study, from raw counts on.
     Replay(replay::Replay),
+    /// Run the firmware itself under QEMU, its sensor chips fed with the records of a study, and compare every bit with replay.
+    Emulate(emulate::Emulate),
     /// Print what a device says, from its serial port or from a file that holds it.
     ///
     /// Ends with the file, with --seconds, or with Ctrl-C, and then says how many messages were lost or damaged. With
@@ -173,6 +176,7 @@ fn perform(command: Command, console: &Console) -> Result<()> {
         Command::Export(command) => command.run(console),
         Command::Inspect(command) => command.run(console),
         Command::Replay(command) => command.run(console),
+        Command::Emulate(command) => command.run(console),
         Command::Monitor(command) => command.run(console),
         Command::Keygen(command) => command.run(console),
         Command::Sign(command) => command.run(console),

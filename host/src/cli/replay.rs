@@ -8,6 +8,7 @@ use crate::export;
 use crate::monitor_limits::{self, Calibration};
 use crate::output;
 use crate::replay::{self, RecordReplay, Replayed};
+use crate::rig_block;
 use crate::study::{Record, Study};
 use crate::table::Table;
 use crate::telemetry::frames;
@@ -28,6 +29,10 @@ pub(crate) struct Replay {
     /// Only this record, as study.toml names it; all of them when left out.
     #[arg(long, value_name = "FILE")]
     pub(super) record: Option<String>,
+    /// The rig block that `export --rig` wrote: read the records through its sensors, as `emulate` does, rather than through
+    /// converters that are set to what the records reach.
+    #[arg(long, value_name = "FILE")]
+    pub(super) rig: Option<PathBuf>,
     /// Write every output of the chain (raw 32-bit numbers and SI values) as CSV; needs --record in a study of several.
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
@@ -48,8 +53,14 @@ impl Replay {
         let working = console.working("replaying");
         let model = export::read_blob(&self.blob)?;
         let study = Study::read(&self.study)?;
-        let records = self.chosen(&study)?;
-        let set_up = replay::SetUp::new(&study, &model)?;
+        let records = chosen(&study, self.record.as_deref())?;
+        let set_up = match &self.rig {
+            None => replay::SetUp::new(&study, &model)?,
+            Some(path) => {
+                let block = rig_block::read(path)?;
+                replay::SetUp::of_block(&study, &model, &block)?
+            }
+        };
         let replayed = records
             .iter()
             .map(|record| set_up.replay(&study, record, &model));
@@ -95,29 +106,30 @@ impl Replay {
         console
             .json(&serde_json::json!({ "records": summaries, "monitor": watched.as_json(&study) }))
     }
+}
 
-    fn chosen<'a>(&self, study: &'a Study) -> Result<Vec<&'a Record>> {
-        let Some(wanted) = &self.record else {
-            return Ok(study.records.iter().collect());
-        };
-        let chosen: Vec<&Record> = study
+/// The records to run: all of a study's, or the one that was named.
+pub(super) fn chosen<'a>(study: &'a Study, wanted: Option<&str>) -> Result<Vec<&'a Record>> {
+    let Some(wanted) = wanted else {
+        return Ok(study.records.iter().collect());
+    };
+    let chosen: Vec<&Record> = study
+        .records
+        .iter()
+        .filter(|record| record.file == wanted)
+        .collect();
+    if chosen.is_empty() {
+        let files: Vec<&str> = study
             .records
             .iter()
-            .filter(|record| &record.file == wanted)
+            .map(|record| record.file.as_str())
             .collect();
-        if chosen.is_empty() {
-            let files: Vec<&str> = study
-                .records
-                .iter()
-                .map(|record| record.file.as_str())
-                .collect();
-            return Err(Error::usage(format!(
-                "--record {wanted}: the study has no such record; it has {}",
-                files.join(", ")
-            )));
-        }
-        Ok(chosen)
+        return Err(Error::usage(format!(
+            "--record {wanted}: the study has no such record; it has {}",
+            files.join(", ")
+        )));
     }
+    Ok(chosen)
 }
 
 fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> String {

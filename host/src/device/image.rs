@@ -59,6 +59,21 @@ pub fn selftest(board: Board) -> Result<PathBuf> {
     }
 }
 
+/// The environment variable that names an image for `emulate` that was built beforehand.
+const EMULATED: &str = "JOINTWATCH_EMULATED";
+
+/// The image that is flashed, but with sensor chips, serial line and sampling clock behind two pipes of the host: built from the
+/// source, or the file that `JOINTWATCH_EMULATED` names.
+///
+/// # Errors
+/// As [`build`].
+pub fn emulated() -> Result<PathBuf> {
+    match std::env::var_os(EMULATED) {
+        Some(file) => Ok(file.into()),
+        None => build_with(Board::Stm32f405, "jointwatch-link", "semihosting-link"),
+    }
+}
+
 /// Builds one image of the firmware with cargo, as it is flashed, and gives the path of its ELF file.
 ///
 /// `image` is `jointwatch`, `jointwatch-link` or `selftest`. Takes no time when it is built already.
@@ -67,6 +82,10 @@ pub fn selftest(board: Board) -> Result<PathBuf> {
 /// When the source is not where this program was built from, when the compiler's target for the device is not
 /// installed, and when the build fails.
 pub fn build(board: Board, image: &str) -> Result<PathBuf> {
+    build_with(board, image, board.feature())
+}
+
+fn build_with(board: Board, image: &str, feature: &str) -> Result<PathBuf> {
     let workspace = workspace()?;
     let feature = match image {
         "jointwatch-link" => "semihosting-link",

@@ -7,7 +7,7 @@
 mod image;
 mod report;
 
-pub use image::{Board, build, selftest};
+pub use image::{Board, build, emulated, selftest};
 pub use report::{ChainReport, Instructions, ModelReport, SelfTestReport, SlotReport, SlotState};
 
 use crate::error::{Error, Result};

@@ -1,0 +1,169 @@
+//! The device to be emulated: a model and a rig block in its slot, for the records of one study.
+
+use super::bench::{Bench, REST, Run, Scenario};
+use super::judge::{Judge, Known, Replayed};
+use super::qemu;
+use crate::error::{Error, Result};
+use crate::monitor_limits;
+use crate::replay::SetUp;
+use crate::rig_block;
+use crate::signing::{PrivateKey, SignedModel};
+use crate::study::{Record, Study};
+use crate::wired::Wired;
+use jointwatch_shared::blob;
+use jointwatch_shared::model::Model;
+use jointwatch_shared::rig_block::RigBlock;
+use jointwatch_shared::telemetry::SampleOutput;
+use std::path::Path;
+use std::time::Duration;
+
+/// Mean time between false alarms for which the limits of a rig block without any are set, hours: 30 days.
+const FALSE_ALARM_HOURS: u32 = 30 * 24;
+/// The converter's clock over twice its oversampling of 128, Hz; an accelerometer's results per second without filter.
+const CONVERSIONS_HZ: f64 = 32_000.0;
+const RESULTS_HZ: f64 = 4000.0;
+
+/// A device with its model and its rig block.
+pub struct Device<'a> {
+    study: &'a Study,
+    model: &'a Model,
+    /// What the slot holds besides the model.
+    pub block: RigBlock,
+    /// The host's side of the same.
+    pub set_up: SetUp,
+}
+
+/// A run of the emulated firmware over one record.
+pub struct Emulated {
+    /// What came of it.
+    pub run: Run,
+    /// The time it took on this computer.
+    pub took: Duration,
+}
+
+impl<'a> Device<'a> {
+    /// The device for a study; without a rig block it gets one from the study's records, with limits for its monitor where the study
+    /// has validation records.
+    ///
+    /// # Errors
+    /// [`crate::error::Kind::Data`] when the block does not fit model and study, or has chips that are slower than the sampling.
+    pub fn new(study: &'a Study, model: &'a Model, block: Option<RigBlock>) -> Result<Self> {
+        let given = block.is_some();
+        let mut block = match block {
+            Some(block) => block,
+            None => rig_block::of_study(study, model)?,
+        };
+        let set_up = SetUp::of_block(study, model, &block)?;
+        if !given {
+            let crc = checksum(model);
+            // A study without validation records leaves the monitor without limits: it then watches the sensors only.
+            let limits = monitor_limits::limits(study, &set_up, model, crc, FALSE_ALARM_HOURS);
+            block.limits = limits.ok().map(|calibration| calibration.limits);
+        }
+        fast_enough(&block)?;
+        Ok(Self {
+            study,
+            model,
+            block,
+            set_up,
+        })
+    }
+
+    /// The slot's bytes: model and rig block, signed with the development key, which a firmware that is built here trusts.
+    ///
+    /// # Errors
+    /// When the rig block cannot be written.
+    pub fn slot(&self) -> Result<SignedModel> {
+        let rig = rig_block::encode(&self.block)?;
+        SignedModel::sign(&blob::encode(self.model), &rig, &PrivateKey::development())
+    }
+
+    /// The rig as it is wired.
+    ///
+    /// # Panics
+    /// Never: [`Device::new`] sets it up from a rig block.
+    fn wired(&self) -> &Wired {
+        self.set_up
+            .wired()
+            .expect("the set-up was made from a rig block")
+    }
+
+    /// The model with the host's chain for it.
+    pub fn known(&self) -> Known<'_> {
+        Known {
+            crc: checksum(self.model),
+            model: self.model,
+            chain: &self.set_up.chain,
+        }
+    }
+
+    /// Runs the image `elf` over one record. `slot` is what slot A holds; `others` are models that the device may come to run.
+    ///
+    /// # Errors
+    /// As [`qemu::run`], and when the record is shorter than the chain's filters.
+    pub fn run(
+        &self,
+        elf: &Path,
+        slot: &[u8],
+        record: &Record,
+        others: &[Known<'_>],
+        scenario: Scenario,
+    ) -> Result<Emulated> {
+        let mut bench = self.bench(record, others, scenario)?;
+        let took = qemu::run(elf, slot, &mut bench)?;
+        Ok(Emulated {
+            run: bench.end(),
+            took,
+        })
+    }
+
+    /// The bench for one record.
+    ///
+    /// # Errors
+    /// When the record is shorter than the chain's filters.
+    pub fn bench<'b>(
+        &'b self,
+        record: &Record,
+        others: &[Known<'b>],
+        scenario: Scenario,
+    ) -> Result<Bench<'b>> {
+        let replayed = self.set_up.replay(self.study, record, self.model)?;
+        let fill = 2 * self.set_up.chain.delay() as u64;
+        let replayed = Replayed {
+            outputs: replayed.outputs.iter().map(SampleOutput::from).collect(),
+            first: REST + fill,
+        };
+        let known = [&[self.known()], others].concat();
+        let wired = self.wired();
+        let rows = wired.readings(record).collect();
+        let rate = self.block.rig.sample_rate_hz;
+        let judge = Judge::new(replayed, known);
+        Ok(Bench::new(wired.wiring(), rate, rows, judge, scenario))
+    }
+}
+
+/// The checksum that ends a model's blob.
+fn checksum(model: &Model) -> u32 {
+    blob::checksum(&blob::encode(model))
+}
+
+/// Chips that give less often than they are asked would be taken for silent.
+fn fast_enough(block: &RigBlock) -> Result<()> {
+    let rate = block.rig.sample_rate_hz;
+    let refuse = |what: &str, hz: f64, advice: &str| {
+        Err(Error::data(format!(
+            "the {what} gives {hz} samples per second and is asked for {rate}: {advice} in rig.toml"
+        )))
+    };
+    let conversions = CONVERSIONS_HZ / f64::from(1_u32 << block.wiring.converter.oversampling);
+    if conversions < rate {
+        return refuse("bridges' converter", conversions, "lower its oversampling");
+    }
+    for chip in block.wiring.accelerometers.iter().flatten() {
+        let results = RESULTS_HZ / f64::from(1_u32 << chip.filter);
+        if results < rate {
+            return refuse("accelerometer", results, "raise its corner_hz");
+        }
+    }
+    Ok(())
+}
