@@ -52,6 +52,27 @@ impl fmt::Display for Table {
     }
 }
 
+/// Six significant digits, whatever the size: `95.0791`, `1.80000`, `5.37400e-6`.
+///
+/// Inertias range from a rig's bodies to an electronic oscillator's; a fixed number of decimals would swallow the small ones.
+pub fn significant(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || !(1e-3..1e6).contains(&size) {
+        return format!("{value:.5e}");
+    }
+    let decimals = 5 - size.log10().floor() as i32;
+    format!("{value:.*}", decimals.max(0) as usize)
+}
+
+/// A named value with its unit, as in a sentence: `slip_force 3.20000 N`; what has no unit goes without.
+pub fn quantity(name: &str, value: f64, unit: &str) -> String {
+    let bare = format!("{name} {}", significant(value));
+    match unit {
+        "" | "–" => bare,
+        unit => format!("{bare} {unit}"),
+    }
+}
+
 /// Whether a cell is a number, perhaps with a unit: `1.25 %`, `18.2 N`, `-3e-4`, but not `valid.csv from 3 s`.
 fn is_number(cell: &str) -> bool {
     let mut words = cell.split(' ');
@@ -72,5 +93,20 @@ mod tests {
             table.to_string(),
             "  axis    NMSE\n  x     1.25 %\n  phi   12.5 %"
         );
+    }
+    #[test]
+    fn six_digits_are_kept_whatever_the_size() {
+        for (value, wanted) in [
+            (95.0791023, "95.0791"),
+            (1.8, "1.80000"),
+            (0.0226, "0.0226000"),
+            (5.374e-6, "5.37400e-6"),
+            (-123456.0, "-123456"),
+            (4.93803e6, "4.93803e6"),
+            (0.0, "0.00000e0"),
+        ] {
+            assert_eq!(significant(value), wanted);
+        }
+        assert_eq!(quantity("exponent", 1.5, "–"), "exponent 1.50000");
     }
 }

@@ -387,6 +387,7 @@ fn the_demo_tells_the_whole_story_and_leaves_its_folder() {
         "7. ",
         "$ jointwatch diagnose",
         "Hidden in the rig was",
+        "That is what was found.",
         "the same bits as the host",
     ] {
         assert!(said.contains(part), "{part} is missing in {said}");

@@ -7,6 +7,7 @@ use super::{Cli, Console, perform};
 use crate::device::{self, Board};
 use crate::error::{Error, Result};
 use crate::export;
+use crate::table::quantity;
 use clap::{Args, Parser};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
 use jointwatch_shared::selftest;
@@ -97,6 +98,7 @@ impl Demo {
 
         story.heading("6. Export it for the microcontroller, and hear what the device would say, from raw counts on")?;
         story.step(&["export", &model, "-o", &blob])?;
+        console.say("")?;
         let replay = story.file("replay.json");
         story.step(&[
             "replay",
@@ -110,7 +112,7 @@ impl Demo {
 
         story.heading("7. The firmware's own evaluation, on an emulated Cortex-M4F")?;
         let emulated = emulate(console, Path::new(&blob))?;
-        console.say(format!("\n{emulated}"))?;
+        console.say(&emulated)?;
 
         let truth = truth(&read_json(&story.file("truth/truth.json"))?, &found);
         console.say(format!(
@@ -213,7 +215,7 @@ fn truth(truth: &Value, found: &[String]) -> String {
     let values: Vec<String> = parameters
         .map(|p| {
             let value = p["value"].as_f64().unwrap_or(f64::NAN);
-            format!("{} {value:.4e} {}", text(&p["name"]), text(&p["unit"]))
+            quantity(&text(&p["name"]), value, &text(&p["unit"]))
         })
         .collect();
     let share = 100.0 * hidden["share_of_rms_force"].as_f64().unwrap_or(f64::NAN);

@@ -9,7 +9,7 @@ use crate::model::effects;
 use crate::model_file::ModelFile;
 use crate::report::Drawing;
 use crate::study::Study;
-use crate::table::Table;
+use crate::table::{Table, quantity};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -88,33 +88,16 @@ fn not_json(error: serde_json::Error) -> Error {
 }
 
 fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
-    let mut table = Table::new(&[
-        "effect",
-        "score",
-        "error without",
-        "with",
-        "parameters",
-        "like",
-    ]);
-    for candidate in &diagnosis.ranked {
-        let parameters: Vec<String> = candidate
-            .parameters
-            .iter()
-            .map(|p| format!("{} {:.3e} {}", p.name, p.value, p.unit))
-            .collect();
-        table.row(vec![
-            format!("{}@{}", candidate.effect, candidate.axis),
-            format!("{:.1}", candidate.score),
-            format!("{:.4}", candidate.error_before),
-            format!("{:.4}", candidate.error_after),
-            parameters.join(", "),
-            candidate.equivalent.join(", "),
-        ]);
-    }
     for problem in &diagnosis.data_problems {
         console.say(format!("Data: {problem}."))?;
     }
-    console.say(table.to_string())?;
+    if !diagnosis.ranked.is_empty() {
+        console.say(format!(
+            "Candidates for what is missing, each added alone; RMS error over RMS force of its axis on stretches of the training \
+             records that it was not fitted to:\n{}\n",
+            candidates(diagnosis)
+        ))?;
+    }
     let mut table = Table::new(&["axis", "error before", "after", "noise floor"]);
     for (axis, before) in &diagnosis.relative_error_before {
         table.row(vec![
@@ -124,7 +107,10 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
             format!("{:.4}", diagnosis.noise_floor[axis]),
         ]);
     }
-    console.say(table.to_string())?;
+    console.say(format!(
+        "With everything that is missing added, RMS error over RMS force on the {}:\n{table}\n",
+        diagnosis.judged_on.words()
+    ))?;
     let found: Vec<String> = diagnosis
         .found
         .iter()
@@ -143,6 +129,7 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
             found.any(|f| f.effect == r.effect && f.axis == r.axis)
         };
         for candidate in diagnosis.ranked.iter().filter(named) {
+            console.say(values(candidate))?;
             if let Some(group) = in_one_group(candidate) {
                 console.say(group)?;
             }
@@ -152,6 +139,36 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
         console.say(format!("Note: {note}."))?;
     }
     Ok(())
+}
+
+/// A row per candidate, without its values: those of laws with five would fill the screen.
+fn candidates(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new(&["effect", "score", "error without", "with", "like"]);
+    for candidate in &diagnosis.ranked {
+        table.row(vec![
+            format!("{}@{}", candidate.effect, candidate.axis),
+            format!("{:.1}", candidate.score),
+            format!("{:.4}", candidate.error_before),
+            format!("{:.4}", candidate.error_after),
+            candidate.equivalent.join(", "),
+        ]);
+    }
+    table
+}
+
+/// The values of a candidate, in words.
+fn values(candidate: &Ranked) -> String {
+    let values: Vec<String> = candidate
+        .parameters
+        .iter()
+        .map(|p| quantity(&p.name, p.value, &p.unit))
+        .collect();
+    format!(
+        "{}@{} would have {}.",
+        candidate.effect,
+        candidate.axis,
+        values.join(", ")
+    )
 }
 
 /// What these records cannot tell from a candidate, and the experiment that would; nothing when it has no look-alike.

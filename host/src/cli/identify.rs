@@ -8,7 +8,7 @@ use crate::fit::polynomial::{Method, PolynomialOptions};
 use crate::identify::{self, Identified};
 use crate::model::effects;
 use crate::study::Study;
-use crate::table::Table;
+use crate::table::{Table, significant};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use std::path::PathBuf;
@@ -162,9 +162,9 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
         if axis.inertia_identified {
             let error = identified.inertia_error(&axis.name).unwrap_or(0.0);
             console.say(format!(
-                "Inertia of {}: {:.5} ± {:.1e} {} (identified, one standard error).",
+                "Inertia of {}: {} ± {:.1e} {} (identified, one standard error).",
                 axis.name,
-                axis.inertia,
+                significant(axis.inertia),
                 error,
                 axis.kind.inertia_unit()
             ))?;

@@ -8,7 +8,7 @@ use crate::model::{EffectTerm, effects};
 use crate::model_file::{Base, ModelFile};
 use crate::rig_block;
 use crate::study::AxisKind;
-use crate::table::Table;
+use crate::table::{Table, significant};
 use clap::Args;
 use jointwatch_shared::model::axis::{Convention, InputRange};
 use jointwatch_shared::model::{Base as DeviceBase, Model};
@@ -77,7 +77,7 @@ fn model_in_words(model: &ModelFile) -> String {
         table.row(vec![
             axis.name.clone(),
             fit.terms.to_string(),
-            format!("{:.5} {}", axis.inertia, axis.kind.inertia_unit()),
+            format!("{} {}", significant(axis.inertia), axis.kind.inertia_unit()),
             range(2 * index, axis.kind.displacement_unit()),
             range(2 * index + 1, axis.kind.velocity_unit()),
             validation.map_or("none".into(), |v| format!("{:.3} %", v.nmse_percent)),
@@ -164,7 +164,7 @@ fn blob_in_words(model: &Model) -> String {
         let force = kind.force_unit();
         table.row(vec![
             axis.name.as_str().into(),
-            format!("{:.5} {}", axis.inertia, kind.inertia_unit()),
+            format!("{} {}", significant(axis.inertia), kind.inertia_unit()),
             match axis.convention {
                 Convention::ForceMinusInertia => "force − inertia".into(),
                 Convention::InertiaMinusForce => "inertia − force".into(),

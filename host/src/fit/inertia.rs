@@ -167,7 +167,7 @@ fn identify(stretches: &Stretches, axis: &Axis, index: usize, axes: usize) -> Re
     let standard_error = ((n - 1.0) / n * square).sqrt();
     if !(value > 0.0 && value.is_finite()) {
         return Err(Error::data(format!(
-            "the inertia identified for axis {} is {value:.4} ± {standard_error:.2}, not positive: check the sign of its force column and restoring_force in study.toml, or state inertia there",
+            "the inertia identified for axis {} is {value:.4e} ± {standard_error:.1e}, not positive: check the sign of its force column and restoring_force in study.toml, or state inertia there",
             axis.name
         )));
     }

@@ -134,36 +134,34 @@ impl EffectTerm {
 
 /// Every parameter of a model's effects, in a table.
 pub fn table(effects: &[EffectTerm]) -> Table {
-    let mut table = Table::new(&[
-        "effect",
-        "parameter",
-        "value",
-        "95 % interval",
-        "unit",
-        "is part of",
-    ]);
+    // Where everything acts in the joint, a column that says so only takes room.
+    let corrects = effects.iter().any(|e| is_correction(&e.effect));
+    let mut heading = vec!["effect", "parameter", "value", "95 % interval", "unit"];
+    if corrects {
+        heading.push("is part of");
+    }
+    let mut table = Table::new(&heading);
     for effect in effects {
-        for (index, parameter) in effect.parameters.iter().enumerate() {
-            let name = if index == 0 {
-                effect.name()
-            } else {
-                String::new()
-            };
+        let mut name = effect.name();
+        for parameter in &effect.parameters {
             let interval = parameter.interval.map_or("unknown".into(), |[low, high]| {
                 format!("{low:.4e} to {high:.4e}")
             });
-            table.row(vec![
-                name,
+            let mut row = vec![
+                std::mem::take(&mut name),
                 parameter.name.clone(),
                 format!("{:.5e}", parameter.value),
                 interval,
                 parameter.unit.clone(),
-                if is_correction(&effect.effect) {
+            ];
+            if corrects {
+                row.push(if is_correction(&effect.effect) {
                     "the instruments: corrects the data".into()
                 } else {
                     "the joint".into()
-                },
-            ]);
+                });
+            }
+            table.row(row);
         }
     }
     table
