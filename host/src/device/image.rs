@@ -87,10 +87,6 @@ pub fn build(board: Board, image: &str) -> Result<PathBuf> {
 
 fn build_with(board: Board, image: &str, feature: &str) -> Result<PathBuf> {
     let workspace = workspace()?;
-    let feature = match image {
-        "jointwatch-link" => "semihosting-link",
-        _ => board.feature(),
-    };
     // Set when cargo runs this program or its tests; it then is the cargo of the same toolchain.
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
     let output = Command::new(&cargo)
