@@ -131,7 +131,7 @@ fn shake(
     };
     let rows = (seconds * RATE_HZ) as usize;
     let mut y = BodyState::zeros();
-    let mut columns = vec![Vec::with_capacity(rows); 8];
+    let mut columns = vec![Vec::new(); 8];
     for row in 0..rows {
         if let Some((after_s, worn)) = later
             && row as f64 >= after_s * RATE_HZ
