@@ -33,7 +33,7 @@ use std::borrow::Cow;
 pub struct Corrections {
     /// One per axis; that of an axis that is not there is none.
     pub force: [ForceCorrection; 2],
-    /// What stands in a channel with a size and phase of its own in every record; [`ModelFile::corrected_record`] takes it out.
+    /// What stands in a channel with a size and phase of its own in every record; `ModelFile::corrected_record` takes it out.
     pub lines: Vec<InSi>,
 }
 
@@ -108,7 +108,7 @@ impl ModelFile {
     /// inertias stay as they are stated.
     ///
     /// # Errors
-    /// As [`ModelFile::corrections`] and [`ModelFile::corrected_record`].
+    /// As [`ModelFile::corrections`] and `ModelFile::corrected_record`.
     pub fn corrected<'a>(&self, study: &'a Study) -> Result<Cow<'a, Study>> {
         let corrections = self.corrections()?;
         if corrections.is_none() {

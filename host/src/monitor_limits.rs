@@ -51,7 +51,7 @@ pub struct Healthy {
     pub drift: f64,
     /// Where it raises the alarm.
     pub threshold: f64,
-    /// Blocks from a change of [`CHANGE`] of the RMS force to the alarm, in the mean.
+    /// Blocks from a change of `CHANGE` of the RMS force to the alarm, in the mean.
     pub blocks_to_alarm: f64,
 }
 
