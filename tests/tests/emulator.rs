@@ -397,9 +397,11 @@ fn flashed_image_boots_and_logs_clock_and_empty_slots() {
         [
             concat!("info jointwatch ", env!("CARGO_PKG_VERSION")),
             "warn clock: internal oscillator, 16000000 Hz: no crystal",
+            "warn this image trusts the development key: anybody can put a model onto it",
             "info slot a: empty",
             "info slot b: empty",
             "warn no model",
+            "info sampling at 1000.0 Hz",
             "info ready",
         ]
     );

@@ -79,11 +79,13 @@ fn the_image_for_tests_differs_in_chips_line_clock_and_slots_alone() {
     };
     let flashed = of("jointwatch", "jointwatch");
     let tested = of("jointwatch-link", "jointwatch_link");
+    // The drivers are generic over the bus, so the compiler may put other pieces of them into their callers.
     let parts = [
         "board::link",
         "board::stm32f405",
         "board::semihosting",
         "board::stack",
+        "jointwatch_firmware::sensor",
     ];
     let differ: Vec<_> = flashed
         .symmetric_difference(&tested)
