@@ -70,7 +70,7 @@ const EMULATED: &str = "JOINTWATCH_EMULATED";
 pub fn emulated() -> Result<PathBuf> {
     match std::env::var_os(EMULATED) {
         Some(file) => Ok(file.into()),
-        None => build_with(Board::Stm32f405, "jointwatch-link", "semihosting-link"),
+        None => build(Board::Stm32f405, "jointwatch-link"),
     }
 }
 
@@ -82,10 +82,11 @@ pub fn emulated() -> Result<PathBuf> {
 /// When the source is not where this program was built from, when the compiler's target for the device is not
 /// installed, and when the build fails.
 pub fn build(board: Board, image: &str) -> Result<PathBuf> {
-    build_with(board, image, board.feature())
-}
-
-fn build_with(board: Board, image: &str, feature: &str) -> Result<PathBuf> {
+    // The image for tests has its chips and its line behind two files.
+    let feature = match image {
+        "jointwatch-link" => "semihosting-link",
+        _ => board.feature(),
+    };
     let workspace = workspace()?;
     // Set when cargo runs this program or its tests; it then is the cargo of the same toolchain.
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
