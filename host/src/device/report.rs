@@ -11,6 +11,17 @@ pub struct Instructions {
     pub most: u32,
 }
 
+impl Instructions {
+    /// Inputs, least and most, as the self-test writes them.
+    fn read([inputs, least, most]: [&str; 3]) -> Option<Self> {
+        Some(Self {
+            inputs: inputs.parse().ok()?,
+            least: least.parse().ok()?,
+            most: most.parse().ok()?,
+        })
+    }
+}
+
 /// What the self-test found out about one model.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ModelReport {
@@ -179,11 +190,7 @@ impl SelfTestReport {
                 most,
             ] => {
                 let model = self.models.iter_mut().find(|model| model.name == name)?;
-                model.instructions = Some(Instructions {
-                    inputs: inputs.parse().ok()?,
-                    least: least.parse().ok()?,
-                    most: most.parse().ok()?,
-                });
+                model.instructions = Some(Instructions::read([inputs, least, most])?);
             }
             [
                 "sample",
@@ -199,11 +206,7 @@ impl SelfTestReport {
                 most,
             ] => {
                 let model = self.models.iter_mut().find(|model| model.name == name)?;
-                model.sample = Some(Instructions {
-                    inputs: samples.parse().ok()?,
-                    least: least.parse().ok()?,
-                    most: most.parse().ok()?,
-                });
+                model.sample = Some(Instructions::read([samples, least, most])?);
             }
             ["slot", name, "no", "model"] => self.add_slot(name, SlotState::NoModel),
             ["slot", name, "model"] => self.add_slot(name, SlotState::Model),

@@ -7,7 +7,7 @@ use super::tolerances;
 use crate::compare::Sums;
 use crate::error::{Error, Result};
 use crate::fit::effects::columns::Records;
-use crate::fit::effects::projection::{Problem, Solved};
+use crate::fit::effects::projection::{Problem, Solved, cost};
 use crate::fit::effects::unknowns::shapes;
 use crate::fit::effects::{Solution, solve};
 use crate::model::effects::Bound;
@@ -218,7 +218,7 @@ impl Searcher<'_> {
                         let own = errors.iter().zip(&own).filter(|(_, weight)| **weight > 0.0);
                         own.map(|(error, _)| error * error).sum()
                     });
-                    let learnt = power(&self.records, &solved.residual, &own);
+                    let learnt = cost(&self.records, &solved.residual, &own);
                     Ok(Left { learnt, unseen })
                 };
                 let from = shapes_of(&self.records, &round.terms, &round.solution.solved.values);
@@ -250,7 +250,7 @@ impl Searcher<'_> {
     /// The model without one of the effects that were added, or with another in its place, if the model is as good or better for it.
     fn reconsidered(&mut self, round: &Round) -> Result<Option<Round>> {
         let power = |records: &Records<'_>, solution: &Solution| {
-            power(records, &solution.solved.residual, &round.solution.weights)
+            cost(records, &solution.solved.residual, &round.solution.weights)
         };
         let present = power(&self.records, &round.solution);
         for index in self.base..round.terms.len() - 1 {
@@ -279,14 +279,6 @@ impl Searcher<'_> {
         }
         Ok(None)
     }
-}
-
-/// Σ (residual·weight)².
-fn power(records: &Records<'_>, residual: &[f64], weights: &[f64]) -> f64 {
-    let axes = residual.chunks_exact(records.rows_per_axis().max(1));
-    axes.zip(weights)
-        .map(|(part, w)| w * w * part.iter().map(|r| r * r).sum::<f64>())
-        .sum()
 }
 
 /// What a model with a candidate leaves over where the candidate acts.

@@ -101,21 +101,16 @@ pub(crate) fn floors_under(
                     ]
                 })
                 .collect();
-            let largest: [f64; 3] =
-                std::array::from_fn(|i| activity.iter().map(|a| a[i]).fold(0.0, f64::max));
-            let rests = |record: usize| {
-                let mut pairs = activity[record].iter().zip(&largest).zip(RESTS_BELOW);
-                pairs.all(|((a, most), below)| *a < below * most)
-            };
-            let quiet: Vec<Vec<f64>> = (0..motions.len())
-                .filter(|&record| rests(record))
+            let rests = resting(&activity);
+            let at_rest = (0..motions.len()).filter(|&record| rests[record]);
+            let quiet: Vec<Vec<f64>> = at_rest
+                .clone()
                 .map(|record| apply(&residuals[record][axis], low_pass))
                 .collect();
             let rows: usize = quiet.iter().map(Vec::len).sum();
             if rows > 0 {
                 let sum: f64 = quiet.iter().flatten().map(|e| e * e).sum();
                 let rms = (sum / rows as f64).sqrt();
-                let at_rest = (0..motions.len()).filter(|&record| rests(record));
                 let tail = from_tail(
                     at_rest.map(|record| residuals[record][axis].as_slice()),
                     low_pass,
@@ -153,14 +148,20 @@ pub(crate) fn rested(axes: usize, motions: &[&Motion]) -> Vec<bool> {
             .iter()
             .map(|m| [2 * axis, 2 * axis + 1].map(|input| spread(&m.states[input])))
             .collect();
-        let largest: [f64; 2] =
-            std::array::from_fn(|i| activity.iter().map(|a| a[i]).fold(0.0, f64::max));
-        activity.iter().any(|record| {
-            let mut pairs = record.iter().zip(&largest).zip(RESTS_BELOW);
-            pairs.all(|((a, most), below)| *a < below * most)
-        })
+        resting(&activity).contains(&true)
     };
     (0..axes).map(rests).collect()
+}
+
+/// The records in which an axis rests, by how much its displacement, its velocity and, where it is given, its force vary in each.
+fn resting<const N: usize>(activity: &[[f64; N]]) -> Vec<bool> {
+    let largest: [f64; N] =
+        std::array::from_fn(|i| activity.iter().map(|a| a[i]).fold(0.0, f64::max));
+    let rests = |record: &[f64; N]| {
+        let mut pairs = record.iter().zip(&largest).zip(RESTS_BELOW);
+        pairs.all(|((a, most), below)| *a < below * most)
+    };
+    activity.iter().map(rests).collect()
 }
 
 /// RMS about the mean.

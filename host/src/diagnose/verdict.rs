@@ -107,28 +107,21 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         let limit = (ABOVE_FLOOR * floor).max(DISCREPANCY);
         after > limit && above(after, floor) > LEFT_OVER * above(before, floor)
     };
-    // An effect that is named explains nearly everything that can be seen; where noise is known, also of what is small.
-    let partly_explained = |axis: usize, before: f64, after: f64, floor: f64| {
-        floors[axis].at_rest
-            && last.terms[base.len()..].iter().any(|t| t.acts_on(axis))
-            && after > NEAR_FLOOR * floor
-            && above(after, floor.hypot(ALWAYS_WRONG)) > BESIDE * above(before, floor)
-    };
-    // What is right on the records learnt from is right on others.
-    let not_borne_out = |axis: usize, (before, after, floor): (f64, f64, f64)| {
+    // An effect that is named explains nearly everything that can be seen.
+    let left_beside = |axis: usize, (before, after, floor): (f64, f64, f64), part: f64| {
         last.terms[base.len()..].iter().any(|t| t.acts_on(axis))
             && after > NEAR_FLOOR * floor
-            && above(after, floor.hypot(ALWAYS_WRONG)) > NOT_BORNE_OUT * above(before, floor)
+            && above(after, floor.hypot(ALWAYS_WRONG)) > part * above(before, floor)
     };
     let unexplained = (0..study.axes.len()).any(|axis| {
         let learnt_floor = floors[axis].rms / learnt.references.force[axis];
         let unseen = (held_before[axis], held_after[axis], floor[axis]);
         let seen = (learnt_before[axis], learnt_after[axis], learnt_floor);
         [unseen, seen].iter().all(|&(b, a, f)| left_over(b, a, f))
-            || [unseen, seen]
-                .iter()
-                .all(|&(b, a, f)| partly_explained(axis, b, a, f))
-            || not_borne_out(axis, unseen)
+            // Where the noise is known, also of what is small; and what is right on the records learnt from is right on others.
+            || (floors[axis].at_rest
+                && [unseen, seen].iter().all(|&e| left_beside(axis, e, BESIDE)))
+            || left_beside(axis, unseen, NOT_BORNE_OUT)
             || (floors[axis].acts_at_rest && floor[axis].min(learnt_floor) > DISCREPANCY)
     });
     let unexplained = unexplained || (refuted && found.is_empty());

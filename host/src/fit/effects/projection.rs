@@ -146,7 +146,7 @@ impl Problem<'_> {
             .map(|column| column.as_ref().and_then(|_| found.next()))
             .collect();
         Ok(Solved {
-            cost: self.cost(&residual),
+            cost: cost(self.records, &residual, &self.weights),
             values,
             inertia,
             columns,
@@ -154,13 +154,6 @@ impl Problem<'_> {
             rank: solution.rank,
             factors,
         })
-    }
-
-    fn cost(&self, residual: &[f64]) -> f64 {
-        let axes = residual.chunks_exact(self.records.rows_per_axis().max(1));
-        axes.zip(&self.weights)
-            .map(|(part, weight)| weight * weight * part.iter().map(|r| r * r).sum::<f64>())
-            .sum()
     }
 
     /// How the fitted force changes with the logarithm of each shape, at fixed linear parameters.
@@ -326,6 +319,14 @@ impl Problem<'_> {
         }
         Ok((best, Stopped::GaveUp))
     }
+}
+
+/// Σ (residual·weight)², with one weight per axis.
+pub(crate) fn cost(records: &Records<'_>, residual: &[f64], weights: &[f64]) -> f64 {
+    let axes = residual.chunks_exact(records.rows_per_axis().max(1));
+    axes.zip(weights)
+        .map(|(part, weight)| weight * weight * part.iter().map(|r| r * r).sum::<f64>())
+        .sum()
 }
 
 /// AᵀB.
