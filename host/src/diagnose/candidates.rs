@@ -15,6 +15,7 @@ use faer::Mat;
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::effect::{Acts, EFFECTS};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Starting values of one effect's shapes that are tried at most; more are thinned out.
 const MOST_STARTS: usize = 40;
@@ -35,7 +36,8 @@ pub(crate) struct Candidate {
     pub(crate) bound: Bound,
     /// All parameters, SI: shapes as found, linear ones as least squares gives them beside the model.
     pub(crate) values: Vec<f64>,
-    /// The factor of each of its columns.
+    /// What its law makes of the records, one column per linear parameter, and the factor of each.
+    columns: Arc<Vec<Vec<f64>>>,
     factors: Vec<f64>,
     /// Σ (weighted residual)² that it takes away.
     pub(crate) gain: f64,
@@ -155,9 +157,7 @@ impl<'a> Beside<'a> {
                 // Longer records resolve the frequency of a line further.
                 self.scan(&candidate.bound)?
             } else {
-                let columns = self.records.columns(&candidate.bound, &candidate.values);
-                let projected = self.project(&columns)?;
-                self.candidate(&candidate.bound, candidate.values, projected)
+                self.tried(&candidate.bound, candidate.values)?
             };
             let mut refined = self.refine(&start, steps);
             refined.explained = self.explained(&refined);
@@ -229,23 +229,25 @@ impl<'a> Beside<'a> {
         let thin = all.len().div_ceil(MOST_STARTS);
         let tried = all.par_iter().step_by(thin).filter_map(|chosen| {
             let values = self.values(bound, &unknowns, chosen);
-            let columns = self.records.columns(bound, &values);
-            let projected = self.project(&columns)?;
-            Some(self.candidate(bound, values, projected))
+            self.tried(bound, values)
         });
         let tried = tried.filter(|candidate| self.is_physical(candidate));
         tried.max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
-    fn candidate(&self, bound: &Bound, mut values: Vec<f64>, projected: Projected) -> Candidate {
+    /// An effect with given shapes, its linear parameters as least squares has them.
+    fn tried(&self, bound: &Bound, mut values: Vec<f64>) -> Option<Candidate> {
+        let columns = self.records.columns(bound, &values);
+        let projected = self.project(&columns)?;
         self.records.put(bound, &projected.factors, &mut values);
-        Candidate {
+        Some(Candidate {
             bound: *bound,
             values,
+            columns: columns.into(),
             factors: projected.factors,
             gain: projected.gain,
             explained: Vec::new(),
-        }
+        })
     }
 
     /// Factors of columns, and what they gain.
@@ -311,11 +313,7 @@ impl<'a> Beside<'a> {
                 })
                 .collect();
             let values = self.values(&best.bound, &unknowns, &chosen);
-            let columns = self.records.columns(&best.bound, &values);
-            let tried = self
-                .project(&columns)
-                .map(|p| self.candidate(&best.bound, values, p));
-            match tried {
+            match self.tried(&best.bound, values) {
                 Some(tried) if tried.gain > best.gain && self.is_physical(&tried) => {
                     let little = tried.gain - best.gain < LITTLE * best.gain;
                     best = tried;
@@ -332,33 +330,23 @@ impl<'a> Beside<'a> {
 
     /// The step of the logarithms of a candidate's shapes.
     fn step(&self, at: &Candidate, unknowns: &[ShapeUnknown], damping: f64) -> Option<Vec<f64>> {
-        let problem = self.solution.problem(self.records, self.terms);
-        let mut columns = self.records.columns(&at.bound, &at.values);
-        let linear = columns.len();
-        for unknown in unknowns {
-            let index = unknown.places[0].1;
-            let slope = self
-                .records
-                .slope(&at.bound, &at.values, &at.factors, index);
-            columns.push(slope);
-        }
-        let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        let (mut gram, right) = self.beside(&problem.weighted(&slices));
+        let linear = at.columns.len();
+        let new = self.with_slopes(at, unknowns);
+        let (mut gram, right) = self.beside(&new);
         for c in 0..gram.ncols() {
             let curvature = gram[(c, c)];
             gram[(c, c)] +=
                 if c < linear { 1e-10 } else { damping } * curvature + f64::MIN_POSITIVE;
         }
         let solved = normal_equations::solve(&gram, &right).ok()?.coefficients;
-        Some((linear..columns.len()).map(|c| solved[(c, 0)]).collect())
+        Some((linear..new.ncols()).map(|c| solved[(c, 0)]).collect())
     }
 
     /// Residual before minus after, weighted.
     fn explained(&self, candidate: &Candidate) -> Vec<f64> {
         let problem = self.solution.problem(self.records, self.terms);
-        let columns = self.records.columns(&candidate.bound, &candidate.values);
         let mut force = vec![0.0; self.records.measured.len()];
-        for (column, factor) in columns.iter().zip(&candidate.factors) {
+        for (column, factor) in candidate.columns.iter().zip(&candidate.factors) {
             force
                 .iter_mut()
                 .zip(column)
@@ -371,21 +359,23 @@ impl<'a> Beside<'a> {
         rest.col(0).iter().copied().collect()
     }
 
+    /// A candidate's columns and the tangents of its shapes, weighted.
+    fn with_slopes(&self, at: &Candidate, unknowns: &[ShapeUnknown]) -> Mat<f64> {
+        let slopes = unknowns.par_iter().map(|unknown| {
+            let (_, index) = unknown.places[0];
+            self.records
+                .slope(&at.bound, &at.values, &at.factors, index)
+        });
+        let slopes: Vec<Vec<f64>> = slopes.collect();
+        let all = at.columns.iter().chain(&slopes);
+        let all: Vec<&[f64]> = all.map(Vec::as_slice).collect();
+        let problem = self.solution.problem(self.records, self.terms);
+        problem.weighted(&all)
+    }
+
     /// The columns by which a model with a candidate is wider than without: its linear ones, and the tangents of its shapes.
     pub(crate) fn columns_of(&self, candidate: &Candidate) -> Mat<f64> {
-        let problem = self.solution.problem(self.records, self.terms);
-        let mut columns = self.records.columns(&candidate.bound, &candidate.values);
-        for unknown in self.unknowns(&candidate.bound) {
-            let index = unknown.places[0].1;
-            columns.push(self.records.slope(
-                &candidate.bound,
-                &candidate.values,
-                &candidate.factors,
-                index,
-            ));
-        }
-        let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        let mut new = problem.weighted(&slices);
+        let mut new = self.with_slopes(candidate, &self.unknowns(&candidate.bound));
         for c in 0..new.ncols() {
             let length = new.col(c).norm_l2();
             if length > 0.0 {

@@ -394,56 +394,83 @@ impl<'a> Course<'a> {
         lift: impl Fn(f64) -> S,
         mut each: impl FnMut(usize, [S; 2]),
     ) {
+        // Cut to one length beforehand, so that no row is checked against it.
+        let rows = self.rows();
+        let state = |series: usize| self.states.get(series).map(|series| &series[..rows]);
         let (own, other) = (2 * axis, 2 * (1 - axis));
-        let both = self.states.len() > 2;
-        let value = |series: usize, row: usize| lift(self.states[series][row]);
+        let (Some(displacements), Some(velocities)) = (state(own), state(own + 1)) else {
+            return;
+        };
+        let others = state(other).zip(state(other + 1));
+        let instruments = self
+            .instruments
+            .as_ref()
+            .map(|said| said.beside(axis, rows));
         let mut memory: States<S> = [S::zero(); _];
         let mut before = None;
-        for row in 0..self.rows() {
-            let displacement = value(own, row);
+        for row in 0..rows {
+            let displacement = lift(displacements[row]);
+            let [other_displacement, other_velocity] =
+                others.map_or([S::zero(); 2], |(x, v)| [lift(x[row]), lift(v[row])]);
+            let silent = Instrument {
+                time: lift(row as f64 * self.period_s),
+                phase: lift(phase),
+                ..Instrument::silent()
+            };
             let at = Kinematics {
                 displacement,
-                velocity: value(own + 1, row),
+                velocity: lift(velocities[row]),
                 step: displacement - before.unwrap_or(displacement),
-                other_displacement: if both { value(other, row) } else { S::zero() },
-                other_velocity: if both {
-                    value(other + 1, row)
-                } else {
-                    S::zero()
-                },
+                other_displacement,
+                other_velocity,
                 period: lift(self.period_s),
-                instrument: self.instrument(axis, row, phase, &lift),
+                instrument: instruments
+                    .as_ref()
+                    .map_or(silent, |said| said.at(row, silent, &lift)),
             };
             before = Some(displacement);
             each(row, law(parameters, &at, &mut memory));
         }
     }
+}
 
-    fn instrument<S: Scalar>(
+impl Instruments<'_> {
+    /// The channels that matter to an axis.
+    fn beside(&self, axis: usize, rows: usize) -> Channels<'_> {
+        Channels {
+            sign: self.signs[axis],
+            acceleration: &self.acceleration[axis][..rows],
+            force: &self.force[axis][..rows],
+            force_rate: &self.force_rate[axis][..rows],
+            other_force: self.force.get(1 - axis).map(|force| &force[..rows]),
+        }
+    }
+}
+
+/// What instruments say beside one axis, all equally long.
+struct Channels<'a> {
+    sign: f64,
+    acceleration: &'a [f64],
+    force: &'a [f64],
+    force_rate: &'a [f64],
+    other_force: Option<&'a [f64]>,
+}
+
+impl Channels<'_> {
+    /// One row, with the time and phase that are known without them.
+    fn at<S: Scalar>(
         &self,
-        axis: usize,
         row: usize,
-        phase: f64,
+        silent: Instrument<S>,
         lift: &impl Fn(f64) -> S,
     ) -> Instrument<S> {
-        let time = lift(row as f64 * self.period_s);
-        let phase = lift(phase);
-        let Some(said) = &self.instruments else {
-            return Instrument {
-                time,
-                phase,
-                ..Instrument::silent()
-            };
-        };
-        let sign = said.signs[axis];
-        let other = said.force.get(1 - axis);
+        let signed = |series: &[f64]| lift(self.sign * series[row]);
         Instrument {
-            time,
-            acceleration: lift(sign * said.acceleration[axis][row]),
-            force: lift(sign * said.force[axis][row]),
-            force_rate: lift(sign * said.force_rate[axis][row]),
-            other_force: other.map_or(S::zero(), |force| lift(sign * force[row])),
-            phase,
+            acceleration: signed(self.acceleration),
+            force: signed(self.force),
+            force_rate: signed(self.force_rate),
+            other_force: self.other_force.map_or(S::zero(), signed),
+            ..silent
         }
     }
 }

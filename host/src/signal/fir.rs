@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use jointwatch_shared::rig::Taps;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Rows filtered at a time, so that they stay in the first-level cache while all taps pass over them.
 const BLOCK: usize = 1024;
@@ -46,21 +47,40 @@ pub fn apply(series: &[f64], taps: &[f64]) -> Vec<f64> {
 
 /// Every `step`-th row of what [`apply`] gives, beginning with the first; the taps must be symmetric.
 pub fn apply_every(series: &[f64], taps: &[f64], step: usize) -> Vec<f64> {
-    // Sums side by side, which vector registers can hold; one running sum would wait for every addition.
-    const LANES: usize = 8;
-    let dot = |window: &[f64]| {
-        let mut sums = [0.0; LANES];
-        let (values, values_rest) = window.as_chunks::<LANES>();
-        let (weights, weights_rest) = taps.as_chunks::<LANES>();
-        for (values, weights) in values.iter().zip(weights) {
-            for ((sum, value), weight) in sums.iter_mut().zip(values).zip(weights) {
-                *sum += value * weight;
+    Arch::new().dispatch(Thinned { series, taps, step })
+}
+
+/// The loop of [`apply_every`], which `pulp` compiles for the vector registers that the processor turns out to have.
+struct Thinned<'a> {
+    series: &'a [f64],
+    taps: &'a [f64],
+    step: usize,
+}
+
+impl WithSimd for Thinned<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _registers: S) -> Vec<f64> {
+        // Sums side by side, which vector registers can hold; one running sum would wait for every addition.
+        const LANES: usize = 32;
+        let Self { series, taps, step } = self;
+        let mut out =
+            Vec::with_capacity((series.len() + 1).saturating_sub(taps.len()).div_ceil(step));
+        for window in series.windows(taps.len()).step_by(step) {
+            let mut sums = [0.0; LANES];
+            let (values, values_rest) = window.as_chunks::<LANES>();
+            let (weights, weights_rest) = taps.as_chunks::<LANES>();
+            for (values, weights) in values.iter().zip(weights) {
+                for ((sum, value), weight) in sums.iter_mut().zip(values).zip(weights) {
+                    *sum += value * weight;
+                }
             }
+            let rest = values_rest.iter().zip(weights_rest).map(|(v, w)| v * w);
+            out.push(sums.iter().sum::<f64>() + rest.sum::<f64>());
         }
-        let rest = values_rest.iter().zip(weights_rest).map(|(v, w)| v * w);
-        sums.iter().sum::<f64>() + rest.sum::<f64>()
-    };
-    series.windows(taps.len()).step_by(step).map(dot).collect()
+        out
+    }
 }
 
 /// The frequency in Hz from which a symmetric low-pass lets through less than a thousandth, up to half the sample rate.

@@ -159,7 +159,7 @@ pub(crate) fn solve(
         None => starts::starts(records, terms, &shapes, axes.len()),
     };
     let mut best: Option<(Solved, Stopped)> = None;
-    for _ in 0..WEIGHINGS {
+    for weighing in 1..=WEIGHINGS {
         let problem = Problem {
             records,
             terms,
@@ -176,10 +176,12 @@ pub(crate) fn solve(
                 best = Some(found);
             }
         }
-        best = match best {
-            Some((solved, stopped)) => Some((problem.settle(solved)?, stopped)),
-            None => None,
-        };
+        if weighing == WEIGHINGS {
+            best = match best {
+                Some((solved, stopped)) => Some((problem.settle(solved)?, stopped)),
+                None => None,
+            };
+        }
         if let Some((solved, _)) = &best {
             from = vec![problem.shapes_of(solved)];
             weights = residual_weights(records, &solved.residual);

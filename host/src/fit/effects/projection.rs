@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::fit::normal_equations;
 use crate::model::effects::Bound;
 use faer::{Mat, Par};
+use rayon::prelude::*;
 
 /// The terms at one choice of shapes, with the linear parameters that fit best.
 #[derive(Clone)]
@@ -45,8 +46,12 @@ pub enum Stopped {
 const MOST_STEPS: usize = 40;
 /// A step of the logarithms below this is no change.
 const SMALL_STEP: f64 = 1e-7;
+/// Nor is a step that gains less than this part of the cost, which is far less than chance adds to it.
+const SMALL_GAIN: f64 = 1e-6;
 /// Gauss–Newton steps after a search.
 const MOST_SETTLING: usize = 12;
+/// A step is shrinking that is smaller than the one before by this factor.
+const SHRINKING: f64 = 0.7;
 /// The most that they may change a shape, as a part of it.
 const MOST_MOVED: f64 = 0.02;
 
@@ -176,7 +181,7 @@ impl Problem<'_> {
             }
             sum
         };
-        self.shapes.iter().map(slope).collect()
+        self.shapes.par_iter().map(slope).collect()
     }
 
     /// The current value of every shape.
@@ -195,15 +200,20 @@ impl Problem<'_> {
     pub(crate) fn settle(&self, found: Solved) -> Result<Solved> {
         let before = self.shapes_of(&found);
         let mut settled = found.clone();
-        let mut last = f64::INFINITY;
+        let (mut last, mut part) = (f64::INFINITY, 1.0);
         for _ in 0..MOST_SETTLING {
             let step = self.newton(&settled)?;
             let moved = step.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
             if moved < SMALL_STEP {
                 break;
             }
-            // Steps that no longer shrink go to and fro across one stair: the middle is as good as either side.
-            let part = if moved < 0.7 * last { 1.0 } else { 0.5 };
+            // Steps that no longer shrink go to and fro across one stair: the middle is as good as either side, and so is where
+            // the next of them leads.
+            match (moved < SHRINKING * last, part < 1.0) {
+                (true, _) => part = 1.0,
+                (false, false) => part = 0.5,
+                (false, true) => break,
+            }
             last = moved;
             let shapes = self.shapes_of(&settled);
             let tried: Vec<f64> = self
@@ -306,7 +316,7 @@ impl Problem<'_> {
                     best = candidate;
                     damping = (damping / 10.0).max(1e-12);
                     improved = true;
-                    if gain < 1e-12 {
+                    if gain < SMALL_GAIN {
                         return Ok((best, Stopped::Converged));
                     }
                     break;
