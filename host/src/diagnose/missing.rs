@@ -56,8 +56,25 @@ pub(crate) struct Round {
 pub(crate) struct Search {
     /// The models, from the one that was brought to the one that lacks nothing more.
     pub(crate) rounds: Vec<Round>,
-    /// Whether what seemed to be missing made the error on records that were not learnt from larger.
-    pub(crate) refuted: bool,
+    /// What seemed to be missing last, but made the error on records that were not learnt from larger: the effect, and RMS error
+    /// over RMS force per axis without and with it.
+    pub(crate) refuted: Option<Refuted>,
+}
+
+/// An effect that other records speak against.
+pub(crate) struct Refuted {
+    pub(crate) bound: Bound,
+    /// RMS error over RMS force on its axis in the records that were not learnt from, without and with it.
+    pub(crate) errors: [f64; 2],
+}
+
+/// What became of the best candidate.
+enum Chosen {
+    /// The terms with it, and their best values.
+    Added(Vec<Bound>, Box<Solution>),
+    Refuted(Refuted),
+    /// There was none.
+    Nobody,
 }
 
 /// The records that a search learns from, and those by which it is held to account.
@@ -111,7 +128,7 @@ pub(crate) fn search(
     };
     let mut round = searcher.judged(base.to_vec(), solution)?;
     let mut rounds: Vec<Round> = Vec::new();
-    let mut refuted = false;
+    let mut refuted = None;
     let rested = rested(axes.len(), motions);
     while rounds.len() < MOST_ROUNDS {
         let added = round.terms.len() - searcher.base;
@@ -130,11 +147,14 @@ pub(crate) fn search(
         if added >= MOST_ADDED || !first.is_some_and(worth_it) {
             break;
         }
-        let Some((terms, solution)) = searcher.chosen(&mut round)? else {
-            refuted = true;
-            break;
+        let mut next = match searcher.chosen(&mut round)? {
+            Chosen::Added(terms, solution) => searcher.judged(terms, *solution)?,
+            Chosen::Refuted(by) => {
+                refuted = Some(by);
+                break;
+            }
+            Chosen::Nobody => break,
         };
-        let mut next = searcher.judged(terms, solution)?;
         for _ in 0..added {
             match searcher.reconsidered(&next)? {
                 Some(better) => next = better,
@@ -162,13 +182,13 @@ impl Searcher<'_> {
         })
     }
 
-    /// A round's model with the best of its candidates; nothing when that makes the error on unseen records larger.
+    /// A round's model with the best of its candidates, unless that makes the error on unseen records larger.
     ///
     /// Candidates were judged beside the model as it stood. What a law is worth shows when the whole model is fitted anew with
     /// it, so the rivals for the first place are; the one that is chosen comes first in the round's ranking from then on.
-    fn chosen(&mut self, round: &mut Round) -> Result<Option<(Vec<Bound>, Solution)>> {
+    fn chosen(&mut self, round: &mut Round) -> Result<Chosen> {
         let Some(first) = round.ranked.first() else {
-            return Ok(None);
+            return Ok(Chosen::Nobody);
         };
         let best = first.gain.sum;
         // Only where the first of them acts: beside what another axis leaves everything looks alike.
@@ -200,7 +220,7 @@ impl Searcher<'_> {
             (terms, from)
         };
         let at = match rivals.as_slice() {
-            [] => return Ok(None),
+            [] => return Ok(Chosen::Nobody),
             [only] => only.0,
             several => {
                 let left = |own_terms: Vec<Bound>, from: &[f64], steps: usize| {
@@ -235,16 +255,21 @@ impl Searcher<'_> {
         let solution = solve(&self.records, self.axes, &terms, Some(from))?;
         round.ranked[..=at].rotate_right(1);
         let bound = round.ranked[0].candidate.bound;
-        let worse = self.unseen.is_some_and(|unseen| {
+        let worse = self.unseen.and_then(|unseen| {
             let within = &round.within;
             let before = relative_errors(unseen, &round.terms, &round.solution.solved, within);
             let after = relative_errors(unseen, &terms, &solution.solved, within);
-            let mut own = before.iter().zip(&after).enumerate();
-            own.any(|(axis, (before, after))| {
-                bound.acts_on(axis) && *after > (1.0 + WORSE) * before
-            })
+            let own = before.into_iter().zip(after).enumerate();
+            let mut own = own.filter(|(axis, _)| bound.acts_on(*axis));
+            own.find(|(_, (before, after))| *after > (1.0 + WORSE) * before)
         });
-        Ok((!worse).then_some((terms, solution)))
+        Ok(match worse {
+            Some((_, (before, after))) => Chosen::Refuted(Refuted {
+                bound,
+                errors: [before, after],
+            }),
+            None => Chosen::Added(terms, solution.into()),
+        })
     }
 
     /// The model without one of the effects that were added, or with another in its place, if the model is as good or better for it.
@@ -264,7 +289,7 @@ impl Searcher<'_> {
             if !without.ranked.first().is_some_and(Judged::is_missing) {
                 return Ok(Some(without));
             }
-            let Some((terms, solution)) = self.chosen(&mut without)? else {
+            let Chosen::Added(terms, solution) = self.chosen(&mut without)? else {
                 continue;
             };
             if terms.last() == Some(&removed) {
@@ -274,7 +299,7 @@ impl Searcher<'_> {
             let without = power(&self.records, &without.solution);
             if without - left > (without - present) * (1.0 + PARSIMONY) && left * SWAPPED < present
             {
-                return Ok(Some(self.judged(terms, solution)?));
+                return Ok(Some(self.judged(terms, *solution)?));
             }
         }
         Ok(None)

@@ -4,7 +4,7 @@ use super::absorbed::absorbed;
 use super::answer::{Diagnosis, PerAxis, Verdict, in_words_found, in_words_ranked};
 use super::base::base_of;
 use super::data_checks;
-use super::missing::{self, Round};
+use super::missing::{self, Refuted, Round};
 use super::noise;
 use crate::add;
 use crate::compare;
@@ -124,7 +124,17 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             || left_beside(axis, unseen, NOT_BORNE_OUT)
             || (floors[axis].acts_at_rest && floor[axis].min(learnt_floor) > DISCREPANCY)
     });
-    let unexplained = unexplained || (refuted && found.is_empty());
+    let unexplained = unexplained || (refuted.is_some() && found.is_empty());
+    if let Some(Refuted { bound, errors }) = refuted {
+        notes.push(format!(
+            "{} explains the training records better, but on the validation records the relative error of axis {} would go from {:.4} \
+             to {:.4} with it, so it is not added: what it does there is not this effect",
+            bound.name(&names),
+            names[bound.axis],
+            errors[0],
+            errors[1]
+        ));
+    }
     let wrong = data_checks::check(study, &model.filters);
     let verdict = match (unexplained, found.is_empty()) {
         _ if wrong.iter().any(|finding| finding.serious) => Verdict::Data,
