@@ -375,15 +375,26 @@ impl<'a> Beside<'a> {
 
     /// The columns by which a model with a candidate is wider than without: its linear ones, and the tangents of its shapes.
     pub(crate) fn columns_of(&self, candidate: &Candidate) -> Mat<f64> {
-        let mut new = self.with_slopes(candidate, &self.unknowns(&candidate.bound));
-        for c in 0..new.ncols() {
-            let length = new.col(c).norm_l2();
-            if length > 0.0 {
-                new.col_mut(c).iter_mut().for_each(|v| *v /= length);
-            }
-        }
-        new
+        of_unit_length(self.with_slopes(candidate, &self.unknowns(&candidate.bound)))
     }
+
+    /// Any columns, weighted, as [`Beside::columns_of`] gives those of a candidate.
+    pub(super) fn unit_columns(&self, columns: &[Vec<f64>]) -> Mat<f64> {
+        let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let problem = self.solution.problem(self.records, self.terms);
+        of_unit_length(problem.weighted(&columns))
+    }
+}
+
+/// The same columns, each of length 1 unless it is 0.
+fn of_unit_length(mut columns: Mat<f64>) -> Mat<f64> {
+    for c in 0..columns.ncols() {
+        let length = columns.col(c).norm_l2();
+        if length > 0.0 {
+            columns.col_mut(c).iter_mut().for_each(|v| *v /= length);
+        }
+    }
+    columns
 }
 
 /// Every combination of starting values, SI.

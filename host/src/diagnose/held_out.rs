@@ -1,6 +1,7 @@
 //! How much an effect explains on stretches of the records that it was not fitted to.
 
 use super::candidates::Beside;
+use crate::fit::effects::Solution;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
 use crate::fit::normal_equations::Cholesky;
@@ -27,6 +28,24 @@ impl HeldOut {
             .collect()
     }
 
+    /// What these take away from the errors of `without` on an axis.
+    pub(crate) fn worth(
+        &self,
+        without: &Self,
+        axis: usize,
+        records: &Records<'_>,
+        solution: &Solution,
+    ) -> Worth {
+        let before = without.per_axis()[axis];
+        let drop = before - self.per_axis()[axis];
+        let rows = records.rows_per_axis() as f64;
+        let rms = (drop.max(0.0) / rows).sqrt() / solution.weights[axis];
+        Worth {
+            part: drop / before.max(f64::MIN_POSITIVE),
+            share: rms / records.references.force[axis],
+        }
+    }
+
     /// By how much the errors of `other` exceed these.
     pub(crate) fn better_than(&self, other: &Self) -> Gain {
         let differences: Vec<f64> = other
@@ -49,6 +68,15 @@ impl HeldOut {
             without_best: sum - largest.iter().take(BEST).sum::<f64>(),
         }
     }
+}
+
+/// What something takes away from held-out errors on an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Worth {
+    /// Part of their power.
+    pub(crate) part: f64,
+    /// RMS beside the RMS of the force.
+    pub(crate) share: f64,
 }
 
 /// The blocks in which an effect helps most that may not be all that speaks for it.
@@ -77,7 +105,7 @@ impl Gain {
 }
 
 /// Standard errors that make a gain sure.
-const SURE: f64 = 3.5;
+const SURE: f64 = 2.8;
 /// Harm that counts as none, as a part of the gain.
 const HARMLESS: f64 = 0.05;
 /// What blocks other than the best must contribute, as a part of the gain.

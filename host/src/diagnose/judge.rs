@@ -1,20 +1,21 @@
 //! What every candidate for a missing effect is worth on stretches of the records that it was not fitted to, and in which order they come.
 
 use super::candidates::{Beside, Candidate, REFINED};
-use super::held_out::{Gain, HeldOut, held_out};
+use super::held_out::{Gain, HeldOut, Worth, held_out};
 use super::tolerances;
 use crate::error::Result;
 use crate::fit::effects::Solution;
 use crate::fit::effects::columns::Records;
 use crate::model::effects::Bound;
 use crate::study::Axis;
-use jointwatch_shared::effect::Acts;
 
 /// What an effect has to add to the force of its axis, RMS beside RMS, to be called missing: any model of a real joint is
 /// wrong by some thousandths, and that is no missing effect.
-const LEAST_SHARE: f64 = 0.006;
+const LEAST_SHARE: f64 = 0.0045;
+/// By less than this, RMS beside RMS, one model is not better than another: noise and small faults decide.
+pub(super) const WRONG_BY: f64 = 0.006;
 /// The part of the residual's held-out power that it has to take away.
-const LEAST_PART: f64 = 0.05;
+const LEAST_PART: f64 = 0.02;
 /// A law with fewer parameters is preferred when this part of what is explained is lost at most,
 pub(super) const PARSIMONY: f64 = 0.01;
 /// and what it leaves over is at most so many times as much, as power: a law that is nearly right leaves little more than the
@@ -120,28 +121,23 @@ fn worth(
     with: &HeldOut,
     without: &HeldOut,
 ) -> Judged {
-    let gain = with.better_than(without);
-    let (before, after) = (without.per_axis(), with.per_axis());
-    let rows = records.rows_per_axis();
+    let axes = solution.weights.len();
     // What matters happens on one axis; an effect on both is judged where it does most.
-    let own =
-        |axis: usize| candidate.bound.entry.acts == Acts::BothAxes || axis == candidate.bound.axis;
-    let (mut part, mut share) = (0.0_f64, 0.0_f64);
-    for axis in (0..before.len()).filter(|&axis| own(axis)) {
-        let drop = before[axis] - after[axis];
-        part = part.max(drop / before[axis].max(f64::MIN_POSITIVE));
-        let rms = (drop.max(0.0) / rows as f64).sqrt() / solution.weights[axis];
-        share = share.max(rms / records.references.force[axis]);
-    }
+    let own = (0..axes).filter(|&axis| candidate.bound.acts_on(axis));
+    let most = own.map(|axis| with.worth(without, axis, records, solution));
+    let most = most.fold(Worth::default(), |most, worth| Worth {
+        part: most.part.max(worth.part),
+        share: most.share.max(worth.share),
+    });
     let axis = candidate.bound.axis;
     Judged {
-        power_before: before[axis],
-        power_after: after[axis],
+        power_before: without.per_axis()[axis],
+        power_after: with.per_axis()[axis],
         reference_force: records.references.force[axis],
+        part: most.part,
+        share: most.share,
         candidate,
-        gain,
-        part,
-        share,
+        gain: with.better_than(without),
         equivalent: Vec::new(),
     }
 }

@@ -1,7 +1,8 @@
 //! Which physical effects a model lacks: search, add, search again, until nothing is missing.
 
 use super::held_out::{LEAST_BLOCKS, blocks};
-use super::judge::{Judged, LEAVES_AS_LITTLE, PARSIMONY, judge};
+use super::judge::{Judged, LEAVES_AS_LITTLE, PARSIMONY, WRONG_BY, judge};
+use super::linear_memory;
 use super::noise::rested;
 use super::tolerances;
 use crate::compare::Sums;
@@ -59,6 +60,8 @@ pub(crate) struct Search {
     /// What seemed to be missing last, but made the error on records that were not learnt from larger: the effect, and RMS error
     /// over RMS force per axis without and with it.
     pub(crate) refuted: Option<Refuted>,
+    /// Per axis, whether the last model lacks a force that is linear in the past displacement.
+    pub(crate) lacks_memory: Vec<bool>,
 }
 
 /// An effect that other records speak against.
@@ -163,8 +166,18 @@ pub(crate) fn search(
         }
         rounds.push(std::mem::replace(&mut round, next));
     }
+    let lacks_memory = linear_memory::is_left(
+        &searcher.records,
+        &round.terms,
+        &round.solution,
+        &round.within,
+    );
     rounds.push(round);
-    Ok(Search { rounds, refuted })
+    Ok(Search {
+        rounds,
+        refuted,
+        lacks_memory,
+    })
 }
 
 impl Searcher<'_> {
@@ -325,8 +338,15 @@ impl Left {
 /// Of candidates that leave little, each with its place in the ranking, the one with the fewest parameters.
 ///
 /// A law with fewer parameters may leave more on the records that were learnt from when it leaves less on others: what
-/// bends a few more ways follows the small faults of a model, and goes astray where it was not fitted.
+/// bends a few more ways follows the small faults of a model, and goes astray where it was not fitted. One that leaves
+/// more there than models of real joints are wrong by is out.
 fn simplest(round: &Round, before: f64, mut left: Vec<(usize, Left)>) -> usize {
+    let unseen = left.iter().filter_map(|(_, left)| left.unseen);
+    let least_unseen = unseen.fold(f64::INFINITY, f64::min);
+    left.retain(|(_, left)| {
+        left.unseen
+            .is_none_or(|unseen| unseen - least_unseen <= WRONG_BY * WRONG_BY)
+    });
     left.sort_by(|a, b| a.1.learnt.total_cmp(&b.1.learnt));
     let Some(&(first, best)) = left.first() else {
         return 0;

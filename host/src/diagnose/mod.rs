@@ -7,6 +7,7 @@ mod candidates;
 pub mod data_checks;
 mod held_out;
 mod judge;
+mod linear_memory;
 mod missing;
 pub(crate) mod noise;
 mod tolerances;

@@ -19,6 +19,10 @@ use crate::study::Study;
 
 /// What is left above the floor, as a multiple of it, may be this much before something must be missing.
 const ABOVE_FLOOR: f64 = 2.0;
+/// where an axis rests and the floor is known, only so much, if it is
+const ABOVE_KNOWN_FLOOR: f64 = 1.4;
+/// this part of the force more than the floor.
+const BESIDE_FLOOR: f64 = 0.02;
 /// Relative errors below this are those of any model of a real joint.
 const DISCREPANCY: f64 = 0.012;
 /// Of the error's power before, this part may be left above the floor.
@@ -30,8 +34,11 @@ const NEAR_FLOOR: f64 = 1.15;
 const BESIDE: f64 = 0.05;
 /// or this part on records that were not learnt from,
 const NOT_BORNE_OUT: f64 = 0.2;
-/// and it is more than a relative error that instruments within their tolerances make.
+/// and it is more than instruments within their tolerances make, as a part of the applied force.
 const ALWAYS_WRONG: f64 = 0.003;
+
+/// Relative error before and after everything that was found is added, and the noise floor beside the same force.
+type Errors = (f64, f64, f64);
 
 /// Diagnoses a model on a study.
 ///
@@ -57,8 +64,11 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         low_pass,
     );
     let unseen = (!validation.is_empty()).then_some(&held);
-    let missing::Search { rounds, refuted } =
-        missing::search(&study.axes, &training, unseen, low_pass, &base, values)?;
+    let missing::Search {
+        rounds,
+        refuted,
+        lacks_memory,
+    } = missing::search(&study.axes, &training, unseen, low_pass, &base, values)?;
     let (Some(first), Some(last)) = (rounds.first(), rounds.last()) else {
         return Err(Error::failed("the diagnosis ended before it began"));
     };
@@ -103,25 +113,32 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     let [learnt_before, learnt_after] = [first, last].map(|r| errors_within(&learnt, r, last));
     let [held_before, held_after] = [first, last].map(|r| errors_within(&held, r, last));
     let above = |e: f64, floor: f64| (e * e - floor * floor).max(0.0);
-    let left_over = |before: f64, after: f64, floor: f64| {
+    let left_over = |axis: usize, (before, after, floor): Errors| {
+        let known = floor.hypot(BESIDE_FLOOR).max(ABOVE_KNOWN_FLOOR * floor);
         let limit = (ABOVE_FLOOR * floor).max(DISCREPANCY);
-        after > limit && above(after, floor) > LEFT_OVER * above(before, floor)
+        (after > limit || (floors[axis].at_rest && after > known))
+            && above(after, floor) > LEFT_OVER * above(before, floor)
     };
-    // An effect that is named explains nearly everything that can be seen.
-    let left_beside = |axis: usize, (before, after, floor): (f64, f64, f64), part: f64| {
+    // An effect that is named explains nearly everything that can be seen. Gains are wrong by a part of the applied force, which
+    // can be many times what the joint gives back.
+    let left_beside = |axis: usize, records: &Records<'_>, (before, after, floor): Errors, part| {
+        let applied = records.applied_rms(axis) / records.references.force[axis];
+        let wrong = ALWAYS_WRONG * applied.max(1.0);
         last.terms[base.len()..].iter().any(|t| t.acts_on(axis))
             && after > NEAR_FLOOR * floor
-            && above(after, floor.hypot(ALWAYS_WRONG)) > part * above(before, floor)
+            && above(after, floor.hypot(wrong)) > part * above(before, floor)
     };
     let unexplained = (0..study.axes.len()).any(|axis| {
         let learnt_floor = floors[axis].rms / learnt.references.force[axis];
         let unseen = (held_before[axis], held_after[axis], floor[axis]);
         let seen = (learnt_before[axis], learnt_after[axis], learnt_floor);
-        [unseen, seen].iter().all(|&(b, a, f)| left_over(b, a, f))
+        [unseen, seen].iter().all(|&errors| left_over(axis, errors))
             // Where the noise is known, also of what is small; and what is right on the records learnt from is right on others.
             || (floors[axis].at_rest
-                && [unseen, seen].iter().all(|&e| left_beside(axis, e, BESIDE)))
-            || left_beside(axis, unseen, NOT_BORNE_OUT)
+                && left_beside(axis, &held, unseen, BESIDE)
+                && left_beside(axis, &learnt, seen, BESIDE))
+            || left_beside(axis, &held, unseen, NOT_BORNE_OUT)
+            || lacks_memory[axis]
             || (floors[axis].acts_at_rest && floor[axis].min(learnt_floor) > DISCREPANCY)
     });
     let unexplained = unexplained || (refuted.is_some() && found.is_empty());

@@ -378,6 +378,16 @@ impl<'a> Course<'a> {
         said.map_or(&[], |said| &said.force[axis])
     }
 
+    /// Displacement of an axis, m or rad.
+    pub fn displacement(&self, axis: usize) -> &'a [f64] {
+        self.states[2 * axis]
+    }
+
+    /// Time between rows, s.
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
     /// Rows.
     pub fn rows(&self) -> usize {
         self.states.first().map_or(0, |series| series.len())

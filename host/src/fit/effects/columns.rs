@@ -152,6 +152,18 @@ impl<'a> Records<'a> {
         (sum / rows.max(1) as f64).sqrt()
     }
 
+    /// The displacement of an axis so many seconds earlier, as a column; before a record began, that of its first row.
+    pub(crate) fn delayed(&self, axis: usize, delay_s: f64) -> Vec<f64> {
+        let parts = self.courses.iter().flat_map(|course| {
+            let displacement = course.displacement(axis);
+            let rows = (delay_s / course.period_s()).round() as usize;
+            let at = |row: usize| displacement[row.saturating_sub(rows)];
+            let delayed: Vec<f64> = (0..displacement.len()).map(at).collect();
+            self.thinned(&delayed)
+        });
+        self.on_axis(axis, parts.collect())
+    }
+
     /// Rows of one axis.
     pub(crate) fn rows_per_axis(&self) -> usize {
         self.rows.iter().sum()

@@ -1,0 +1,71 @@
+//! Whether a force that is linear in the past displacement is left that no effect of the library has.
+//!
+//! The library's linear forces with memory are few: a Maxwell element, a late or wrongly scaled force channel. Any other one, a
+//! feedback with a delay or a chain of several elements, looks much like one of them and is named for it, since what
+//! they leave of it is small. No linear law can leave anything that the displacements of the last moments explain together.
+
+use super::candidates::Beside;
+use super::held_out::held_out;
+use super::judge::WRONG_BY;
+use super::tolerances;
+use crate::fit::effects::Solution;
+use crate::fit::effects::columns::Records;
+use crate::model::effects::Bound;
+
+/// Displacements of so many moments are tried together,
+const MOMENTS: usize = 14;
+/// so far apart, s: neighbours still differ in a band of 120 Hz, and the oldest is a few hundredths of a second old.
+const APART_S: f64 = 0.002;
+/// They have to explain this part of what is left over.
+const LEAST_PART: f64 = 0.45;
+
+/// Per axis, whether past displacements explain what a solved model leaves over, on blocks that were not fitted to.
+pub(super) fn is_left(
+    records: &Records<'_>,
+    terms: &[Bound],
+    solution: &Solution,
+    within: &[Bound],
+) -> Vec<bool> {
+    let axes = solution.weights.len();
+    let mut left = vec![false; axes];
+    let columns = tolerances::columns(records, within);
+    let Some(beside) = Beside::new(records, terms, solution, columns) else {
+        return left;
+    };
+    let Some(without) = held_out(records, &beside, None, axes) else {
+        return left;
+    };
+    for (axis, left) in left.iter_mut().enumerate() {
+        let moments = (1..=MOMENTS).map(|moment| records.delayed(axis, moment as f64 * APART_S));
+        let moments = beside.unit_columns(&moments.collect::<Vec<_>>());
+        let Some(with) = held_out(records, &beside, Some(&moments), axes) else {
+            continue;
+        };
+        let worth = with.worth(&without, axis, records, solution);
+        let least = WRONG_BY.max(of_a_delay(records, terms, solution, axis));
+        *left = worth.share >= least
+            && worth.part >= LEAST_PART
+            && with.better_than(&without).is_sure();
+    }
+    left
+}
+
+/// What the law of a late force channel leaves over, RMS beside the RMS force of the axis: it is the first term of the delayed
+/// force's series, `F(t − τ) = F − τ·Ḟ + τ²·F̈/2 − …`. Twice the second one, so that the later ones have room.
+fn of_a_delay(records: &Records<'_>, terms: &[Bound], solution: &Solution, axis: usize) -> f64 {
+    let late = |term: &Bound| term.entry.about.name == "time_delay" && term.axis == axis;
+    let Some(at) = terms.iter().position(late) else {
+        return 0.0;
+    };
+    let rows = records.rows_per_axis();
+    let columns = records.columns(&terms[at], &solution.solved.values[at]);
+    let rate = columns
+        .iter()
+        .flat_map(|c| &c[axis * rows..(axis + 1) * rows]);
+    let rate: Vec<f64> = rate.copied().collect();
+    let steps = rate.windows(2).map(|pair| pair[1] - pair[0]);
+    let power: f64 = steps.map(|step| step * step).sum();
+    let second = records.thinned_rate_hz * (power / rows.max(1) as f64).sqrt();
+    let delay = solution.solved.values[at].first().copied().unwrap_or(0.0);
+    delay * delay * second / records.references.force[axis]
+}
