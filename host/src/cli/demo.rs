@@ -224,7 +224,7 @@ fn truth(truth: &Value, found: &[String]) -> String {
         [] => "Nothing was found".to_string(),
         some if some.contains(&name) => format!("Found was {}", some.join(", ")),
         some => format!(
-            "Found was another effect that looks like it here, {}",
+            "That was not found: {} was named in its place",
             some.join(", ")
         ),
     };

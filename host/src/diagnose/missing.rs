@@ -38,6 +38,8 @@ const NOISE: f64 = 0.01;
 const LATER: f64 = 0.01;
 /// An effect may make the error on unseen records larger by this part: its values have errors too.
 const WORSE: f64 = 0.02;
+/// Of laws that all leave much, one that leaves this part more power on unseen records than another is no worse.
+const AS_WRONG: f64 = 0.05;
 /// Another effect takes an added one's place when what is left over falls by this factor at least, as power.
 const SWAPPED: f64 = 1.1;
 
@@ -339,13 +341,15 @@ impl Left {
 ///
 /// A law with fewer parameters may leave more on the records that were learnt from when it leaves less on others: what
 /// bends a few more ways follows the small faults of a model, and goes astray where it was not fitted. One that leaves
-/// more there than models of real joints are wrong by is out.
+/// more there than models of real joints are wrong by is out, unless the others leave nearly as much.
 fn simplest(round: &Round, before: f64, mut left: Vec<(usize, Left)>) -> usize {
     let unseen = left.iter().filter_map(|(_, left)| left.unseen);
     let least_unseen = unseen.fold(f64::INFINITY, f64::min);
     left.retain(|(_, left)| {
-        left.unseen
-            .is_none_or(|unseen| unseen - least_unseen <= WRONG_BY * WRONG_BY)
+        left.unseen.is_none_or(|unseen| {
+            let more = unseen - least_unseen;
+            more <= WRONG_BY * WRONG_BY || more <= AS_WRONG * least_unseen
+        })
     });
     left.sort_by(|a, b| a.1.learnt.total_cmp(&b.1.learnt));
     let Some(&(first, best)) = left.first() else {
