@@ -1,5 +1,7 @@
 //! `rig.toml`: how the sensors of a rig are wired and what their counts are worth, in people's units.
 
+mod keys;
+
 use crate::error::{Error, Result};
 use crate::study::AxisKind;
 use crate::study::description::Source;
@@ -11,7 +13,8 @@ use jointwatch_shared::wiring::{
     ACCELEROMETERS, Accelerometer, AxisWiring, CHANNELS, COUNTERS, Converter, Counter, Signed,
     SignedDirection, Wiring,
 };
-use serde::Deserialize;
+pub(crate) use keys::RigFile;
+use keys::{AxisEntry, WiringEntry};
 use std::f64::consts::TAU;
 use std::fmt::Display;
 use toml::Spanned;
@@ -24,94 +27,6 @@ const COUNTS_PER_G: f64 = 256_000.0;
 const REFERENCE_V: f64 = 1.2;
 /// Codes from 0 to full scale of its 24 bits.
 const CONVERTER_FULL_SCALE: f64 = (1 << 23) as f64;
-
-/// The whole file.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct RigFile {
-    wiring: WiringEntry,
-    #[serde(default)]
-    axis: Vec<AxisEntry>,
-}
-
-/// `[wiring]`: how the chips are set.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WiringEntry {
-    /// Of the converter: 128, 256, … 16384.
-    oversampling: Spanned<u32>,
-    /// In the order of the counters' chip selects.
-    counters: Spanned<Vec<CounterEntry>>,
-    #[serde(default)]
-    accelerometers: Vec<AccelerometerEntry>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct CounterEntry {
-    #[serde(default = "yes")]
-    fitted: bool,
-    quadrature: Option<Spanned<u8>>,
-    #[serde(default)]
-    start: i32,
-    #[serde(default)]
-    index: bool,
-}
-
-fn yes() -> bool {
-    true
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct AccelerometerEntry {
-    #[serde(default = "yes")]
-    fitted: bool,
-    range_g: Spanned<u8>,
-    corner_hz: Spanned<f64>,
-    #[serde(default)]
-    external_sync: bool,
-}
-
-/// `[[axis]]`, in any order.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct AxisEntry {
-    name: Spanned<String>,
-    /// Counters as "+0" or "-1".
-    far: Spanned<String>,
-    near: Option<Spanned<String>>,
-    body: Option<Spanned<String>>,
-    counts_per_m: Option<Spanned<f64>>,
-    counts_per_rev: Option<Spanned<f64>>,
-    /// Converter channel, as the counters.
-    bridge: Spanned<String>,
-    gain: Spanned<u8>,
-    /// N or N·m per V/V.
-    sensitivity: Spanned<f64>,
-    #[serde(rename = "excitation_V")]
-    excitation_v: Spanned<f64>,
-    /// "+0x": accelerometer and direction.
-    #[serde(default)]
-    acceleration: Option<Spanned<Vec<String>>>,
-    pair_distance_m: Option<Spanned<f64>>,
-    #[serde(default)]
-    ground_stiffness: Option<Spanned<f64>>,
-    #[serde(default)]
-    ground_damping: Option<Spanned<f64>>,
-    #[serde(default)]
-    skew_us: Skew,
-}
-
-/// By how many microseconds a channel is late; negative when it is early.
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Skew {
-    displacement: f64,
-    body: f64,
-    acceleration: f64,
-    force: f64,
-}
 
 /// What the file says, in the order of the model's axes.
 pub(crate) struct Described {

@@ -1,0 +1,92 @@
+//! The keys of `rig.toml`.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+/// The whole file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RigFile {
+    pub(super) wiring: WiringEntry,
+    #[serde(default)]
+    pub(super) axis: Vec<AxisEntry>,
+}
+
+/// `[wiring]`: how the chips are set.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct WiringEntry {
+    /// Of the converter: 128, 256, … 16384.
+    pub(super) oversampling: Spanned<u32>,
+    /// In the order of the counters' chip selects.
+    pub(super) counters: Spanned<Vec<CounterEntry>>,
+    #[serde(default)]
+    pub(super) accelerometers: Vec<AccelerometerEntry>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CounterEntry {
+    #[serde(default = "yes")]
+    pub(super) fitted: bool,
+    pub(super) quadrature: Option<Spanned<u8>>,
+    #[serde(default)]
+    pub(super) start: i32,
+    #[serde(default)]
+    pub(super) index: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AccelerometerEntry {
+    #[serde(default = "yes")]
+    pub(super) fitted: bool,
+    pub(super) range_g: Spanned<u8>,
+    pub(super) corner_hz: Spanned<f64>,
+    #[serde(default)]
+    pub(super) external_sync: bool,
+}
+
+/// `[[axis]]`, in any order.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AxisEntry {
+    pub(super) name: Spanned<String>,
+    /// Counters as "+0" or "-1".
+    pub(super) far: Spanned<String>,
+    pub(super) near: Option<Spanned<String>>,
+    pub(super) body: Option<Spanned<String>>,
+    pub(super) counts_per_m: Option<Spanned<f64>>,
+    pub(super) counts_per_rev: Option<Spanned<f64>>,
+    /// Converter channel, as the counters.
+    pub(super) bridge: Spanned<String>,
+    pub(super) gain: Spanned<u8>,
+    /// N or N·m per V/V.
+    pub(super) sensitivity: Spanned<f64>,
+    #[serde(rename = "excitation_V")]
+    pub(super) excitation_v: Spanned<f64>,
+    /// "+0x": accelerometer and direction.
+    #[serde(default)]
+    pub(super) acceleration: Option<Spanned<Vec<String>>>,
+    pub(super) pair_distance_m: Option<Spanned<f64>>,
+    #[serde(default)]
+    pub(super) ground_stiffness: Option<Spanned<f64>>,
+    #[serde(default)]
+    pub(super) ground_damping: Option<Spanned<f64>>,
+    #[serde(default)]
+    pub(super) skew_us: Skew,
+}
+
+/// By how many microseconds a channel is late; negative when it is early.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Skew {
+    pub(super) displacement: f64,
+    pub(super) body: f64,
+    pub(super) acceleration: f64,
+    pub(super) force: f64,
+}
