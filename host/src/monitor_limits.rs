@@ -4,12 +4,12 @@
 //! set on. `docs/monitor.md` derives the formulas; in short, per statistic y and side:
 //!
 //! - in-control mean μ: the largest over the records (a model is better on one than on another), plus its own uncertainty;
-//! - long-run variance σ² of y, with the autocorrelation from block to block, plus its own uncertainty;
 //! - drift = μ + half the shift that a change by 10 % of the RMS force makes;
-//! - θ, the rate at which the sum's excursions die out: the root of E exp(θ·(y − drift)) = 1, by the Gaussian formula
-//!   2·(drift − μ)/σ² and by the records' own tail with an exponential fitted beyond its highest tenth; the smaller counts;
-//! - threshold = ln(blocks between false alarms × statistics)/θ, so that the mean time between false alarms of all of them
-//!   together is at least the one stated.
+//! - increments z = min(y − drift, c), as the device holds them, as if every record had the mean μ;
+//! - θ, the rate at which the sum's excursions die out: the root of E exp(θ·Z) = 1 for Z the sum of 1, 2 and 4 blocks in a row, whose
+//!   highest tenth an exponential continues, and the Gaussian 2·(drift − μ)/σ² with z's long-run variance and its own
+//!   uncertainty; the smallest counts;
+//! - threshold = ln(blocks between false alarms × statistics)/θ, and at least so much that an alarm takes sixteen blocks.
 
 use crate::compare::RESTS_BELOW;
 use crate::error::{Error, Result};
@@ -19,7 +19,10 @@ use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::limits::{
     AxisLimits, BLOCK, CHANNELS, Cusum, Limits, MOST_CUSUM, TwoSided,
 };
-use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, OCTAVE, Sums, share_of_change};
+use jointwatch_shared::monitor::{
+    Faults, LEAST_BLOCKS, MOST_OF_SHARE, Monitor, MonitorState, OCTAVE, Sums, most_of_block,
+    share_of_change,
+};
 use jointwatch_shared::pipeline::{Output, RawSample};
 use serde::Serialize;
 
@@ -31,6 +34,10 @@ const LEAST_GROWTH_OCTAVES: f64 = 0.5;
 const BLOCK_S: f64 = 0.064;
 /// The fewest judged blocks of validation from which limits are set.
 const FEWEST_BLOCKS: usize = 24;
+/// Blocks in a row over which increments are summed up: how they hang together shows in the sums of several.
+const GROUPS: [usize; 3] = [1, 2, 4];
+/// What one block may add at least to the sum of the error, in octaves of power.
+const LEAST_STEP_OCTAVES: f64 = 0.75;
 /// Standard deviations of its own uncertainty by which a mean or a variance is taken larger than it came out.
 const CAUTION: f64 = 2.0;
 /// The part of a statistic's highest values to which the exponential tail is fitted.
@@ -45,7 +52,7 @@ const SIDES: f64 = 5.0;
 pub struct Healthy {
     /// Largest mean over the records, with its uncertainty.
     pub mean: f64,
-    /// Square root of the long-run variance of a block, with its uncertainty.
+    /// Square root of the long-run variance of a block's increment, with its uncertainty.
     pub spread: f64,
     /// Above which the cumulative sum rises.
     pub drift: f64,
@@ -349,42 +356,69 @@ fn sides(series: &[Series], log_rarity: f64) -> [Healthy; 5] {
             .iter()
             .map(|s| (s.validation, s.values.iter().map(|v| v[side]).collect()))
             .collect();
-        healthy(&records, shift, log_rarity)
+        healthy(&records, side, shift, log_rarity)
     })
 }
 
 /// The limits of one side of one statistic that a change shifts by `shift`.
-fn healthy(records: &[(bool, Vec<f64>)], shift: f64, log_rarity: f64) -> Healthy {
+fn healthy(records: &[(bool, Vec<f64>)], side: usize, shift: f64, log_rarity: f64) -> Healthy {
     let validation: Vec<&Vec<f64>> = records.iter().filter(|(v, _)| *v).map(|(_, s)| s).collect();
-    let count: usize = validation.iter().map(|s| s.len()).sum();
-    let middle = validation.iter().copied().flatten().sum::<f64>() / count as f64;
-    let (variance, length) = long_run_variance(&validation, middle);
-    // Independent values that the blocks are worth; a variance from n of them is off by √(2/n) of itself.
-    let worth = (count as f64 / length).max(2.0);
-    let spread = (variance * (1.0 + CAUTION * (2.0 / worth).sqrt())).sqrt();
+    let all: Vec<f64> = validation.iter().copied().flatten().copied().collect();
+    let middle = mean(&all);
     let means = records
         .iter()
         .filter(|(_, s)| s.len() >= FEWEST_BLOCKS)
         .map(|(_, s)| mean(s));
-    let mean = means.fold(middle, f64::max) + CAUTION * (variance / count as f64).sqrt();
+    let uncertainty = (long_run_variance(&validation).0 / all.len() as f64).sqrt();
+    let mean = means.fold(middle, f64::max) + CAUTION * uncertainty;
     let drift = mean + 0.5 * shift;
-    let gaussian = 2.0 * (drift - mean) / (spread * spread).max(1e-9);
-    let rate = gaussian.min(tail_rate(&validation, length, drift - (mean - middle)));
-    let threshold = (log_rarity / rate.max(1e-9)).clamp(1.0, f64::from(MOST_CUSUM));
+    let least_step = if side == 0 {
+        LEAST_STEP_OCTAVES * f64::from(OCTAVE)
+    } else {
+        f64::from(MOST_OF_SHARE)
+    };
+    let least = f64::from(LEAST_BLOCKS) * least_step;
+    // Which threshold follows when a block adds `most` at most.
+    let threshold = |most: f64| {
+        let increment = |y: &f64| (y + (mean - middle) - drift).min(most);
+        let increments: Vec<Vec<f64>> = validation
+            .iter()
+            .map(|record| record.iter().map(increment).collect())
+            .collect();
+        let increments: Vec<&Vec<f64>> = increments.iter().collect();
+        let (variance, length) = long_run_variance(&increments);
+        // Independent values that the blocks are worth; a variance from n of them is off by √(2/n) of itself.
+        let worth = (all.len() as f64 / length).max(2.0);
+        let variance = variance * (1.0 + CAUTION * (2.0 / worth).sqrt());
+        let gaussian = shift / variance.max(1e-9);
+        let rate = GROUPS
+            .iter()
+            .map(|&group| tail_rate(&increments, group))
+            .fold(gaussian, f64::min);
+        let threshold = (log_rarity / rate.max(1e-9)).max(least);
+        (threshold.min(f64::from(MOST_CUSUM)), variance.sqrt())
+    };
+    // What a block may add depends on the threshold for the error, and the threshold on it: a step that is larger than the
+    // one the device will take is on the safe side.
+    let step_of = |threshold: f64| f64::from(most_of_block(side, threshold.ceil() as i32));
+    let (unheld, _) = threshold(f64::INFINITY);
+    let (threshold, spread) = threshold(step_of(unheld));
+    let step = step_of(threshold).min((middle + shift - drift).max(1e-9));
     Healthy {
         mean,
         spread,
         drift,
         threshold,
-        blocks_to_alarm: (threshold / (middle + shift - drift).max(1e-9)).max(12.0),
+        blocks_to_alarm: threshold / step,
     }
 }
 
 /// σ²·(1 + 2·Σρ_k): how fast the variance of a sum of blocks grows, never less than that of one block, and how many blocks
-/// are worth one independent value. Lags up to the cube root of their number count, with Bartlett's weights (Newey and West,
+/// are worth one independent value. Lags up to twice the cube root of their number, with Bartlett's weights (Newey and West,
 /// Econometrica 55, 1987, 703–708).
-fn long_run_variance(records: &[&Vec<f64>], middle: f64) -> (f64, f64) {
+fn long_run_variance(records: &[&Vec<f64>]) -> (f64, f64) {
     let count: usize = records.iter().map(|s| s.len()).sum();
+    let middle = records.iter().copied().flatten().sum::<f64>() / count.max(1) as f64;
     let lags = (2.0 * (count as f64).cbrt()).round() as usize;
     let covariance = |lag: usize| {
         let products = records
@@ -402,27 +436,24 @@ fn long_run_variance(records: &[&Vec<f64>], middle: f64) -> (f64, f64) {
     (long_run, (long_run / variance.max(1e-12)).max(1.0))
 }
 
-/// The root θ of E exp(θ·Y) = 1 for Y the sum of y − drift over as many blocks as are worth one independent value: the
-/// records' own values in the body, and beyond their highest tenth an exponential with the mean excess found there, taken larger
-/// by its uncertainty. Infinite when no sum is positive and the tail is none.
-fn tail_rate(records: &[&Vec<f64>], length: f64, drift: f64) -> f64 {
-    let group = length.round().max(1.0) as usize;
+/// The root θ of E exp(θ·Z) = 1 for Z the sum of `group` increments in a row: the records' own sums in the body, and beyond
+/// their highest tenth an exponential with the mean excess found there, taken larger by its uncertainty. Infinite when that
+/// tenth is one value that is not above 0.
+fn tail_rate(records: &[&Vec<f64>], group: usize) -> f64 {
     let mut sums: Vec<f64> = records
         .iter()
-        .flat_map(|s| {
-            s.windows(group)
-                .map(|w| w.iter().map(|y| y - drift).sum::<f64>())
-        })
+        .flat_map(|s| s.windows(group).map(|w| w.iter().sum::<f64>()))
         .collect();
     sums.sort_by(f64::total_cmp);
     let beyond = ((TAIL * sums.len() as f64) as usize).max(4).min(sums.len());
     let (body, tail) = sums.split_at(sums.len() - beyond);
     let edge = tail.first().copied().unwrap_or(0.0);
     let independent = (beyond as f64 / group as f64).max(1.0);
-    let excess = mean(&tail.iter().map(|y| y - edge).collect::<Vec<_>>());
-    let excess = excess * (1.0 + CAUTION / independent.sqrt());
+    let excess = mean(&tail.iter().map(|z| z - edge).collect::<Vec<_>>());
+    // Values that the step holds may all be one, which a tail of no width would take for none.
+    let excess = (excess * (1.0 + CAUTION / independent.sqrt())).max(1e-3 * edge);
     let moment = |rate: f64| {
-        let body: f64 = body.iter().map(|y| (rate * y).exp()).sum();
+        let body: f64 = body.iter().map(|z| (rate * z).exp()).sum();
         let tail = beyond as f64 * (rate * edge).exp() / (1.0 - rate * excess);
         (body + tail) / sums.len() as f64
     };

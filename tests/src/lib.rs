@@ -3,7 +3,9 @@
 pub mod bus;
 pub mod coverage;
 pub mod elf;
+pub mod false_alarms;
 pub mod hidden;
 pub mod log;
 pub mod program;
 pub mod story;
+pub mod watched;
