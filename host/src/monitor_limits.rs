@@ -4,12 +4,13 @@
 //! set on. `docs/monitor.md` derives the formulas; in short, per statistic y and side:
 //!
 //! - in-control mean μ: the largest over the records (a model is better on one than on another), plus its own uncertainty;
-//! - drift = μ + half the shift that a change by 10 % of the RMS force makes;
+//! - drift = μ + a part of the shift that a change by 10 % of the RMS force makes: a half for the error, and for stiffness and friction
+//!   that part with which the change is found soonest;
 //! - increments z = min(y − drift, c), as the device holds them, as if every record had the mean μ;
-//! - θ, the rate at which the sum's excursions die out: the root of E exp(θ·Z) = 1 for Z the sum of 1, 2 and 4 blocks in a row, whose
-//!   highest tenth an exponential continues, and the Gaussian 2·(drift − μ)/σ² with z's long-run variance and its own
-//!   uncertainty; the smallest counts;
-//! - threshold = ln(blocks between false alarms × statistics)/θ, and at least so much that an alarm takes sixteen blocks.
+//! - θ, the rate at which the sum's excursions die out: the root of E exp(θ·Z) = 1 for Z the sum of 1, 2, 4 (and for the error 8 and
+//!   16) blocks in a row of any record, whose highest tenth an exponential continues, and the Gaussian 2·(drift − μ)/σ² with
+//!   the long-run variance of the validation records' z and its own uncertainty; the smallest counts;
+//! - threshold = ln(blocks between false alarms × statistics)/θ, and never under a least one.
 
 use crate::compare::RESTS_BELOW;
 use crate::error::{Error, Result};
@@ -20,7 +21,7 @@ use jointwatch_shared::monitor::limits::{
     AxisLimits, BLOCK, CHANNELS, Cusum, Limits, MOST_CUSUM, TwoSided,
 };
 use jointwatch_shared::monitor::{
-    Faults, LEAST_BLOCKS, MOST_OF_SHARE, Monitor, MonitorState, OCTAVE, Sums, most_of_block,
+    Faults, MOST_OF_SHARE, Monitor, MonitorState, OCTAVE, Sums, least_blocks, most_of_block,
     share_of_change,
 };
 use jointwatch_shared::pipeline::{Output, RawSample};
@@ -34,10 +35,16 @@ const LEAST_GROWTH_OCTAVES: f64 = 0.5;
 const BLOCK_S: f64 = 0.064;
 /// The fewest judged blocks of validation from which limits are set.
 const FEWEST_BLOCKS: usize = 24;
-/// Blocks in a row over which increments are summed up: how they hang together shows in the sums of several.
+/// Blocks in a row over which increments are summed up: how they hang together shows in the sums of several. How well a model
+/// does, which is what the error tells, hangs together for longer than which way it is wrong.
 const GROUPS: [usize; 3] = [1, 2, 4];
+const GROUPS_OF_ERROR: [usize; 5] = [1, 2, 4, 8, 16];
 /// What one block may add at least to the sum of the error, in octaves of power.
-const LEAST_STEP_OCTAVES: f64 = 0.75;
+const LEAST_STEP_OCTAVES: f64 = 1.5;
+/// Where the drift may lie between the healthy mean and that of a changed joint.
+const PARTS_OF_SHIFT: [f64; 7] = [0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5];
+/// What of the shift a changed joint shows at least, as it moves less than before or its friction is dry.
+const SHOWN_OF_SHIFT: f64 = 0.7;
 /// Standard deviations of its own uncertainty by which a mean or a variance is taken larger than it came out.
 const CAUTION: f64 = 2.0;
 /// The part of a statistic's highest values to which the exponential tail is fitted.
@@ -362,54 +369,104 @@ fn sides(series: &[Series], log_rarity: f64) -> [Healthy; 5] {
 
 /// The limits of one side of one statistic that a change shifts by `shift`.
 fn healthy(records: &[(bool, Vec<f64>)], side: usize, shift: f64, log_rarity: f64) -> Healthy {
-    let validation: Vec<&Vec<f64>> = records.iter().filter(|(v, _)| *v).map(|(_, s)| s).collect();
-    let all: Vec<f64> = validation.iter().copied().flatten().copied().collect();
-    let middle = mean(&all);
-    let means = records
+    let all: Vec<&Vec<f64>> = records
         .iter()
         .filter(|(_, s)| s.len() >= FEWEST_BLOCKS)
-        .map(|(_, s)| mean(s));
-    let uncertainty = (long_run_variance(&validation).0 / all.len() as f64).sqrt();
-    let mean = means.fold(middle, f64::max) + CAUTION * uncertainty;
-    let drift = mean + 0.5 * shift;
-    let least_step = if side == 0 {
-        LEAST_STEP_OCTAVES * f64::from(OCTAVE)
-    } else {
-        f64::from(MOST_OF_SHARE)
+        .map(|(_, s)| s)
+        .collect();
+    let validation: Vec<&Vec<f64>> = records.iter().filter(|(v, _)| *v).map(|(_, s)| s).collect();
+    let mine: Vec<f64> = validation.iter().copied().flatten().copied().collect();
+    let middle = mean(&mine);
+    let uncertainty = (long_run_variance(&validation).0 / mine.len() as f64).sqrt();
+    let largest = all.iter().map(|s| mean(s)).fold(middle, f64::max);
+    let from = Evidence {
+        side,
+        shift,
+        log_rarity,
+        mean: largest + CAUTION * uncertainty,
+        all: &all,
+        validation: &validation,
     };
-    let least = f64::from(LEAST_BLOCKS) * least_step;
-    // Which threshold follows when a block adds `most` at most.
-    let threshold = |most: f64| {
-        let increment = |y: &f64| (y + (mean - middle) - drift).min(most);
-        let increments: Vec<Vec<f64>> = validation
-            .iter()
-            .map(|record| record.iter().map(increment).collect())
-            .collect();
-        let increments: Vec<&Vec<f64>> = increments.iter().collect();
-        let (variance, length) = long_run_variance(&increments);
+    if side == 0 {
+        return from.limit(0.5);
+    }
+    let limits = PARTS_OF_SHIFT.iter().map(|&part| from.limit(part));
+    let soonest = limits.min_by(|a, b| a.blocks_to_alarm.total_cmp(&b.blocks_to_alarm));
+    // There is at least one part.
+    soonest.unwrap_or_else(|| from.limit(0.5))
+}
+
+/// What the limits of one side of one statistic are made from.
+struct Evidence<'a> {
+    side: usize,
+    /// By a change of [`CHANGE`] of the RMS force.
+    shift: f64,
+    log_rarity: f64,
+    /// In control, with its uncertainty.
+    mean: f64,
+    /// Every record with enough judged blocks.
+    all: &'a [&'a Vec<f64>],
+    validation: &'a [&'a Vec<f64>],
+}
+
+impl Evidence<'_> {
+    /// With the drift at this part of the shift.
+    fn limit(&self, part: f64) -> Healthy {
+        let drift = self.mean + part * self.shift;
+        // What a block may add depends on the threshold, and the threshold on it: a step that is larger than the one that
+        // the device will take is on the safe side.
+        let step_of = |threshold: f64| f64::from(most_of_block(self.side, threshold.ceil() as i32));
+        let (unheld, _) = self.threshold(drift, f64::INFINITY);
+        let (threshold, spread) = self.threshold(drift, step_of(unheld));
+        let shown = if self.side == 0 { 1.0 } else { SHOWN_OF_SHIFT };
+        let step = step_of(threshold);
+        let steps = self.validation.iter().copied().flatten();
+        let steps = steps.map(|y| (y + shown * self.shift - drift).min(step));
+        Healthy {
+            mean: self.mean,
+            spread,
+            drift,
+            threshold,
+            blocks_to_alarm: threshold / mean(&steps.collect::<Vec<_>>()).max(1e-9),
+        }
+    }
+
+    /// The threshold when a block adds `most` at most, and the root of the increments' long-run variance.
+    fn threshold(&self, drift: f64, most: f64) -> (f64, f64) {
+        let increments = |records: &[&Vec<f64>], middle: &dyn Fn(&[f64]) -> f64| -> Vec<Vec<f64>> {
+            let moved = |record: &&Vec<f64>| {
+                let by = self.mean - middle(record) - drift;
+                record.iter().map(|y| (y + by).min(most)).collect()
+            };
+            records.iter().map(moved).collect()
+        };
+        let flat: Vec<f64> = self.validation.iter().copied().flatten().copied().collect();
+        let together = mean(&flat);
+        let judged = increments(self.validation, &|_| together);
+        let (variance, length) = long_run_variance(&judged.iter().collect::<Vec<_>>());
         // Independent values that the blocks are worth; a variance from n of them is off by √(2/n) of itself.
-        let worth = (all.len() as f64 / length).max(2.0);
+        let worth = (flat.len() as f64 / length).max(2.0);
         let variance = variance * (1.0 + CAUTION * (2.0 / worth).sqrt());
-        let gaussian = shift / variance.max(1e-9);
-        let rate = GROUPS
+        let gaussian = 2.0 * (drift - self.mean) / variance.max(1e-9);
+        let pooled = increments(self.all, &mean);
+        let pooled: Vec<&Vec<f64>> = pooled.iter().collect();
+        let groups: &[usize] = if self.side == 0 {
+            &GROUPS_OF_ERROR
+        } else {
+            &GROUPS
+        };
+        let rate = groups
             .iter()
-            .map(|&group| tail_rate(&increments, group))
+            .map(|&group| tail_rate(&pooled, group))
             .fold(gaussian, f64::min);
-        let threshold = (log_rarity / rate.max(1e-9)).max(least);
+        let least_step = if self.side == 0 {
+            LEAST_STEP_OCTAVES * f64::from(OCTAVE)
+        } else {
+            f64::from(MOST_OF_SHARE)
+        };
+        let least = f64::from(least_blocks(self.side)) * least_step;
+        let threshold = (self.log_rarity / rate.max(1e-9)).max(least);
         (threshold.min(f64::from(MOST_CUSUM)), variance.sqrt())
-    };
-    // What a block may add depends on the threshold for the error, and the threshold on it: a step that is larger than the
-    // one the device will take is on the safe side.
-    let step_of = |threshold: f64| f64::from(most_of_block(side, threshold.ceil() as i32));
-    let (unheld, _) = threshold(f64::INFINITY);
-    let (threshold, spread) = threshold(step_of(unheld));
-    let step = step_of(threshold).min((middle + shift - drift).max(1e-9));
-    Healthy {
-        mean,
-        spread,
-        drift,
-        threshold,
-        blocks_to_alarm: threshold / step,
     }
 }
 

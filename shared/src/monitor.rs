@@ -22,7 +22,7 @@ mod sliding;
 mod verdict;
 
 pub use block::{Statistics, Sums, share_of_change};
-pub use level::{LEAST_BLOCKS, MOST_OF_SHARE, most_of_block};
+pub use level::{MOST_OF_SHARE, least_blocks, most_of_block};
 pub use logarithm::{OCTAVE, SHARE};
 pub use sensors::Faults;
 pub use sliding::Window;

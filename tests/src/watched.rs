@@ -162,6 +162,7 @@ impl Subject {
         let Shaking {
             seconds,
             levels,
+            rest_s,
             seed,
         } = shaking;
         let options = options(&self.rig, seed, seconds, 1.0);
@@ -172,8 +173,11 @@ impl Subject {
         let drives = [0, 1].map(|axis: usize| {
             let [first, last] = levels[axis];
             let driven = (0..rows).map(|row| {
-                let part = row as f64 / rows as f64;
-                drives[axis].at(row as f64 / RATE_HZ) * (first + part * (last - first))
+                let (part, at_s) = (row as f64 / rows as f64, row as f64 / RATE_HZ);
+                if (rest_s[0]..rest_s[1]).contains(&at_s) {
+                    return 0.0;
+                }
+                drives[axis].at(at_s) * (first + part * (last - first))
             });
             Excitation::logged(driven.collect(), RATE_HZ)
         });
@@ -267,6 +271,8 @@ pub struct Shaking {
     /// Per axis, the drive at the beginning and at the end as a part of the training records'; it goes from one to the other
     /// evenly.
     pub levels: [[f64; 2]; 2],
+    /// Nothing is driven from the first of these to the second, s.
+    pub rest_s: [f64; 2],
     /// Of drives and noise.
     pub seed: u64,
 }
@@ -277,14 +283,15 @@ impl Shaking {
         Self {
             seconds,
             levels: [[level; 2]; 2],
+            rest_s: [0.0; 2],
             seed,
         }
     }
 
-    /// A minute of healthy life, another one for every number: steady drives of four sizes, either axis undriven, and rising and
-    /// falling ones.
+    /// A minute of healthy life, another one for every number: steady drives of four sizes, either axis undriven, rising and
+    /// falling ones, and one with a rest of ten seconds.
     pub fn minute(number: u64, seed: u64) -> Self {
-        let levels = match number % 8 {
+        let levels = match number % 9 {
             0 => [[STUDY_LEVEL; 2]; 2],
             1 => [[0.7; 2]; 2],
             2 => [[1.0; 2]; 2],
@@ -292,11 +299,17 @@ impl Shaking {
             4 => [[0.9; 2], [0.0; 2]],
             5 => [[0.0; 2], [0.9; 2]],
             6 => [[0.2, 1.0], [0.2, 1.0]],
-            _ => [[1.0, 0.3], [0.4, 0.9]],
+            7 => [[1.0, 0.3], [0.4, 0.9]],
+            _ => [[1.0, 0.8]; 2],
         };
         Self {
             seconds: 60.0,
             levels,
+            rest_s: if number % 9 == 8 {
+                [25.0, 35.0]
+            } else {
+                [0.0; 2]
+            },
             seed: seed.wrapping_mul(100_000) + number,
         }
     }

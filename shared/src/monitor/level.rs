@@ -15,17 +15,23 @@ pub(super) const CAUSES: [Cause; SIDES] = [
     Cause::MoreFriction,
     Cause::LessFriction,
 ];
-/// The fewest blocks that raise an alarm.
-pub const LEAST_BLOCKS: i32 = 16;
-/// What one block adds to the sum of a stiffness or a friction at most: as much as a change by 10 % of the RMS force adds in the
-/// mean, in the unit of [`SHARE`].
-pub const MOST_OF_SHARE: i32 = SHARE / 40;
+/// The fewest blocks that raise an alarm: of the error, and of a stiffness or a friction, which have a direction to be told by.
+const LEAST_BLOCKS: [i32; 2] = [16, 6];
+/// What one block adds to the sum of a stiffness or a friction at most, in the unit of [`SHARE`]: three quarters of the shift that a
+/// change by 10 % of the RMS force makes.
+pub const MOST_OF_SHARE: i32 = 3 * SHARE / 80;
+
+/// The fewest blocks that raise an alarm by statistic `side` (0: the error).
+pub fn least_blocks(side: usize) -> i32 {
+    let [error, share] = LEAST_BLOCKS;
+    if side == 0 { error } else { share }
+}
 
 /// What one block adds to the sum of statistic `side` (0: the error) at most. A model that is wrong for a moment, where the
 /// joint goes far, is wrong for some blocks in a row and by many times its usual error; held to this, such a burst counts for little
 /// beside a change that lasts.
 pub fn most_of_block(side: usize, threshold: i32) -> i32 {
-    let part = threshold / LEAST_BLOCKS + 1;
+    let part = threshold / least_blocks(side) + 1;
     if side == 0 {
         part
     } else {
@@ -116,7 +122,7 @@ mod tests {
                     threshold,
                 };
                 let mut level = Level::default();
-                for _ in 1..LEAST_BLOCKS {
+                for _ in 1..least_blocks(statistic) {
                     level.add(i32::MAX, side, most_of_block(statistic, threshold));
                     assert_ne!(level.next(side), State::Alarm);
                 }
