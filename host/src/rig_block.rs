@@ -11,7 +11,7 @@ use crate::table::Table;
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits};
-use jointwatch_shared::monitor::{OCTAVE, SHARE};
+use jointwatch_shared::monitor::{Cause, OCTAVE, SHARE};
 use jointwatch_shared::pipeline::Chain;
 use jointwatch_shared::rig::{Rig, RigAxis};
 use jointwatch_shared::rig_block::{self, RIG_BLOCK_LEN, RIG_BLOCK_MAGIC, RigBlock};
@@ -112,25 +112,43 @@ pub fn set_limits(
     })
 }
 
-/// The limits of a block, held against the model that they are to judge.
+/// The limits by which a device with this block judges a model, or why it does not.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when the block has none, or they were set for another model.
-pub fn limits_for<'a>(path: &Path, block: &'a RigBlock, model: &Model) -> Result<&'a Limits> {
-    let checksum = blob::checksum(&blob::encode(model));
-    match &block.limits {
-        Some(limits) if limits.model_checksum == checksum => Ok(limits),
-        Some(limits) => Err(Error::data(format!(
-            "{}: its limits were set for the model with checksum {:08x}, and this one has {checksum:08x}; export the rig block \
-             again with this model",
-            path.display(),
-            limits.model_checksum
-        ))),
-        None => Err(Error::data(format!(
-            "{}: this rig block has no limits of the monitor; export it again with --study",
-            path.display()
-        ))),
+/// [`Cause::NoLimits`] and [`Cause::OtherModel`].
+pub fn usable_limits<'a>(
+    block: &'a RigBlock,
+    model: &Model,
+) -> std::result::Result<&'a Limits, Cause> {
+    let limits = block.limits.as_ref().ok_or(Cause::NoLimits)?;
+    if limits.model_checksum == blob::checksum(&blob::encode(model)) {
+        Ok(limits)
+    } else {
+        Err(Cause::OtherModel)
     }
+}
+
+/// As [`usable_limits`], for a person.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] with the file and what to do.
+pub fn limits_for<'a>(path: &Path, block: &'a RigBlock, model: &Model) -> Result<&'a Limits> {
+    usable_limits(block, model).map_err(|cause| {
+        Error::data(format!(
+            "{}: {}; export the rig block again with this model and --study",
+            path.display(),
+            cause.words()
+        ))
+    })
+}
+
+/// The checksum that ends a block's bytes.
+///
+/// # Errors
+/// As [`encode`].
+pub fn checksum(block: &RigBlock) -> Result<u32> {
+    let bytes = encode(block)?;
+    Ok(bytes.last_chunk().copied().map_or(0, u32::from_le_bytes))
 }
 
 /// Counters in the order of the axes, one bridge channel each, a pair of accelerometers on rotations.

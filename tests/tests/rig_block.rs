@@ -153,7 +153,7 @@ fn a_study_puts_the_monitors_limits_into_the_block_and_replay_takes_them_from_th
         assert!(sentence.contains(words), "{sentence}");
     };
     let with = |rig| ["replay", "model.bin", study, "--monitor", "--rig", rig];
-    refused(&with("real.bin"), 3, "no limits of the monitor");
+    refused(&with("real.bin"), 3, "no limits for the monitor");
     refused(&with("model.bin"), 3, "model.bin");
     refused(&with("nothing.bin"), 3, "nothing.bin");
     let mut other = block.clone();
@@ -163,11 +163,7 @@ fn a_study_puts_the_monitors_limits_into_the_block_and_replay_takes_them_from_th
     });
     let bytes = jointwatch_shared::rig_block::encode(&other).unwrap();
     fs::write(at.join("other.bin"), bytes).unwrap();
-    refused(
-        &with("other.bin"),
-        3,
-        "were set for the model with checksum",
-    );
+    refused(&with("other.bin"), 3, "set for another model");
 }
 
 #[test]

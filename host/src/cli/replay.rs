@@ -16,7 +16,7 @@ use clap::Args;
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::limits::Limits;
-use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, Verdict};
+use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, Verdict};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -97,7 +97,22 @@ impl Replay {
         }
         if let Some(path) = &self.frames {
             let (record, replayed) = only("--frames")?;
-            output::write_whole(path, &frames::of(&set_up, record, replayed, &model))?;
+            let limits = watched.as_ref().map(|w| Ok(w.basis.limits()));
+            let limits = limits.unwrap_or_else(|| match &block {
+                Some((_, block)) => rig_block::usable_limits(block, &model),
+                None => Err(Cause::NoLimits),
+            });
+            let monitor = match limits {
+                Ok(limits) => Ok(monitor(&study, &set_up, limits)?),
+                Err(cause) => Err(cause),
+            };
+            let monitor = monitor.as_ref().map_err(|cause| *cause);
+            let rig_crc = match &block {
+                Some((_, block)) => rig_block::checksum(block)?,
+                None => 0,
+            };
+            let bytes = frames::of(&set_up, record, replayed, &model, monitor, rig_crc);
+            output::write_whole(path, &bytes)?;
         }
         let summaries: Vec<RecordReplay> = replayed.into_iter().map(|r| r.summary).collect();
         let logged = |r: &Record| r.axes.iter().any(|axis| axis.velocity.is_some());
@@ -227,6 +242,11 @@ struct Watched {
     records: Vec<(String, Vec<(f64, Verdict)>)>,
 }
 
+fn monitor(study: &Study, set_up: &replay::SetUp, limits: &Limits) -> Result<Monitor> {
+    Monitor::new(limits.clone(), &set_up.chain)
+        .map_err(|e| Error::data(format!("{}: {e}", study.path.display())))
+}
+
 /// Runs the monitor over every record, each from a fresh start.
 fn watch(
     study: &Study,
@@ -235,8 +255,7 @@ fn watch(
     model: &Model,
     basis: Basis,
 ) -> Result<Watched> {
-    let monitor = Monitor::new(basis.limits().clone(), &set_up.chain)
-        .map_err(|e| Error::data(format!("{}: {e}", study.path.display())))?;
+    let monitor = monitor(study, set_up, basis.limits())?;
     let over = |record: &&Record| {
         let mut state = MonitorState::default();
         let mut changes: Vec<(f64, Verdict)> = Vec::new();

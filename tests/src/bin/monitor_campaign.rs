@@ -54,7 +54,7 @@ fn main() -> Result<(), String> {
     Ok(())
 }
 
-/// Prints every change that was not seen in time, and how long the others took. Rig 0 of a campaign is the default one.
+/// Prints every change that was not seen in time, and how long the others took; of every seed the default rig and one drawn anew.
 fn detection(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
     let (mut times, mut missed, mut all) = (Vec::new(), 0, 0);
     for seed in (seed..).take(rigs) {
