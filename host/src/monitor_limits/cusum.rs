@@ -122,16 +122,15 @@ impl Evidence<'_> {
         let gaussian = 2.0 * (drift - self.mean) / variance.max(1e-9);
         let pooled = increments(self.all, &mean);
         let pooled: Vec<&Vec<f64>> = pooled.iter().collect();
-        // Slow changes of which way a model is wrong are small, and a cumulative sum that is held forgets them.
-        let (groups, slowest): (&[usize], f64) = if self.side == 0 {
-            (&GROUPS_OF_ERROR, gaussian)
+        let groups: &[usize] = if self.side == 0 {
+            &GROUPS_OF_ERROR
         } else {
-            (&GROUPS, f64::INFINITY)
+            &GROUPS
         };
         let rate = groups
             .iter()
             .map(|&group| tail_rate(&pooled, group))
-            .fold(slowest, f64::min);
+            .fold(gaussian, f64::min);
         let least_step = if self.side == 0 {
             LEAST_STEP_OCTAVES * f64::from(OCTAVE)
         } else {
