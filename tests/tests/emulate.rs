@@ -318,7 +318,10 @@ fn transfers_that_drop_out_change_no_bit_of_what_is_computed() {
         } else {
             RECOVERY_OF_GIVEN_UP
         };
-        assert!(last < samples.end + recovery, "{part}: still wrong at {last}");
+        assert!(
+            last < samples.end + recovery,
+            "{part}: still wrong at {last}"
+        );
         assert!(
             !said(&run, Cause::ReferenceLost),
             "{part}: no chip lost its count"
