@@ -11,6 +11,7 @@
 
 mod channels;
 mod evaluation;
+mod progress;
 mod sampling;
 mod server;
 mod snapshot;
@@ -19,6 +20,7 @@ mod watch;
 
 pub use channels::{Places, raw_wiring};
 pub use evaluation::{Evaluated, Evaluator, Room, evaluate};
+pub use progress::Progress;
 pub use sampling::{Frame, Sampler};
 pub use server::{Line, Server, Shared};
 pub use start::{Begun, Setup, begin};

@@ -4,24 +4,28 @@
 //! set on. `docs/monitor.md` derives the formulas; in short, per statistic y and side:
 //!
 //! - in-control mean μ: the largest over the records (a model is better on one than on another), plus its own uncertainty;
-//! - long-run variance σ² of y, with the autocorrelation from block to block, plus its own uncertainty;
-//! - drift = μ + half the shift that a change by 10 % of the RMS force makes;
-//! - θ, the rate at which the sum's excursions die out: the root of E exp(θ·(y − drift)) = 1, by the Gaussian formula
-//!   2·(drift − μ)/σ² and by the records' own tail with an exponential fitted beyond its highest tenth; the smaller counts;
-//! - threshold = ln(blocks between false alarms × statistics)/θ, so that the mean time between false alarms of all of them
-//!   together is at least the one stated.
+//! - drift = μ + a part of the shift that a change by 10 % of the RMS force makes: a half for the error, and for stiffness and friction
+//!   that part with which the change is found soonest;
+//! - increments z = min(y − drift, c), as the device holds them, as if every record had the mean μ;
+//! - θ, the rate at which the sum's excursions die out: the root of E exp(θ·Z) = 1 for Z the sum of 1, 2, 4 (and for the error 8 and
+//!   16) blocks in a row of any record, whose highest tenth an exponential continues, and the Gaussian 2·(drift − μ)/σ² with
+//!   the long-run variance of the validation records' z and its own uncertainty; the smallest counts;
+//! - threshold = ln(blocks between false alarms × statistics)/θ, and never under a least one.
+
+mod cusum;
 
 use crate::compare::RESTS_BELOW;
 use crate::error::{Error, Result};
 use crate::replay::SetUp;
 use crate::study::{Record, Role, Study};
+pub use cusum::Healthy;
+use cusum::healthy;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::limits::{
     AxisLimits, BLOCK, CHANNELS, Cusum, Limits, MOST_CUSUM, TwoSided,
 };
 use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, OCTAVE, Sums, share_of_change};
 use jointwatch_shared::pipeline::{Output, RawSample};
-use serde::Serialize;
 
 /// The change of stiffness or friction that the limits are tuned to, as a part of the RMS force.
 const CHANGE: f64 = 0.1;
@@ -31,29 +35,10 @@ const LEAST_GROWTH_OCTAVES: f64 = 0.5;
 const BLOCK_S: f64 = 0.064;
 /// The fewest judged blocks of validation from which limits are set.
 const FEWEST_BLOCKS: usize = 24;
-/// Standard deviations of its own uncertainty by which a mean or a variance is taken larger than it came out.
-const CAUTION: f64 = 2.0;
-/// The part of a statistic's highest values to which the exponential tail is fitted.
-const TAIL: f64 = 0.1;
 /// Share of the time outside the training range that is suspect, in 1/1000, where the validation records ask for no more.
 const OUTSIDE_PERMILLE: f64 = 200.0;
 /// Statistics with a limit per axis.
 const SIDES: f64 = 5.0;
-
-/// What one statistic of one axis looks like on a healthy joint, in its own unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Healthy {
-    /// Largest mean over the records, with its uncertainty.
-    pub mean: f64,
-    /// Square root of the long-run variance of a block, with its uncertainty.
-    pub spread: f64,
-    /// Above which the cumulative sum rises.
-    pub drift: f64,
-    /// Where it raises the alarm.
-    pub threshold: f64,
-    /// Blocks from a change of `CHANGE` of the RMS force to the alarm, in the mean.
-    pub blocks_to_alarm: f64,
-}
 
 /// The limits and what they were made from.
 #[derive(Clone, Debug, PartialEq)]
@@ -349,97 +334,8 @@ fn sides(series: &[Series], log_rarity: f64) -> [Healthy; 5] {
             .iter()
             .map(|s| (s.validation, s.values.iter().map(|v| v[side]).collect()))
             .collect();
-        healthy(&records, shift, log_rarity)
+        healthy(&records, side, shift, log_rarity)
     })
-}
-
-/// The limits of one side of one statistic that a change shifts by `shift`.
-fn healthy(records: &[(bool, Vec<f64>)], shift: f64, log_rarity: f64) -> Healthy {
-    let validation: Vec<&Vec<f64>> = records.iter().filter(|(v, _)| *v).map(|(_, s)| s).collect();
-    let count: usize = validation.iter().map(|s| s.len()).sum();
-    let middle = validation.iter().copied().flatten().sum::<f64>() / count as f64;
-    let (variance, length) = long_run_variance(&validation, middle);
-    // Independent values that the blocks are worth; a variance from n of them is off by √(2/n) of itself.
-    let worth = (count as f64 / length).max(2.0);
-    let spread = (variance * (1.0 + CAUTION * (2.0 / worth).sqrt())).sqrt();
-    let means = records
-        .iter()
-        .filter(|(_, s)| s.len() >= FEWEST_BLOCKS)
-        .map(|(_, s)| mean(s));
-    let mean = means.fold(middle, f64::max) + CAUTION * (variance / count as f64).sqrt();
-    let drift = mean + 0.5 * shift;
-    let gaussian = 2.0 * (drift - mean) / (spread * spread).max(1e-9);
-    let rate = gaussian.min(tail_rate(&validation, length, drift - (mean - middle)));
-    let threshold = (log_rarity / rate.max(1e-9)).clamp(1.0, f64::from(MOST_CUSUM));
-    Healthy {
-        mean,
-        spread,
-        drift,
-        threshold,
-        blocks_to_alarm: (threshold / (middle + shift - drift).max(1e-9)).max(12.0),
-    }
-}
-
-/// σ²·(1 + 2·Σρ_k): how fast the variance of a sum of blocks grows, never less than that of one block, and how many blocks
-/// are worth one independent value. Lags up to the cube root of their number count, with Bartlett's weights (Newey and West,
-/// Econometrica 55, 1987, 703–708).
-fn long_run_variance(records: &[&Vec<f64>], middle: f64) -> (f64, f64) {
-    let count: usize = records.iter().map(|s| s.len()).sum();
-    let lags = (2.0 * (count as f64).cbrt()).round() as usize;
-    let covariance = |lag: usize| {
-        let products = records
-            .iter()
-            .flat_map(|s| s.iter().zip(s.iter().skip(lag)));
-        products
-            .map(|(a, b)| (a - middle) * (b - middle))
-            .sum::<f64>()
-            / count as f64
-    };
-    let variance = covariance(0);
-    let weighted = (1..=lags).map(|lag| (1.0 - lag as f64 / (lags + 1) as f64) * covariance(lag));
-    let sum = variance + 2.0 * weighted.sum::<f64>();
-    let long_run = sum.max(variance);
-    (long_run, (long_run / variance.max(1e-12)).max(1.0))
-}
-
-/// The root θ of E exp(θ·Y) = 1 for Y the sum of y − drift over as many blocks as are worth one independent value: the
-/// records' own values in the body, and beyond their highest tenth an exponential with the mean excess found there, taken larger
-/// by its uncertainty. Infinite when no sum is positive and the tail is none.
-fn tail_rate(records: &[&Vec<f64>], length: f64, drift: f64) -> f64 {
-    let group = length.round().max(1.0) as usize;
-    let mut sums: Vec<f64> = records
-        .iter()
-        .flat_map(|s| {
-            s.windows(group)
-                .map(|w| w.iter().map(|y| y - drift).sum::<f64>())
-        })
-        .collect();
-    sums.sort_by(f64::total_cmp);
-    let beyond = ((TAIL * sums.len() as f64) as usize).max(4).min(sums.len());
-    let (body, tail) = sums.split_at(sums.len() - beyond);
-    let edge = tail.first().copied().unwrap_or(0.0);
-    let independent = (beyond as f64 / group as f64).max(1.0);
-    let excess = mean(&tail.iter().map(|y| y - edge).collect::<Vec<_>>());
-    let excess = excess * (1.0 + CAUTION / independent.sqrt());
-    let moment = |rate: f64| {
-        let body: f64 = body.iter().map(|y| (rate * y).exp()).sum();
-        let tail = beyond as f64 * (rate * edge).exp() / (1.0 - rate * excess);
-        (body + tail) / sums.len() as f64
-    };
-    if excess <= 0.0 {
-        return f64::INFINITY;
-    }
-    // The moment is 1 at 0, falls when the mean is negative, and grows beyond all bounds before 1/excess.
-    let (mut low, mut high) = (0.0, 1.0 / excess);
-    for _ in 0..100 {
-        let middle = 0.5 * (low + high);
-        if moment(middle) < 1.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    low
 }
 
 fn mean(values: &[f64]) -> f64 {

@@ -1,13 +1,17 @@
 //! The rig block: what a device is told about its rig, from a `rig.toml` or from a study's own records, and back in words.
 
 use crate::error::{Error, Result};
+use crate::monitor_limits;
 use crate::motion::Filters;
-use crate::replay;
+use crate::replay::{self, SetUp};
 use crate::rig_file;
 use crate::study::description::Source;
 use crate::study::{AxisKind, Study};
 use crate::table::Table;
+use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
+use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits};
+use jointwatch_shared::monitor::{Cause, OCTAVE, SHARE};
 use jointwatch_shared::pipeline::Chain;
 use jointwatch_shared::rig::{Rig, RigAxis};
 use jointwatch_shared::rig_block::{self, RIG_BLOCK_LEN, RIG_BLOCK_MAGIC, RigBlock};
@@ -85,6 +89,66 @@ fn finished(path: &Path, converters: Rig, wiring: Wiring, model: &Model) -> Resu
     block.check().map_err(refuse)?;
     Chain::new(model, &block.rig).map_err(refuse)?;
     Ok(block)
+}
+
+/// Puts the monitor's limits into a block: from the study's validation records, as this board's sensors would count them.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] when the study does not fit the model or the board, or has too little validation.
+pub fn set_limits(
+    block: &mut RigBlock,
+    study: &Study,
+    model: &Model,
+    false_alarm_days: u32,
+) -> Result<()> {
+    let set_up = SetUp::of_block(study, model, block)?;
+    let checksum = blob::checksum(&blob::encode(model));
+    let hours = 24 * false_alarm_days;
+    let calibration = monitor_limits::limits(study, &set_up, model, checksum, hours)?;
+    block.limits = Some(calibration.limits);
+    block.check().map_err(|e| {
+        let path = study.path.display();
+        Error::data(format!("{path}: the monitor's limits cannot be held ({e})"))
+    })
+}
+
+/// The limits by which a device with this block judges a model, or why it does not.
+///
+/// # Errors
+/// [`Cause::NoLimits`] and [`Cause::OtherModel`].
+pub fn usable_limits<'a>(
+    block: &'a RigBlock,
+    model: &Model,
+) -> std::result::Result<&'a Limits, Cause> {
+    let limits = block.limits.as_ref().ok_or(Cause::NoLimits)?;
+    if limits.model_checksum == blob::checksum(&blob::encode(model)) {
+        Ok(limits)
+    } else {
+        Err(Cause::OtherModel)
+    }
+}
+
+/// As [`usable_limits`], for a person.
+///
+/// # Errors
+/// [`crate::error::Kind::Data`] with the file and what to do.
+pub fn limits_for<'a>(path: &Path, block: &'a RigBlock, model: &Model) -> Result<&'a Limits> {
+    usable_limits(block, model).map_err(|cause| {
+        Error::data(format!(
+            "{}: {}; export the rig block again with this model and --study",
+            path.display(),
+            cause.words()
+        ))
+    })
+}
+
+/// The checksum that ends a block's bytes.
+///
+/// # Errors
+/// As [`encode`].
+pub fn checksum(block: &RigBlock) -> Result<u32> {
+    let bytes = encode(block)?;
+    Ok(bytes.last_chunk().copied().map_or(0, u32::from_le_bytes))
 }
 
 /// Counters in the order of the axes, one bridge channel each, a pair of accelerometers on rotations.
@@ -309,7 +373,66 @@ pub fn in_words(block: &RigBlock) -> String {
     text.push_str(&format!(
         "\nCounters, bridge channels and accelerometers, with their signs:\n{table}"
     ));
+    if let Some(limits) = &block.limits {
+        text.push_str(&limits_in_words(limits, rig.sample_rate_hz));
+    }
     text
+}
+
+/// The five cumulative sums of an axis with their names and the worth of one unit: octaves of power, or per cent of the force.
+fn sums(axis: &AxisLimits) -> [(&'static str, Cusum, f64, &'static str); 5] {
+    let (octave, percent) = (1.0 / f64::from(OCTAVE), 100.0 / f64::from(SHARE));
+    [
+        ("error", axis.error, octave, "octaves"),
+        ("stiffer", axis.stiffness.more, percent, "% of force"),
+        ("softer", axis.stiffness.less, percent, "% of force"),
+        ("more friction", axis.friction.more, percent, "% of force"),
+        ("less friction", axis.friction.less, percent, "% of force"),
+    ]
+}
+
+fn limits_in_words(limits: &Limits, sample_rate_hz: f64) -> String {
+    let mut table = Table::new(&["axis", "sum", "drift", "alarm at", "unit"]);
+    for (number, axis) in limits.axes.iter().enumerate() {
+        for (name, side, worth, unit) in sums(axis) {
+            table.row(vec![
+                number.to_string(),
+                name.into(),
+                format!("{:.2}", f64::from(side.drift) * worth),
+                format!("{:.2}", f64::from(side.threshold) * worth),
+                unit.into(),
+            ]);
+        }
+    }
+    format!(
+        "\nLimits of the monitor for the model with checksum {:08x}, set to one false alarm in {} days; blocks of {:.0} ms; suspect \
+         outside the training range from {:.0} % of the time on:\n{table}",
+        limits.model_checksum,
+        limits.false_alarm_hours / 24,
+        1e3 * f64::from(limits.block) / sample_rate_hz,
+        f64::from(limits.outside_permille) / 10.0,
+    )
+}
+
+fn limits_as_json(limits: &Limits, sample_rate_hz: f64) -> serde_json::Value {
+    let axes = limits.axes.iter().map(|axis| {
+        let sums = sums(axis).map(|(name, side, worth, unit)| {
+            serde_json::json!({
+                "sum": name,
+                "drift": f64::from(side.drift) * worth,
+                "threshold": f64::from(side.threshold) * worth,
+                "unit": unit,
+            })
+        });
+        serde_json::json!({ "sums": sums, "moving_counts": axis.moving_counts })
+    });
+    serde_json::json!({
+        "model_checksum": format!("{:08x}", limits.model_checksum),
+        "false_alarm_hours": limits.false_alarm_hours,
+        "block_s": f64::from(limits.block) / sample_rate_hz,
+        "outside_permille": limits.outside_permille,
+        "axes": axes.collect::<Vec<_>>(),
+    })
 }
 
 /// The block as JSON, SI units.
@@ -343,7 +466,7 @@ pub fn as_json(block: &RigBlock) -> serde_json::Value {
         "band_taps": rig.band.taps.len(),
         "gains": wiring.converter.gain_log2.map(|gain| 1_u32 << gain),
         "oversampling": 128_u32 << wiring.converter.oversampling,
-        "limits": block.limits.is_some(),
+        "limits": block.limits.as_ref().map(|limits| limits_as_json(limits, rig.sample_rate_hz)),
         "axes": axes.collect::<Vec<_>>(),
     })
 }

@@ -22,6 +22,7 @@ mod sliding;
 mod verdict;
 
 pub use block::{Statistics, Sums, share_of_change};
+pub use level::{MOST_OF_SHARE, least_blocks, most_of_block};
 pub use logarithm::{OCTAVE, SHARE};
 pub use sensors::Faults;
 pub use sliding::Window;
@@ -252,8 +253,9 @@ impl Monitor {
             return;
         }
         state.moved = true;
-        for ((level, value), side) in levels.iter_mut().zip(values(&seen)).zip(sides(limits)) {
-            level.add(value, side);
+        let levels = levels.iter_mut().zip(values(&seen)).zip(sides(limits));
+        for (number, ((level, value), side)) in levels.enumerate() {
+            level.add(value, side, most_of_block(number, side.threshold));
         }
     }
 
@@ -374,6 +376,19 @@ impl MonitorState {
     /// The part of the time outside the training range, in 1/1000, over the last 64 blocks or so.
     pub fn outside_permille(&self) -> u16 {
         permille_of(self.outside_rate)
+    }
+
+    /// How far each cumulative sum of an axis is, in 1/1000 of its threshold: error, stiffer, softer, more friction, less.
+    pub fn levels(&self, monitor: &Monitor, axis: usize) -> [u16; 5] {
+        let (Some(levels), Some(limits)) = (self.levels.get(axis), monitor.limits.axes.get(axis))
+        else {
+            return [0; SIDES];
+        };
+        let mut all = [0; SIDES];
+        for (place, (level, side)) in all.iter_mut().zip(levels.iter().zip(sides(limits))) {
+            *place = level.permille(side);
+        }
+        all
     }
 
     /// How many blocks were finished so far (wrapping), and the sums of the last one: what the limits are made from.

@@ -2,8 +2,11 @@
 
 pub mod bus;
 pub mod coverage;
+pub mod detection;
 pub mod elf;
+pub mod false_alarms;
 pub mod hidden;
 pub mod log;
 pub mod program;
 pub mod story;
+pub mod watched;

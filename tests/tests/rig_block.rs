@@ -79,15 +79,91 @@ fn the_defaults_come_from_a_study_and_keep_replays_steps() {
 
     let sentence = fail(folder.path(), &["export", &model(), "--rig", "defaults"], 2);
     assert!(sentence.contains("--study"), "{sentence}");
-    let sentence = fail(
-        folder.path(),
-        &["export", &model(), "--rig", "rig.toml", "--study", study],
-        2,
-    );
-    assert!(sentence.contains("defaults"), "{sentence}");
     let sentence = fail(folder.path(), &["export", &model(), "--study", study], 2);
     assert!(sentence.contains("--rig"), "{sentence}");
     assert!(!folder.path().join("model.bin").exists());
+}
+
+#[test]
+fn a_study_puts_the_monitors_limits_into_the_block_and_replay_takes_them_from_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let study = story().join("rig/study.toml");
+    let study = study.to_str().unwrap();
+    succeed(at, &["export", &model(), "-o", "model.bin"]);
+    let checksum = jointwatch_shared::blob::checksum(
+        &fs::read(at.join("model.bin"))
+            .unwrap()
+            .try_into()
+            .expect("a blob's length"),
+    );
+    let export = ["export", &model(), "--rig", "defaults", "--study", study];
+    let said = succeed(at, &[&export[..], &["--false-alarm-days", "60"]].concat());
+    let block = decode(&fs::read(at.join("rig.bin")).unwrap()).unwrap();
+    let limits = block.limits.clone().expect("limits");
+    assert_eq!(limits.model_checksum, checksum);
+    assert_eq!((limits.axes.len(), limits.false_alarm_hours), (2, 60 * 24));
+    let inspected = succeed(at, &["inspect", "rig.bin"]);
+    assert!(said.contains(&inspected), "{said}\n{inspected}");
+    for part in ["60 days", "less friction", &format!("{checksum:08x}")] {
+        assert!(inspected.contains(part), "{part} is missing in {inspected}");
+    }
+    let json = succeed(at, &["inspect", "rig.bin", "--json", "-", "--quiet"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let seen = json["limits"]["axes"][1]["sums"][1]["threshold"]
+        .as_f64()
+        .unwrap();
+    let held = f64::from(limits.axes[1].stiffness.more.threshold) * 100.0 / 65536.0;
+    assert!((seen - held).abs() < 1e-9, "{seen} for {held}");
+
+    // The same verdicts from the block's limits as from the study's, which are the same but for the accelerometers' steps.
+    let replay = [
+        "replay",
+        "model.bin",
+        study,
+        "--monitor",
+        "--quiet",
+        "--json",
+        "-",
+    ];
+    let verdicts = |more: &[&str]| -> Vec<(String, Vec<String>)> {
+        let json = succeed(at, &[&replay[..], more].concat());
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let records = json["monitor"]["records"].as_array().unwrap().iter();
+        let reasons = |record: &serde_json::Value| {
+            let changes = record["changes"].as_array().unwrap().iter();
+            changes.map(|c| c["reason"].to_string()).collect()
+        };
+        records
+            .map(|r| (r["file"].to_string(), reasons(r)))
+            .collect()
+    };
+    assert_eq!(
+        verdicts(&["--rig", "rig.bin"]),
+        verdicts(&["--false-alarm-days", "60"])
+    );
+
+    // A description of a real board takes limits from a study as well; without one it has none and says so.
+    fs::write(at.join("rig.toml"), example()).unwrap();
+    let real = ["export", &model(), "--rig", "rig.toml", "-o", "real.bin"];
+    let said = succeed(at, &real);
+    assert!(said.contains("will not judge"), "{said}");
+    let refused = |arguments: &[&str], code: i32, words: &str| {
+        let sentence = fail(at, arguments, code);
+        assert!(sentence.contains(words), "{sentence}");
+    };
+    let with = |rig| ["replay", "model.bin", study, "--monitor", "--rig", rig];
+    refused(&with("real.bin"), 3, "no limits for the monitor");
+    refused(&with("model.bin"), 3, "model.bin");
+    refused(&with("nothing.bin"), 3, "nothing.bin");
+    let mut other = block.clone();
+    other.limits = Some(jointwatch_shared::monitor::limits::Limits {
+        model_checksum: !checksum,
+        ..limits
+    });
+    let bytes = jointwatch_shared::rig_block::encode(&other).unwrap();
+    fs::write(at.join("other.bin"), bytes).unwrap();
+    refused(&with("other.bin"), 3, "set for another model");
 }
 
 #[test]

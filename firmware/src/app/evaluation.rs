@@ -44,7 +44,8 @@ pub struct Evaluated {
     pub output: Option<Output>,
 }
 
-/// Evaluates every frame that waits. `overruns` counts what found no room on the way out until something does.
+/// Evaluates every frame that waits. `overruns` counts what found no room on the way out until something does. Gives the number of
+/// the newest frame that did, which tells that all goes on.
 ///
 /// The chain goes on over a gap as if there were none; the frame behind it says so, and the monitor judges no residual that
 /// the gap can have spoilt.
@@ -53,7 +54,8 @@ pub fn evaluate(
     frames: &mut Consumer<'_, Frame>,
     evaluated: &mut Producer<'_, Evaluated>,
     overruns: &mut u32,
-) {
+) -> Option<u64> {
+    let mut newest = None;
     while let Some(waiting) = frames.peek() {
         let output = evaluator.as_mut().and_then(|evaluator| {
             let Evaluator {
@@ -67,9 +69,13 @@ pub fn evaluate(
         frame.overruns = frame.overruns.saturating_add(*overruns);
         let lost = frame.overruns.saturating_add(1);
         *overruns = match evaluated.enqueue(Evaluated { frame, output }) {
-            Ok(()) => 0,
+            Ok(()) => {
+                newest = Some(frame.number);
+                0
+            }
             Err(_) => lost,
         };
         let _ = frames.dequeue();
     }
+    newest
 }

@@ -246,6 +246,7 @@ impl Watch {
         kept.checksum |= faults.checksum;
         kept.time_out |= faults.time_out;
         kept.missing |= faults.missing;
+        kept.reference_lost |= faults.reference_lost;
     }
 
     fn stream(&mut self, evaluated: &Evaluated) -> Option<Streamed> {
@@ -403,6 +404,7 @@ fn cause(faults: &Faults, bit: u16) -> u8 {
         (faults.missing, Cause::Missing),
         (faults.saturated, Cause::Saturated),
         (faults.out_of_range, Cause::OutOfRange),
+        (faults.reference_lost, Cause::ReferenceLost),
     ];
     let wrong = kinds.into_iter().find(|(channels, _)| channels & bit != 0);
     wrong.map_or(0, |(_, cause)| cause.tag())

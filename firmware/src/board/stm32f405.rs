@@ -11,6 +11,7 @@ mod serial;
 mod spi;
 #[cfg(not(feature = "semihosting-link"))]
 mod ticker;
+pub mod watchdog;
 #[cfg(not(feature = "semihosting-link"))]
 pub mod wired;
 

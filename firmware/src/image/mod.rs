@@ -23,12 +23,13 @@ mod app {
     use super::{Locked, log};
     use heapless::spsc::{Consumer, Producer, Queue};
     use jointwatch_firmware::app::{
-        Begun, Evaluated, Evaluator, Frame, Room, Sampler, Server, Setup, Streamed, Watch, begin,
-        evaluate,
+        Begun, Evaluated, Evaluator, Frame, Progress, Room, Sampler, Server, Setup, Streamed,
+        Watch, begin, evaluate,
     };
     use jointwatch_firmware::board::stm32f405::parts::{
         self, Device, Devices, Serial, SlotFlash, Ticker,
     };
+    use jointwatch_firmware::board::stm32f405::watchdog;
     use jointwatch_firmware::board::{restart, stack, stm32f405 as board};
     use jointwatch_firmware::key::PUBLIC_KEY;
     use jointwatch_firmware::sensor::acquire::Sensors;
@@ -57,6 +58,7 @@ mod app {
         evaluator: Option<&'static mut Evaluator>,
         evaluated_in: Producer<'static, Evaluated>,
         overruns: u32,
+        progress: Progress,
         evaluated: Consumer<'static, Evaluated>,
         stream_in: Producer<'static, Streamed>,
         stream: Consumer<'static, Streamed>,
@@ -119,6 +121,7 @@ mod app {
             evaluator,
             evaluated_in,
             overruns: 0,
+            progress: Progress::default(),
             evaluated,
             stream_in,
             stream,
@@ -126,6 +129,7 @@ mod app {
             received_in,
             received,
         };
+        watchdog::start();
         defmt::info!("ready");
         (Shared { watch }, local)
     }
@@ -150,15 +154,18 @@ mod app {
     }
 
     /// Borrows the vector of a peripheral that is not used, as the steps after it do.
-    #[task(binds = UART4, priority = 3, local = [evaluator, frames, evaluated_in, overruns])]
+    #[task(binds = UART4, priority = 3, local = [evaluator, frames, evaluated_in, overruns, progress])]
     fn evaluate_frames(cx: evaluate_frames::Context) {
         let begun = board::count();
-        evaluate(
+        let newest = evaluate(
             cx.local.evaluator.as_deref_mut(),
             cx.local.frames,
             cx.local.evaluated_in,
             cx.local.overruns,
         );
+        if cx.local.progress.made(newest) {
+            watchdog::feed();
+        }
         rtic::pend(Interrupt::USART6);
         parts::stage(1, begun);
     }

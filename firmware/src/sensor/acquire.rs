@@ -48,6 +48,8 @@ pub struct Acquired {
     pub saturated_channels: u8,
     /// For each accelerometer, bit i is set when direction i stands at a rail.
     pub saturated_directions: [u8; ACCELEROMETERS],
+    /// Bit i is set while counter i counts from an unknown zero.
+    pub lost_references: u8,
 }
 
 impl Acquired {
@@ -74,7 +76,11 @@ impl Acquired {
             ];
             for (channel, source) in sources.into_iter().enumerate() {
                 if let Some((chip, saturated)) = source {
-                    self.add_fault(&mut faults, Faults::bit(number, channel), chip, saturated);
+                    let bit = Faults::bit(number, channel);
+                    self.add_fault(&mut faults, bit, chip, saturated);
+                    if chip < COUNTERS && self.lost_references >> (chip & 7) & 1 != 0 {
+                        faults.reference_lost |= bit;
+                    }
                 }
             }
             for one in axis.acceleration.iter().flatten() {
@@ -112,6 +118,8 @@ pub struct Sensors<L, C: SpiDevice, A: SpiDevice, X: SpiDevice> {
     counters: [Option<Watched<Ls7366r<C>>>; COUNTERS],
     converter: Watched<Ads131m04<A>>,
     accelerometers: [Option<Watched<Adxl355<X>>>; ACCELEROMETERS],
+    /// Of each counter, the beginning from which it counts as the rig wants it: the first, or the last before its index.
+    referenced: [u32; COUNTERS],
     /// Whose turn it is to show its status.
     turn: usize,
 }
@@ -141,6 +149,7 @@ impl<L: SpiDevice, C: SpiDevice, A: SpiDevice, X: SpiDevice> Sensors<L, C, A, X>
             counters,
             converter: Watched::new(Ads131m04::new(converter, wiring.converter)),
             accelerometers,
+            referenced: [1; COUNTERS],
             turn: 0,
         }
     }
@@ -173,12 +182,18 @@ impl<L: SpiDevice, C: SpiDevice, A: SpiDevice, X: SpiDevice> Sensors<L, C, A, X>
             }
         }
         let places = acquired.readings.counters.iter_mut();
-        let places = places.zip(&mut acquired.health);
-        for (number, (counter, (count, health))) in self.counters.iter_mut().zip(places).enumerate()
-        {
+        let places = places.zip(&mut acquired.health).zip(&mut self.referenced);
+        let counters = self.counters.iter_mut().zip(places);
+        for (number, (counter, ((count, health), referenced))) in counters.enumerate() {
             if let Some(counter) = counter {
                 let its_turn = number == self.turn;
-                (*count, *health) = read_counter(counter, latched.is_ok(), its_turn);
+                let index;
+                (*count, *health, index) = read_counter(counter, latched.is_ok(), its_turn);
+                if index {
+                    *referenced = counter.restarts();
+                }
+                acquired.lost_references |=
+                    u8::from(counter.restarts() > *referenced) << (number & 7);
             }
         }
         self.turn = if self.turn + 1 < COUNTERS {
@@ -191,28 +206,35 @@ impl<L: SpiDevice, C: SpiDevice, A: SpiDevice, X: SpiDevice> Sensors<L, C, A, X>
     }
 }
 
-/// One counter: its latched count, or the last good one when there was no latch; its status when it is its turn.
+/// One counter: its latched count, or the last good one when there was no latch; its status when it is its turn, and whether that
+/// says that an index came.
 fn read_counter<C: SpiDevice>(
     counter: &mut Watched<Ls7366r<C>>,
     latched: bool,
     its_turn: bool,
-) -> (i32, Health) {
+) -> (i32, Health, bool) {
     if !counter.is_running() {
         let visit = counter.visit();
-        return (visit.value, visit.health);
+        return (visit.value, visit.health, false);
     }
     if !latched {
         // Its latch holds the sample before: that is what the caller gets, marked as a failure.
         counter.report(Health::Bus);
-        return (counter.last(), Health::Bus);
+        return (counter.last(), Health::Bus, false);
     }
-    if its_turn && let Err(fault) = counter.sensor_mut().check_status() {
-        let health = Health::of(&fault);
-        counter.report(health);
-        return (counter.last(), health);
+    let mut index = false;
+    if its_turn {
+        match counter.sensor_mut().check_status() {
+            Ok(seen) => index = seen,
+            Err(fault) => {
+                let health = Health::of(&fault);
+                counter.report(health);
+                return (counter.last(), health, false);
+            }
+        }
     }
     let visit = counter.visit();
-    (visit.value, visit.health)
+    (visit.value, visit.health, index)
 }
 
 #[cfg(test)]

@@ -28,25 +28,34 @@ pub const LOAD_OTR: u8 = 0xE8;
 const MDR0_INDEX_LOADS_COUNTER: u8 = 0x10;
 /// MDR1, datasheet "MDR1": four bytes, counting enabled, no flags on the pins.
 const MDR1_FOUR_BYTES: u8 = 0x00;
-// STR, datasheet "STR": bit 3 counting is enabled, bit 2 power was lost since it was cleared.
+/// The same with counting disabled (bit 2): while the counter is set up, so that one whose set-up did not end shows it.
+const MDR1_STANDS_STILL: u8 = 0x04;
+// STR, datasheet "STR": bit 4 an index came, bit 3 counting is enabled, bit 2 power was lost since it was cleared.
+const STR_INDEX: u8 = 0x10;
 const STR_ENABLED: u8 = 0x08;
 const STR_POWER_LOST: u8 = 0x04;
 
 /// What is written to the counter to see whether it comes back; neither half is what an undriven line reads.
 const PATTERN: i32 = 0x5A3C_C3A5;
-/// An encoder may move between the two.
-const PATTERN_MAY_MOVE: u32 = 1 << 16;
+/// What a line reads that nothing drives, besides zeros. No register of a counter in use holds it.
+const UNDRIVEN: u8 = 0xFF;
 
 /// One counter on its own chip select.
 pub struct Ls7366r<S> {
     bus: S,
     settings: Counter,
+    /// Its count was written over, and the set-up has not ended.
+    begun_anew: bool,
 }
 
 impl<S: SpiDevice> Ls7366r<S> {
     /// The counter behind `bus`; nothing is sent yet.
     pub fn new(bus: S, settings: Counter) -> Self {
-        Self { bus, settings }
+        Self {
+            bus,
+            settings,
+            begun_anew: false,
+        }
     }
 
     fn instruct(&mut self, instruction: u8) -> Result<(), Fault<S::Error>> {
@@ -68,13 +77,20 @@ impl<S: SpiDevice> Ls7366r<S> {
             .map_err(Fault::Bus)
     }
 
-    /// Sets the count.
+    /// Sets the count, and sees whether it comes back through the latch. The counter must stand still.
     fn load(&mut self, count: i32) -> Result<(), Fault<S::Error>> {
         let [a, b, c, d] = count.to_be_bytes();
         self.bus
             .transfer_in_place(&mut [WRITE_DTR, a, b, c, d])
             .map_err(Fault::Bus)?;
-        self.instruct(LOAD_CNTR)
+        self.instruct(LOAD_CNTR)?;
+        self.instruct(LOAD_OTR)?;
+        let seen = self.latched()?;
+        if seen == count {
+            Ok(())
+        } else {
+            Err(nobody(seen as u32))
+        }
     }
 
     fn latched(&mut self) -> Result<i32, Fault<S::Error>> {
@@ -112,13 +128,34 @@ impl<S: SpiDevice> Ls7366r<S> {
         }
     }
 
-    /// Whether the counter still has its supply and counts; two bytes on the bus.
+    /// Writes a register and reads it back.
+    fn set(&mut self, [write, read]: [u8; 2], value: u8) -> Result<(), Fault<S::Error>> {
+        self.write_byte(write, value)?;
+        self.expect(read, value)
+    }
+
+    /// Both modes, and of the status whether it counts and kept its supply.
+    fn registers(&mut self) -> Result<[u8; 3], Fault<S::Error>> {
+        let (mdr0, mdr1) = (self.read_byte(READ_MDR0)?, self.read_byte(READ_MDR1)?);
+        let status = self.read_byte(READ_STR)?;
+        let undriven = [mdr0, mdr1, status].contains(&UNDRIVEN);
+        if undriven || mdr1 | status == 0 {
+            return Err(nobody(status.into()));
+        }
+        Ok([mdr0, mdr1, status & (STR_POWER_LOST | STR_ENABLED)])
+    }
+
+    /// Whether the counter still has its supply and counts; two bytes on the bus. True when an index came since the set-up and loaded
+    /// the start count.
     ///
     /// # Errors
-    /// [`Fault::Restarted`] when it lost its supply (so does a line that reads ones), [`Fault::ConfigNotKept`] when it
-    /// does not count (so does a line that reads zeros).
-    pub fn check_status(&mut self) -> Result<(), Fault<S::Error>> {
+    /// [`Fault::WrongIdentity`] when nothing answers, [`Fault::Restarted`] when it lost its supply, [`Fault::ConfigNotKept`] when it
+    /// does not count.
+    pub fn check_status(&mut self) -> Result<bool, Fault<S::Error>> {
         let status = self.read_byte(READ_STR)?;
+        if status == UNDRIVEN || status == 0 {
+            return Err(nobody(status.into()));
+        }
         if status & STR_POWER_LOST != 0 {
             return Err(Fault::Restarted);
         }
@@ -129,7 +166,15 @@ impl<S: SpiDevice> Ls7366r<S> {
                 wanted: (status | STR_ENABLED).into(),
             });
         }
-        Ok(())
+        Ok(self.settings.index && status & STR_INDEX != 0)
+    }
+}
+
+/// What comes instead of a count when no counter is there, or does not hear.
+fn nobody<E>(seen: u32) -> Fault<E> {
+    Fault::WrongIdentity {
+        seen,
+        wanted: PATTERN as u32,
     }
 }
 
@@ -142,42 +187,45 @@ impl<S: SpiDevice> Sensor for Ls7366r<S> {
         Ok(())
     }
 
-    /// A counter that has its settings and never lost its supply keeps its count: only the bus was at fault then.
+    /// A counter that has its settings and never lost its supply keeps its count: only the bus was at fault then. So its count is
+    /// written over only when two looks agree that it is not so, and what was written to a mode register comes back; a transfer
+    /// that is lost or damaged costs a try, and never a count.
     fn set_up(&mut self) -> Result<Found, Fault<S::Error>> {
         let mode = self.mode();
-        let kept = [
-            self.read_byte(READ_MDR0)?,
-            self.read_byte(READ_MDR1)?,
-            self.read_byte(READ_STR)? & (STR_POWER_LOST | STR_ENABLED),
-        ];
-        if kept == [mode, MDR1_FOUR_BYTES, STR_ENABLED] {
-            return Ok(Found::Kept);
+        let seen = self.registers()?;
+        if self.registers()? != seen {
+            return Err(Fault::NotUnderstood);
         }
-        self.write_byte(WRITE_MDR1, MDR1_FOUR_BYTES)?;
-        // Without the index until the start count is in place.
-        self.write_byte(WRITE_MDR0, mode & !MDR0_INDEX_LOADS_COUNTER)?;
-        self.load(PATTERN)?;
-        self.instruct(LOAD_OTR)?;
-        let seen = self.latched()?;
-        if seen.wrapping_sub(PATTERN).unsigned_abs() > PATTERN_MAY_MOVE {
-            return Err(Fault::WrongIdentity {
-                seen: seen as u32,
-                wanted: PATTERN as u32,
-            });
+        if seen != [mode, MDR1_FOUR_BYTES, STR_ENABLED] {
+            self.set([WRITE_MDR0, READ_MDR0], mode)?;
+            self.set([WRITE_MDR1, READ_MDR1], MDR1_STANDS_STILL)?;
+            self.begun_anew = true;
+            self.load(PATTERN)?;
+            self.load(self.settings.start)?;
+            self.instruct(CLEAR_STR)?;
+            if self.read_byte(READ_STR)? & STR_POWER_LOST != 0 {
+                return Err(Fault::Restarted);
+            }
+            self.set([WRITE_MDR1, READ_MDR1], MDR1_FOUR_BYTES)?;
+            self.check_status()?;
         }
-        self.load(self.settings.start)?;
-        self.write_byte(WRITE_MDR0, mode)?;
-        self.instruct(CLEAR_STR)?;
-        self.expect(READ_MDR0, mode)?;
-        self.expect(READ_MDR1, MDR1_FOUR_BYTES)?;
-        self.check_status()?;
-        Ok(Found::Fresh)
+        Ok(if core::mem::take(&mut self.begun_anew) {
+            Found::Fresh
+        } else {
+            Found::Kept
+        })
     }
 
     /// The count at the last latch ([`LOAD_OTR`]); a free-running counter wraps, so it is never at a rail.
     fn read(&mut self) -> Result<Reading<i32>, Fault<S::Error>> {
+        let mut value = self.latched()?;
+        if value == 0 || value == -1 {
+            // So does a line read that nothing drives.
+            self.check_status()?;
+            value = self.latched()?;
+        }
         Ok(Reading {
-            value: self.latched()?,
+            value,
             saturated: 0,
             fresh: true,
         })
@@ -207,26 +255,33 @@ mod tests {
         (sent, [&[0], answer].concat())
     }
 
-    /// A chip at power-on, which moves three counts while it is set up.
+    /// A chip at power-on.
     fn power_on() -> Vec<Exchange> {
-        vec![
+        let look = [
             answered(0x48, &[0]),
             answered(0x50, &[0]),
             answered(0x70, &[0x0C]),
-            sent(&[0x90, 0x00]),
-            sent(&[0x88, 0x03]),
+        ];
+        let anew = [
+            sent(&[0x88, 0x13]),
+            answered(0x48, &[0x13]),
+            sent(&[0x90, 0x04]),
+            answered(0x50, &[0x04]),
             sent(&[0x98, 0x5A, 0x3C, 0xC3, 0xA5]),
             sent(&[0xE0]),
             sent(&[0xE8]),
-            answered(0x68, &[0x5A, 0x3C, 0xC3, 0xA8]),
+            answered(0x68, &[0x5A, 0x3C, 0xC3, 0xA5]),
             sent(&[0x98, 0xFF, 0xFF, 0xFC, 0x18]),
             sent(&[0xE0]),
-            sent(&[0x88, 0x13]),
+            sent(&[0xE8]),
+            answered(0x68, &[0xFF, 0xFF, 0xFC, 0x18]),
             sent(&[0x30]),
-            answered(0x48, &[0x13]),
+            answered(0x70, &[0x00]),
+            sent(&[0x90, 0x00]),
             answered(0x50, &[0x00]),
             answered(0x70, &[0x08]),
-        ]
+        ];
+        [look.clone().to_vec(), look.to_vec(), anew.to_vec()].concat()
     }
 
     fn set_up(exchanges: &[Exchange]) -> Result<Found, Fault<embedded_hal::spi::ErrorKind>> {
@@ -267,12 +322,13 @@ mod tests {
 
     #[test]
     fn a_counter_that_kept_its_supply_keeps_its_count() {
-        let script = [
-            answered(0x48, &[0x13]),
-            answered(0x50, &[0x00]),
-            // Sign and direction bits besides.
-            answered(0x70, &[0x0B]),
-        ];
+        let mut script = Vec::new();
+        // Sign and direction bits besides; it moves meanwhile.
+        for status in [0x0B, 0x08] {
+            script.push(answered(0x48, &[0x13]));
+            script.push(answered(0x50, &[0x00]));
+            script.push(answered(0x70, &[status]));
+        }
         assert_eq!(set_up(&script), Ok(Found::Kept));
     }
 
@@ -290,42 +346,89 @@ mod tests {
     }
 
     #[test]
-    fn no_chip_and_a_wrong_one_are_told() {
-        for line in [0x00, 0xFF] {
+    fn no_chip_is_told_and_its_count_left_alone() {
+        for (line, exchanges) in [(0x00, 3), (0xFF, 3)] {
             let mut script = power_on();
             for exchange in &mut script {
                 exchange.1.fill(line);
             }
-            script.truncate(9);
-            let seen = u32::from_be_bytes([line; 4]);
-            let wanted = 0x5A3C_C3A5;
-            assert_eq!(set_up(&script), Err(Fault::WrongIdentity { seen, wanted }));
+            script.truncate(exchanges);
+            let fault = nobody(line.into());
+            assert_eq!(set_up(&script), Err(fault));
+        }
+        // What a line reads that nothing drives is no count, unless the chip answers besides.
+        for line in [0x00, 0xFF] {
+            let script = [
+                answered(0x68, &[line; 4]),
+                answered(0x70, &[line]),
+                answered(0x68, &[line; 4]),
+                answered(0x70, &[0x08]),
+                answered(0x68, &[0, 0, 0, 7]),
+            ];
+            let mut chip = Ls7366r::new(Scripted::new(&script), SETTINGS);
+            assert_eq!(chip.read(), Err(nobody(line.into())));
+            assert_eq!(chip.read().map(|r| r.value), Ok(7));
+            chip.bus.done();
         }
     }
 
     #[test]
-    fn every_register_that_is_not_kept_is_named() {
-        for (at, register, wanted) in [(13, READ_MDR0, 0x13), (14, READ_MDR1, 0)] {
+    fn two_looks_that_do_not_agree_change_nothing() {
+        for at in 0..6 {
+            let mut script = power_on();
+            script[at].1[1] ^= 0x04;
+            script.truncate(6);
+            assert_eq!(set_up(&script), Err(Fault::NotUnderstood), "{at}");
+        }
+    }
+
+    #[test]
+    fn whatever_does_not_come_back_ends_the_set_up_where_it_is() {
+        let kept = |register, seen, wanted| {
+            Err(Fault::ConfigNotKept {
+                register,
+                seen,
+                wanted,
+            })
+        };
+        for (at, outcome) in [
+            (7, kept(READ_MDR0, 0x53, 0x13)),
+            (9, kept(READ_MDR1, 0x44, 0x04)),
+            (13, Err(nobody(0x1A3C_C3A5))),
+            (17, Err(nobody(0xBFFF_FC18))),
+            (21, kept(READ_MDR1, 0x40, 0x00)),
+        ] {
             let mut script = power_on();
             script[at].1[1] ^= 0x40;
             script.truncate(at + 1);
-            let fault = Fault::ConfigNotKept {
-                register,
-                seen: wanted ^ 0x40,
-                wanted,
-            };
-            assert_eq!(set_up(&script), Err(fault));
+            assert_eq!(set_up(&script), outcome, "{at}");
         }
+        for (at, status, outcome) in [
+            (19, 0x04, Err(Fault::Restarted)),
+            (22, 0x0C, Err(Fault::Restarted)),
+            (22, 0x01, kept(READ_STR, 0x01, 0x09)),
+        ] {
+            let mut script = power_on();
+            script[at].1[1] = status;
+            script.truncate(at + 1);
+            assert_eq!(set_up(&script), outcome, "{at}");
+        }
+    }
+
+    #[test]
+    fn a_set_up_of_which_only_the_end_was_lost_still_began_anew() {
         let mut script = power_on();
-        script[15].1[1] = 0x0C;
-        assert_eq!(set_up(&script), Err(Fault::Restarted));
-        script[15].1[1] = 0x01;
-        let fault = Fault::ConfigNotKept {
-            register: READ_STR,
-            seen: 0x01,
-            wanted: 0x09,
-        };
-        assert_eq!(set_up(&script), Err(fault));
+        let last = script.last_mut().unwrap();
+        last.1[1] = 0xFF;
+        for _ in 0..2 {
+            script.push(answered(0x48, &[0x13]));
+            script.push(answered(0x50, &[0x00]));
+            script.push(answered(0x70, &[0x08]));
+        }
+        let mut chip = Ls7366r::new(Scripted::new(&script), SETTINGS);
+        assert_eq!(chip.set_up(), Err(nobody(0xFF)));
+        assert_eq!(chip.set_up(), Ok(Found::Fresh));
+        chip.bus.done();
     }
 
     #[test]

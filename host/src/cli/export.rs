@@ -6,11 +6,14 @@ use crate::export;
 use crate::model_file::ModelFile;
 use crate::output;
 use crate::rig_block;
-use crate::study::Study;
+use crate::study::{Role, Study};
 use crate::table::Table;
 use clap::Args;
 use jointwatch_shared::model::Model;
 use std::path::{Path, PathBuf};
+
+/// Mean time between false alarms of the monitor unless another one is asked for.
+const FALSE_ALARM_DAYS: u32 = 30;
 
 /// Options of `jointwatch export`.
 #[derive(Args)]
@@ -24,9 +27,13 @@ pub(crate) struct Export {
     /// wired (docs/rig-block.md), or `defaults` for the emulated rig of --study.
     #[arg(long, value_name = "FILE|defaults")]
     pub(super) rig: Option<PathBuf>,
-    /// The study whose records say what the sensors of an emulated rig are set to.
+    /// With --rig: the study from whose validation records the monitor's limits are set (left out, the block has none, and the
+    /// device does not judge the joint), and with `defaults` what the sensors of the emulated rig are set to.
     #[arg(long, value_name = "FILE")]
     pub(super) study: Option<PathBuf>,
+    /// With --rig and --study: mean time between the monitor's false alarms for which the limits are set, in days (default: 30).
+    #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u32).range(1..=36_500), requires_all = ["rig", "study"])]
+    pub(super) false_alarm_days: Option<u32>,
     /// The largest error that fixed point may cost, as a part of each axis's RMS training force
     /// (default: 1e-5 for a polynomial, 1e-3 for a network).
     #[arg(long, value_name = "PART")]
@@ -50,7 +57,7 @@ impl Export {
         }
         if self.study.is_some() {
             return Err(Error::usage(
-                "--study goes with --rig defaults; leave it out to export the model",
+                "--study goes with --rig; leave it out to export the model",
             ));
         }
         let path = self.output.unwrap_or_else(|| "model.bin".into());
@@ -80,20 +87,25 @@ impl Export {
         console.json(&serde_json::json!({ "blob": path, "bytes": exported.blob.len(), "axes": exported.axes }))
     }
     fn write_rig(&self, rig: &Path, model: &Model, console: &Console) -> Result<()> {
-        let block = match (rig.as_os_str() == "defaults", &self.study) {
-            (true, Some(study)) => rig_block::of_study(&Study::read(study)?, model)?,
+        let study = self.study.as_ref().map(|path| Study::read(path));
+        let study = study.transpose()?;
+        let mut block = match (rig.as_os_str() == "defaults", &study) {
+            (true, Some(study)) => rig_block::of_study(study, model)?,
             (true, None) => {
                 return Err(Error::usage(
                     "--rig defaults needs --study: the ranges of its records say what the emulated sensors are set to",
                 ));
             }
-            (false, None) => rig_block::of_file(rig, model)?,
-            (false, Some(_)) => {
-                return Err(Error::usage(
-                    "--study goes with --rig defaults; a rig.toml says by itself what the sensors are set to",
-                ));
-            }
+            (false, _) => rig_block::of_file(rig, model)?,
         };
+        // An emulated rig needs the study for its sensors, whether it has records for the monitor or not.
+        let judged = self.false_alarm_days.is_some() || rig.as_os_str() != "defaults";
+        if let Some(study) = &study
+            && (judged || study.records.iter().any(|r| r.role == Role::Validate))
+        {
+            let days = self.false_alarm_days.unwrap_or(FALSE_ALARM_DAYS);
+            rig_block::set_limits(&mut block, study, model, days)?;
+        }
         let path = self.output.clone().unwrap_or_else(|| "rig.bin".into());
         let bytes = rig_block::encode(&block)?;
         output::write_whole(&path, &bytes)?;
@@ -103,6 +115,11 @@ impl Export {
             path.display(),
             rig_block::in_words(&block)
         ))?;
+        if block.limits.is_none() {
+            console.say(
+                "The monitor has no limits in it, so the device will not judge the joint; give --study with validation records.",
+            )?;
+        }
         console.json(&rig_block::as_json(&block))
     }
 }

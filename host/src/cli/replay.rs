@@ -15,7 +15,8 @@ use crate::telemetry::frames;
 use clap::Args;
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
-use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, Verdict};
+use jointwatch_shared::monitor::limits::Limits;
+use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, Verdict};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -36,11 +37,12 @@ pub(crate) struct Replay {
     /// Write every output of the chain (raw 32-bit numbers and SI values) as CSV; needs --record in a study of several.
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
-    /// Set the monitor's limits from the study's validation records and say what it would have said over each record.
+    /// Say what the monitor would have said over each record, with the limits of --rig, or else with limits set from the
+    /// study's validation records.
     #[arg(long)]
     pub(super) monitor: bool,
     /// Mean time between the monitor's false alarms, in days.
-    #[arg(long, value_name = "DAYS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=36_500), requires = "monitor")]
+    #[arg(long, value_name = "DAYS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=36_500), requires = "monitor", conflicts_with = "rig")]
     pub(super) false_alarm_days: u32,
     /// Write the frames that the device would send, streaming every sample, for `jointwatch monitor`; needs --record in a
     /// study of several.
@@ -54,21 +56,33 @@ impl Replay {
         let model = export::read_blob(&self.blob)?;
         let study = Study::read(&self.study)?;
         let records = chosen(&study, self.record.as_deref())?;
-        let set_up = match &self.rig {
+        let block = match &self.rig {
+            Some(path) => Some((path, rig_block::read(path)?)),
+            None => None,
+        };
+        let set_up = match &block {
             None => replay::SetUp::new(&study, &model)?,
-            Some(path) => {
-                let block = rig_block::read(path)?;
-                replay::SetUp::of_block(&study, &model, &block)?
-            }
+            Some((_, block)) => replay::SetUp::of_block(&study, &model, block)?,
         };
         let replayed = records
             .iter()
             .map(|record| set_up.replay(&study, record, &model));
         let replayed: Vec<Replayed> = replayed.collect::<Result<_>>()?;
-        let watched = self
-            .monitor
-            .then(|| watch(&study, &records, &set_up, &model, self.false_alarm_days))
-            .transpose()?;
+        let basis = match &block {
+            Some((path, block)) if self.monitor => Some(Basis::Board(
+                rig_block::limits_for(path, block, &model)?.clone(),
+            )),
+            None if self.monitor => Some(Basis::Study(monitor_limits::limits(
+                &study,
+                &set_up,
+                &model,
+                blob::checksum(&blob::encode(&model)),
+                24 * self.false_alarm_days,
+            )?)),
+            _ => None,
+        };
+        let watched = basis.map(|basis| watch(&study, &records, &set_up, &model, basis));
+        let watched = watched.transpose()?;
         working.finish_and_clear();
         let only = |option: &str| match (records.as_slice(), replayed.as_slice()) {
             ([record], [replayed]) => Ok((*record, replayed)),
@@ -83,7 +97,22 @@ impl Replay {
         }
         if let Some(path) = &self.frames {
             let (record, replayed) = only("--frames")?;
-            output::write_whole(path, &frames::of(&set_up, record, replayed, &model))?;
+            let limits = watched.as_ref().map(|w| Ok(w.basis.limits()));
+            let limits = limits.unwrap_or_else(|| match &block {
+                Some((_, block)) => rig_block::usable_limits(block, &model),
+                None => Err(Cause::NoLimits),
+            });
+            let monitor = match limits {
+                Ok(limits) => Ok(monitor(&study, &set_up, limits)?),
+                Err(cause) => Err(cause),
+            };
+            let monitor = monitor.as_ref().map_err(|cause| *cause);
+            let rig_crc = match &block {
+                Some((_, block)) => rig_block::checksum(block)?,
+                None => 0,
+            };
+            let bytes = frames::of(&set_up, record, replayed, &model, monitor, rig_crc);
+            output::write_whole(path, &bytes)?;
         }
         let summaries: Vec<RecordReplay> = replayed.into_iter().map(|r| r.summary).collect();
         let logged = |r: &Record| r.axes.iter().any(|axis| axis.velocity.is_some());
@@ -102,7 +131,7 @@ impl Replay {
         let Some(watched) = watched else {
             return console.json(&serde_json::json!({ "records": summaries }));
         };
-        console.say(watched.in_words(&study, self.false_alarm_days))?;
+        console.say(watched.in_words(&study))?;
         console
             .json(&serde_json::json!({ "records": summaries, "monitor": watched.as_json(&study) }))
     }
@@ -189,26 +218,44 @@ fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> Stri
     )
 }
 
+/// Where the monitor's limits come from.
+enum Basis {
+    /// The study's own validation records.
+    Study(Calibration),
+    /// A rig block.
+    Board(Limits),
+}
+
+impl Basis {
+    fn limits(&self) -> &Limits {
+        match self {
+            Self::Study(calibration) => &calibration.limits,
+            Self::Board(limits) => limits,
+        }
+    }
+}
+
 /// What the monitor said over records.
 struct Watched {
-    calibration: Calibration,
+    basis: Basis,
     /// Per record, its file and every change of the verdict with its time in s.
     records: Vec<(String, Vec<(f64, Verdict)>)>,
 }
 
-/// Sets the limits and runs the monitor over every record, each from a fresh start.
+fn monitor(study: &Study, set_up: &replay::SetUp, limits: &Limits) -> Result<Monitor> {
+    Monitor::new(limits.clone(), &set_up.chain)
+        .map_err(|e| Error::data(format!("{}: {e}", study.path.display())))
+}
+
+/// Runs the monitor over every record, each from a fresh start.
 fn watch(
     study: &Study,
     records: &[&Record],
     set_up: &replay::SetUp,
     model: &Model,
-    false_alarm_days: u32,
+    basis: Basis,
 ) -> Result<Watched> {
-    let checksum = blob::checksum(&blob::encode(model));
-    let hours = 24 * false_alarm_days;
-    let calibration = monitor_limits::limits(study, set_up, model, checksum, hours)?;
-    let monitor = Monitor::new(calibration.limits.clone(), &set_up.chain)
-        .map_err(|e| Error::data(format!("{}: {e}", study.path.display())))?;
+    let monitor = monitor(study, set_up, basis.limits())?;
     let over = |record: &&Record| {
         let mut state = MonitorState::default();
         let mut changes: Vec<(f64, Verdict)> = Vec::new();
@@ -224,21 +271,28 @@ fn watch(
         (record.file.clone(), changes)
     };
     let records = records.iter().map(over).collect();
-    Ok(Watched {
-        calibration,
-        records,
-    })
+    Ok(Watched { basis, records })
 }
 
 impl Watched {
-    fn in_words(&self, study: &Study, false_alarm_days: u32) -> String {
+    fn in_words(&self, study: &Study) -> String {
         let names: Vec<&str> = study.axes.iter().map(|axis| axis.name.as_str()).collect();
-        let block_s = f64::from(self.calibration.limits.block) / study.sample_rate_hz;
+        let limits = self.basis.limits();
+        let block_s = f64::from(limits.block) / study.sample_rate_hz;
         let mut text = format!(
-            "The monitor, set from the validation records to one false alarm in {false_alarm_days} days, in blocks of {:.0} ms:",
+            "The monitor, {} to one false alarm in {} days, in blocks of {:.0} ms:",
+            match &self.basis {
+                Basis::Study(_) => "set from the validation records",
+                Basis::Board(_) => "set by the rig block",
+            },
+            limits.false_alarm_hours / 24,
             1e3 * block_s
         );
-        for (name, sides) in names.iter().zip(&self.calibration.healthy) {
+        let healthy = match &self.basis {
+            Basis::Study(calibration) => calibration.healthy.as_slice(),
+            Basis::Board(_) => &[],
+        };
+        for (name, sides) in names.iter().zip(healthy) {
             let [error, rest @ ..] = sides.map(|side| side.blocks_to_alarm * block_s);
             let slowest = rest.into_iter().fold(0.0, f64::max);
             let _ = write!(
@@ -274,11 +328,15 @@ impl Watched {
             });
             serde_json::json!({ "file": file, "changes": changes.collect::<Vec<_>>() })
         });
-        serde_json::json!({
-            "healthy": self.calibration.healthy,
-            "judged_blocks": self.calibration.blocks,
+        let mut json = serde_json::json!({
+            "false_alarm_hours": self.basis.limits().false_alarm_hours,
             "records": records.collect::<Vec<_>>(),
-        })
+        });
+        if let Basis::Study(calibration) = &self.basis {
+            json["healthy"] = serde_json::json!(calibration.healthy);
+            json["judged_blocks"] = serde_json::json!(calibration.blocks);
+        }
+        json
     }
 }
 

@@ -16,6 +16,8 @@ pub struct Comparison {
     pub samples: u64,
     /// Samples of which at least one count is not what the chips were fed, from the first one on that was.
     pub wrong_counts: u64,
+    /// The last of them.
+    pub last_wrong_counts: Option<u64>,
     /// Outputs that were compared, and those that were expected or came alone.
     pub outputs: u64,
     /// Bits of all predicted forces, measured forces, residuals, band residuals and flags that differ.
@@ -158,6 +160,7 @@ impl<'a> Judge<'a> {
         let right = said[..axes] == fed[..axes];
         if self.started && !right {
             self.comparison.wrong_counts += 1;
+            self.comparison.last_wrong_counts = Some(number);
             if self.wrong.len() < WRONG_KEPT {
                 self.wrong.push((number, sample.counts.to_vec()));
             }

@@ -4,61 +4,82 @@ use crate::replay::{Replayed, SetUp};
 use crate::study::Record;
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
-use jointwatch_shared::monitor::{self, Cause};
-use jointwatch_shared::pipeline::Output;
+use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, Verdict, Window};
 use jointwatch_shared::telemetry::{
-    Counters, Hello, MAX_FRAME, ModelIdentity, Occasion, PROTOCOL_VERSION, Report, RigIdentity,
-    STATUS_HZ, Sample, Slot, Status, encode,
+    AxisStatus, Counters, Event, Hello, MAX_FRAME, ModelIdentity, Occasion, PROTOCOL_VERSION,
+    Report, RigIdentity, STATUS_HZ, Sample, Slot, Status, encode,
 };
 
-/// A device's introduction, then every sample, with a status between them ten times a second.
+/// A device's introduction, then every sample, with the monitor's verdict when it changes and a status ten times a second.
 ///
-/// The device is one that has just started with this model in slot A. It has no rig block, but what the study says of the rig
-/// (the block's checksum is 0), and no limits for its monitor, which therefore does not judge.
-pub fn of(set_up: &SetUp, record: &Record, replayed: &Replayed, model: &Model) -> Vec<u8> {
+/// The device is one that has just started with this model in slot A. `monitor` is what judges, or why nothing does; `rig_crc` is the
+/// checksum of its rig block, 0 where there is none but what the study says of the rig. Its sensors are well.
+pub fn of(
+    set_up: &SetUp,
+    record: &Record,
+    replayed: &Replayed,
+    model: &Model,
+    monitor: Result<&Monitor, Cause>,
+    rig_crc: u32,
+) -> Vec<u8> {
     let mut sender = Sender::default();
-    let [.., a, b, c, d] = blob::encode(model);
-    let crc = u32::from_le_bytes([a, b, c, d]);
     sender.send(&Report::Hello(Hello {
         protocol: PROTOCOL_VERSION,
         firmware: version(),
         occasion: Occasion::Restart,
-        model: Some(ModelIdentity::new(model, Slot::A, crc, false)),
-        rig: Some(RigIdentity::new(&set_up.rig, &set_up.chain, 0)),
+        model: Some(ModelIdentity::new(
+            model,
+            Slot::A,
+            blob::checksum(&blob::encode(model)),
+            false,
+        )),
+        rig: Some(RigIdentity::new(&set_up.rig, &set_up.chain, rig_crc)),
     }));
 
     let counts = set_up.counts(record);
     // The filters are full when this many samples have been taken; the first output comes with the last of them.
     let fill = 2 * set_up.chain.delay();
     let output = |sample: usize| Some(&replayed.outputs[sample.checked_sub(fill)?]);
-    let mut saturated = 0;
     let period = (set_up.rig.sample_rate_hz / f64::from(STATUS_HZ)).max(1.0) as usize;
+    let mut state = MonitorState::default();
+    let mut verdict = match monitor {
+        Ok(_) => Verdict::default(),
+        Err(cause) => Verdict::without(cause),
+    };
+    let mut counters = Counters::default();
     for (number, raw) in counts.iter().enumerate() {
-        let sample = Sample::new(number as u64, raw, model.axes(), output(number));
-        sender.send(&Report::Sample(sample));
+        let output = output(number);
+        sender.send(&Report::Sample(Sample::new(
+            number as u64,
+            raw,
+            model.axes(),
+            output,
+        )));
+        counters.saturated += output.map_or(0, |o| o.saturated.count_ones());
+        if let Ok(monitor) = monitor {
+            let said = monitor.update(&mut state, raw, output, &Faults::default());
+            if !said.same_reason(&verdict) {
+                sender.send(&Report::Event(Event::Verdict(said.into())));
+            }
+            verdict = said;
+        }
         if (number + 1).is_multiple_of(period) {
-            let recent: Vec<&Output> = (number + 1 - period..=number).filter_map(output).collect();
-            saturated += recent.iter().filter(|o| o.saturated != 0).count() as u32;
-            sender.send(&Report::Status(status(number + 1, &recent, saturated)));
+            let nmse = |monitor: &Monitor, axis| AxisStatus {
+                nmse_fast: state.nmse(monitor, axis, Window::Fast),
+                nmse_slow: state.nmse(monitor, axis, Window::Slow),
+            };
+            let axes = monitor.map(|m| (0..model.axes()).map(|axis| nmse(m, axis)).collect());
+            sender.send(&Report::Status(Status {
+                sample: number as u64 + 1,
+                verdict: verdict.into(),
+                outside_permille: state.outside_permille(),
+                axes: axes.unwrap_or_default(),
+                channels: heapless::Vec::new(),
+                counters,
+            }));
         }
     }
     sender.bytes
-}
-
-/// What a device says after so many samples that has no limits to judge by; `recent` came since the last status.
-fn status(samples: usize, recent: &[&Output], saturated: u32) -> Status {
-    let outside = recent.iter().filter(|o| o.outside != 0).count();
-    Status {
-        sample: samples as u64,
-        verdict: monitor::Verdict::without(Cause::NoLimits).into(),
-        outside_permille: (1000 * outside / recent.len().max(1)) as u16,
-        axes: heapless::Vec::new(),
-        channels: heapless::Vec::new(),
-        counters: Counters {
-            saturated,
-            ..Counters::default()
-        },
-    }
 }
 
 /// This program's version, which is that of the firmware built with it.

@@ -2,6 +2,7 @@
 
 use super::block::Statistics;
 use super::limits::{AxisLimits, Cusum};
+use super::logarithm::SHARE;
 use super::verdict::{Cause, State};
 
 /// Statistics with a limit, per axis.
@@ -14,8 +15,29 @@ pub(super) const CAUSES: [Cause; SIDES] = [
     Cause::MoreFriction,
     Cause::LessFriction,
 ];
-/// The fewest blocks that raise an alarm.
-const LEAST_BLOCKS: i32 = 12;
+/// The fewest blocks that raise an alarm: of the error, and of a stiffness or a friction, which have a direction to be told by.
+const LEAST_BLOCKS: [i32; 2] = [16, 6];
+/// What one block adds to the sum of a stiffness or a friction at most, in the unit of [`SHARE`]: three quarters of the shift that a
+/// change by 10 % of the RMS force makes.
+pub const MOST_OF_SHARE: i32 = 3 * SHARE / 80;
+
+/// The fewest blocks that raise an alarm by statistic `side` (0: the error).
+pub fn least_blocks(side: usize) -> i32 {
+    let [error, share] = LEAST_BLOCKS;
+    if side == 0 { error } else { share }
+}
+
+/// What one block adds to the sum of statistic `side` (0: the error) at most. A model that is wrong for a moment, where the
+/// joint goes far, is wrong for some blocks in a row and by many times its usual error; held to this, such a burst counts for little
+/// beside a change that lasts.
+pub fn most_of_block(side: usize, threshold: i32) -> i32 {
+    let part = threshold / least_blocks(side) + 1;
+    if side == 0 {
+        part
+    } else {
+        part.min(MOST_OF_SHARE)
+    }
+}
 
 /// One cumulative sum and where it stands.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,13 +70,10 @@ pub(super) fn sides(limits: &AxisLimits) -> [Cusum; SIDES] {
 }
 
 impl Level {
-    /// S ← max(0, S + y − drift). One block adds a twelfth of the threshold at most, so that no burst of a few raises an alarm, however wrong the
-    /// model is for a moment;
-    /// the sum is held at one and a half, so that a joint that is well again is found so.
-    pub(super) fn add(&mut self, value: i32, side: Cusum) {
-        let step = value
-            .saturating_sub(side.drift)
-            .min(side.threshold / LEAST_BLOCKS + 1);
+    /// S ← max(0, S + min(y − drift, most)), `most` as [`most_of_block`] has it; the sum is held at one and a half thresholds, so
+    /// that a joint that is well again is found so.
+    pub(super) fn add(&mut self, value: i32, side: Cusum, most: i32) {
+        let step = value.saturating_sub(side.drift).min(most);
         let most = side.threshold + side.threshold / 2;
         self.sum = self.sum.saturating_add(step).clamp(0, most.max(0));
     }
@@ -86,6 +105,7 @@ impl Level {
 #[cfg(test)]
 mod tests {
     extern crate std;
+    use super::super::limits::MOST_CUSUM;
     use super::*;
 
     const SIDE: Cusum = Cusum {
@@ -95,21 +115,30 @@ mod tests {
 
     #[test]
     fn what_lasts_adds_up_and_no_burst_raises_an_alarm() {
-        let mut level = Level::default();
-        for _ in 0..11 {
-            level.add(i32::MAX, SIDE);
-            assert_ne!(level.next(SIDE), State::Alarm);
+        for statistic in 0..SIDES {
+            for threshold in [1000, 1 << 20, MOST_CUSUM] {
+                let side = Cusum {
+                    drift: 100,
+                    threshold,
+                };
+                let mut level = Level::default();
+                for _ in 1..least_blocks(statistic) {
+                    level.add(i32::MAX, side, most_of_block(statistic, threshold));
+                    assert_ne!(level.next(side), State::Alarm);
+                }
+            }
         }
+        assert_eq!(most_of_block(1, MOST_CUSUM), MOST_OF_SHARE);
         let mut level = Level::default();
         let mut blocks = 0;
         while level.next(SIDE) != State::Alarm {
-            level.add(150, SIDE);
+            level.add(150, SIDE, 60);
             blocks += 1;
         }
         assert_eq!(blocks, 1000 / 50);
         assert_eq!(level.permille(SIDE), 1000);
         for _ in 0..10_000 {
-            level.add(99, SIDE);
+            level.add(99, SIDE, 60);
         }
         assert_eq!(level.sum, 0, "below the drift it falls");
     }
@@ -120,7 +149,7 @@ mod tests {
         let mut seen = std::vec::Vec::new();
         // Up by 50 per block to the stop, and down again.
         for value in [150; 40].into_iter().chain([50; 40]) {
-            level.add(value, SIDE);
+            level.add(value, SIDE, 60);
             level.state = level.next(SIDE);
             if seen.last().is_none_or(|&(_, state)| state != level.state) {
                 seen.push((level.sum, level.state));
@@ -145,7 +174,7 @@ mod tests {
         let mut level = Level::default();
         for value in [i32::MAX, i32::MIN, i32::MAX] {
             for _ in 0..100 {
-                level.add(value, side);
+                level.add(value, side, most_of_block(0, side.threshold));
                 level.state = level.next(side);
             }
         }

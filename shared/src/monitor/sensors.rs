@@ -5,7 +5,7 @@ use super::verdict::Cause;
 use crate::pipeline::{RawAxis, RawSample};
 
 /// Kinds of fault that a driver or the chain reports for a single sample.
-pub(super) const KINDS: usize = 5;
+pub(super) const KINDS: usize = 6;
 
 /// What went wrong with the sensors at one instant. In every word, bit 5·axis + channel stands for one channel, channels in
 /// the order of [`RawAxis`]: far and near displacement counter, body counter, accelerometer, force.
@@ -21,6 +21,8 @@ pub struct Faults {
     pub time_out: u16,
     /// There was no new value: the sample is missing or repeated.
     pub missing: u16,
+    /// The counter lost its count and began anew, so that its zero is not the rig's any more; as long as that is so.
+    pub reference_lost: u16,
 }
 
 impl Faults {
@@ -41,6 +43,7 @@ impl Faults {
             (Cause::Missing, self.missing),
             (Cause::Saturated, self.saturated),
             (Cause::OutOfRange, self.out_of_range),
+            (Cause::ReferenceLost, self.reference_lost),
         ]
     }
 }

@@ -85,6 +85,8 @@ pub enum Cause {
     TimeOut = 52,
     /// Samples are missing.
     Missing = 53,
+    /// A counter lost its count and began anew: what it counts from is not known any more.
+    ReferenceLost = 54,
 }
 
 /// The channels of an axis, in the order of [`RawAxis`](crate::pipeline::RawAxis).
@@ -98,7 +100,7 @@ pub const CHANNEL_NAMES: [&str; 5] = [
 
 impl Cause {
     /// Every cause.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Starting,
         Self::AsExpected,
         Self::NoModel,
@@ -118,6 +120,7 @@ impl Cause {
         Self::Checksum,
         Self::TimeOut,
         Self::Missing,
+        Self::ReferenceLost,
     ];
 
     /// The number in telemetry.
@@ -152,6 +155,7 @@ impl Cause {
             Self::Checksum => "wrong checksums",
             Self::TimeOut => "no answer",
             Self::Missing => "samples missing",
+            Self::ReferenceLost => "reference lost",
         }
     }
 
@@ -233,7 +237,7 @@ impl fmt::Display for Words<'_> {
                 let channels = CHANNEL_NAMES.get(usize::from(channel));
                 let channel = channels.copied().unwrap_or("a channel");
                 write!(f, "{channel} of {axis}: {words}")?;
-                if cause == Cause::Stuck {
+                if matches!(cause, Cause::Stuck | Cause::ReferenceLost) {
                     return Ok(());
                 }
                 write!(f, ", {percent} % of the time")
@@ -254,7 +258,7 @@ mod tests {
         assert_eq!(State::ALL.map(State::tag), [0, 1, 2, 3]);
         let tags = Cause::ALL.map(Cause::tag);
         let known = [
-            0, 1, 2, 3, 4, 5, 6, 16, 32, 33, 34, 35, 36, 48, 49, 50, 51, 52, 53,
+            0, 1, 2, 3, 4, 5, 6, 16, 32, 33, 34, 35, 36, 48, 49, 50, 51, 52, 53, 54,
         ];
         assert_eq!(tags, known);
         for tag in 0..=u8::MAX {
@@ -285,6 +289,10 @@ mod tests {
             "x has more friction than in the model"
         );
         assert_eq!(said(Cause::Stuck, 0, 4, 1000), "force channel of x: stuck");
+        assert_eq!(
+            said(Cause::ReferenceLost, 0, 1, 1000),
+            "near displacement counter of x: reference lost"
+        );
         assert_eq!(
             said(Cause::Checksum, 1, 3, 23),
             "accelerometer of phi: wrong checksums, 2 % of the time"

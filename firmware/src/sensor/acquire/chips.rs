@@ -86,7 +86,8 @@ impl Chip for CounterChip {
         if self.absent {
             return bytes.fill(0);
         }
-        let status = 0x08 | u8::from(self.power_lost) << 2;
+        let enabled = u8::from(self.mdr[1] & 0x04 == 0) << 3;
+        let status = enabled | u8::from(self.power_lost) << 2;
         match bytes {
             [0x48, value] => *value = self.mdr[0],
             [0x50, value] => *value = self.mdr[1],

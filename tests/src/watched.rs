@@ -1,0 +1,340 @@
+//! A simulated rig, what was learnt of its joint, and the monitor that watches it: for tests of the monitor and its campaign.
+
+use jointwatch::export::export;
+use jointwatch::fit::polynomial::PolynomialOptions;
+use jointwatch::identify;
+use jointwatch::model_file::ModelFile;
+use jointwatch::monitor_limits::{self, Calibration};
+use jointwatch::replay::SetUp;
+use jointwatch::sim::{
+    Bodies, BodyState, Contact, Excitation, Joint, JointLaw, RigParameters, Simulation,
+    SimulationOptions, joint_state, record_drives, simulate,
+};
+use jointwatch::study::{Channels, Record, Role};
+use jointwatch_shared::blob;
+use jointwatch_shared::model::Model;
+use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, Verdict};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+
+/// Integration steps per row at 1 kHz: a quarter of a millisecond resolves the rig, as the simulator's own test shows.
+const SUBSTEPS: usize = 4;
+/// Samples per second of every record.
+pub const RATE_HZ: f64 = 1000.0;
+/// Seconds of each record from which model and limits come.
+const STUDY_S: f64 = 20.0;
+/// Drive of the record from which limits come, as a part of the training records'.
+pub const STUDY_LEVEL: f64 = 0.85;
+
+/// What is learnt of the joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Learnt {
+    /// The effects of the joint, with their values.
+    Physical,
+    /// A plain polynomial.
+    Polynomial,
+}
+
+/// A rig, what was learnt of its joint, and the device that watches it.
+pub struct Subject {
+    /// The study from which all else follows.
+    pub simulation: Simulation,
+    /// The rig.
+    pub rig: RigParameters,
+    /// As the device holds it.
+    pub model: Model,
+    /// Chain and filters.
+    pub set_up: SetUp,
+    /// With limits from the study.
+    pub monitor: Monitor,
+    /// What the limits were made from.
+    pub calibration: Calibration,
+    /// RMS(r−r̂)/RMS(r) per axis on the validation record.
+    pub relative_error: [f64; 2],
+    /// RMS of force, displacement and velocity per axis on the validation record.
+    pub rms: [[f64; 3]; 2],
+}
+
+fn options(rig: &RigParameters, seed: u64, duration_s: f64, level: f64) -> SimulationOptions {
+    SimulationOptions {
+        rig: rig.clone(),
+        seed,
+        duration_s,
+        sample_rate_hz: RATE_HZ,
+        validation_level: level,
+        ..SimulationOptions::default()
+    }
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+impl Subject {
+    /// Shakes a rig, learns a model, and sets the monitor's limits for one false alarm in `false_alarm_hours`.
+    ///
+    /// # Errors
+    /// A sentence, when the rig is unstable or no limits could be set.
+    pub fn new(
+        learnt: Learnt,
+        rig: RigParameters,
+        seed: u64,
+        false_alarm_hours: u32,
+    ) -> Result<Self, String> {
+        let said = |e: jointwatch::error::Error| e.sentence;
+        let simulation = simulate(&options(&rig, seed, STUDY_S, STUDY_LEVEL)).map_err(said)?;
+        let study = &simulation.study;
+        let file: ModelFile = match learnt {
+            Learnt::Physical => identify::physical(study).map_err(said)?.model,
+            Learnt::Polynomial => {
+                identify::polynomial(study, &PolynomialOptions::default(), &|_| ())
+                    .map_err(said)?
+                    .model
+            }
+        };
+        let exported = export(&file, None).map_err(said)?;
+        let model = blob::decode(&exported.blob).map_err(|e| e.to_string())?;
+        let set_up = SetUp::new(study, &model).map_err(said)?;
+        let calibration =
+            monitor_limits::limits(study, &set_up, &model, 0, false_alarm_hours).map_err(said)?;
+        let monitor =
+            Monitor::new(calibration.limits.clone(), &set_up.chain).map_err(|e| e.to_string())?;
+        let relative_error = [0, 1].map(|axis: usize| file.validation[axis].relative_error);
+        let truth = simulation.truth.last().ok_or("no validation record")?;
+        let rms = [0, 1].map(|axis: usize| {
+            [
+                &truth.restoring_force[axis],
+                &truth.states[2 * axis],
+                &truth.states[2 * axis + 1],
+            ]
+            .map(|series| rms(series))
+        });
+        Ok(Self {
+            rig,
+            model,
+            set_up,
+            monitor,
+            calibration,
+            relative_error,
+            rms,
+            simulation,
+        })
+    }
+
+    /// The joint as it was.
+    pub fn healthy(&self) -> Worn {
+        Worn {
+            joint: self.rig.joint,
+            friction: [0.0; 2],
+            speed: [1.0; 2],
+        }
+    }
+
+    /// Every change of the joint by `part` of the RMS force, with its name: stiffness and viscous friction both ways, dry
+    /// friction added.
+    pub fn changes(&self, part: f64) -> Vec<(String, Worn)> {
+        let mut all = Vec::new();
+        let same = self.healthy();
+        for axis in 0..2 {
+            let [force, x, v] = self.rms[axis];
+            for sign in [1.0, -1.0] {
+                let mut worn = same;
+                worn.joint.stiffness[axis] += sign * part * force / x;
+                all.push((format!("stiffness {sign:+} on {axis}"), worn));
+                let mut worn = same;
+                worn.joint.damping[axis] += sign * part * force / v;
+                all.push((format!("damping {sign:+} on {axis}"), worn));
+            }
+            let mut worn = same;
+            worn.friction[axis] = part * force;
+            worn.speed[axis] = 0.02 * v;
+            all.push((format!("dry friction on {axis}"), worn));
+        }
+        all
+    }
+
+    /// A record of the rig on which the joint becomes `later` after so many seconds.
+    ///
+    /// # Panics
+    /// When the seconds are no length of a record.
+    pub fn shake(&self, shaking: Shaking, later: Option<(f64, Worn)>) -> Record {
+        let Shaking {
+            seconds,
+            levels,
+            rest_s,
+            seed,
+        } = shaking;
+        let options = options(&self.rig, seed, seconds, 1.0);
+        let drives = record_drives(&options, "valid.csv")
+            .expect("options in range")
+            .expect("such a record");
+        let rows = (seconds * RATE_HZ) as usize;
+        let drives = [0, 1].map(|axis: usize| {
+            let [first, last] = levels[axis];
+            let driven = (0..rows).map(|row| {
+                let (part, at_s) = (row as f64 / rows as f64, row as f64 / RATE_HZ);
+                if (rest_s[0]..rest_s[1]).contains(&at_s) {
+                    return 0.0;
+                }
+                drives[axis].at(at_s) * (first + part * (last - first))
+            });
+            Excitation::logged(driven.collect(), RATE_HZ)
+        });
+        let mut bodies = Bodies {
+            parameters: &self.rig,
+            joint: self.healthy(),
+        };
+        let mut y = BodyState::zeros();
+        let mut columns = vec![Vec::with_capacity(rows); 8];
+        for row in 0..rows {
+            if let Some((after_s, worn)) = later
+                && row as f64 >= after_s * RATE_HZ
+            {
+                bodies.joint = worn;
+            }
+            let rate = bodies.derivative(&y, bodies.joint.contacts(joint_state(&y)), [0.0; 2]);
+            let values = [
+                y[1],
+                y[2],
+                y[5],
+                y[6],
+                rate[9],
+                rate[13],
+                bodies.shaft_force(0, &y),
+                bodies.shaft_force(1, &y),
+            ];
+            for (column, value) in columns.iter_mut().zip(values) {
+                column.push(value);
+            }
+            bodies.next_row(&mut y, &drives, row, RATE_HZ, SUBSTEPS);
+        }
+        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5EED);
+        let noise_of = &self.simulation.noise_rms;
+        for (column, of) in [(4, 4), (5, 6), (6, 8), (7, 9)] {
+            let noise = Normal::new(0.0, noise_of[of]).expect("a finite spread");
+            columns[column]
+                .iter_mut()
+                .for_each(|v| *v += noise.sample(&mut rng));
+        }
+        record(columns)
+    }
+
+    /// Every change of the verdict over a record, with its time in s; `look` sees the monitor after every sample.
+    pub fn watch(
+        &self,
+        state: &mut MonitorState,
+        record: &Record,
+        mut look: impl FnMut(&MonitorState),
+    ) -> Vec<(f64, Verdict)> {
+        let mut seen: Vec<(f64, Verdict)> = Vec::new();
+        for (row, (raw, output)) in self.set_up.samples(record, &self.model).enumerate() {
+            let verdict = self
+                .monitor
+                .update(state, &raw, output.as_ref(), &Faults::default());
+            look(state);
+            if !seen
+                .last()
+                .is_some_and(|(_, last)| last.same_reason(&verdict))
+            {
+                seen.push((row as f64 / RATE_HZ, verdict));
+            }
+        }
+        seen
+    }
+}
+
+/// The rig's logged channels as a record.
+fn record(columns: Vec<Vec<f64>>) -> Record {
+    let axis = |i: usize| Channels {
+        displacement_first: columns[2 * i + 1].clone(),
+        displacement_second: Some(columns[2 * i].clone()),
+        velocity: None,
+        body_position: Some(columns[2 * i].clone()),
+        acceleration: Some(columns[4 + i].clone()),
+        force: columns[6 + i].clone(),
+    };
+    Record {
+        file: "live".into(),
+        role: Role::Validate,
+        first_row: 0,
+        rows: columns[0].len(),
+        axes: vec![axis(0), axis(1)],
+    }
+}
+
+/// How a rig is driven over one record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shaking {
+    /// Length of the record, s.
+    pub seconds: f64,
+    /// Per axis, the drive at the beginning and at the end as a part of the training records'; it goes from one to the other
+    /// evenly.
+    pub levels: [[f64; 2]; 2],
+    /// Nothing is driven from the first of these to the second, s.
+    pub rest_s: [f64; 2],
+    /// Of drives and noise.
+    pub seed: u64,
+}
+
+impl Shaking {
+    /// Both axes at one level throughout.
+    pub fn steady(seconds: f64, level: f64, seed: u64) -> Self {
+        Self {
+            seconds,
+            levels: [[level; 2]; 2],
+            rest_s: [0.0; 2],
+            seed,
+        }
+    }
+
+    /// A minute of healthy life, another one for every number: steady drives of four sizes, either axis undriven, rising and
+    /// falling ones, and one with a rest of ten seconds.
+    pub fn minute(number: u64, seed: u64) -> Self {
+        let levels = match number % 9 {
+            0 => [[STUDY_LEVEL; 2]; 2],
+            1 => [[0.7; 2]; 2],
+            2 => [[1.0; 2]; 2],
+            3 => [[0.5; 2]; 2],
+            4 => [[0.9; 2], [0.0; 2]],
+            5 => [[0.0; 2], [0.9; 2]],
+            6 => [[0.2, 1.0], [0.2, 1.0]],
+            7 => [[1.0, 0.3], [0.4, 0.9]],
+            _ => [[1.0, 0.8]; 2],
+        };
+        Self {
+            seconds: 60.0,
+            levels,
+            rest_s: if number % 9 == 8 {
+                [25.0, 35.0]
+            } else {
+                [0.0; 2]
+            },
+            seed: seed.wrapping_mul(100_000) + number,
+        }
+    }
+}
+
+/// The joint with dry friction beside it.
+#[derive(Clone, Copy, Debug)]
+pub struct Worn {
+    /// Its springs, dampers and clearances.
+    pub joint: Joint,
+    /// Dry friction, N and N·m.
+    pub friction: [f64; 2],
+    /// Speed at which dry friction is nearly full, m/s and rad/s.
+    pub speed: [f64; 2],
+}
+
+impl JointLaw for Worn {
+    fn contacts(&self, state: [f64; 4]) -> [Contact; 2] {
+        JointLaw::contacts(&self.joint, state)
+    }
+
+    fn force(&self, state: [f64; 4], contacts: [Contact; 2]) -> [f64; 2] {
+        let [x, phi] = JointLaw::force(&self.joint, state, contacts);
+        let dry =
+            |axis: usize| self.friction[axis] * (state[2 * axis + 1] / self.speed[axis]).tanh();
+        [x + dry(0), phi + dry(1)]
+    }
+}
