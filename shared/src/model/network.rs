@@ -79,10 +79,10 @@ impl NetworkModel {
     fn forces<const AXES: usize>(&self, u: &[i32; 4]) -> [i32; 2] {
         let [mut first, mut second] = self.output_bias;
         for neuron in &self.neurons {
-            // A loop keeps the order: written out, the bias is added to two products instead of them to it.
-            let mut argument = neuron.bias;
-            for (&word, &input) in neuron.weights.iter().zip(u).take(2 * AXES) {
-                argument += product(word, input);
+            let ([a, b, c, d], [x, v, phi, omega]) = (neuron.weights, *u);
+            let mut argument = neuron.bias + product(a, x) + product(b, v);
+            if AXES == 2 {
+                argument += product(c, phi) + product(d, omega);
             }
             let value = tanh_scaled((argument >> 32) as i32, neuron.steps);
             let [v, w] = neuron.outputs;
