@@ -200,8 +200,7 @@ pub fn low_pass<const MOST: usize>(taps: &Taps<MOST>, history: &History<MOST>) -
 
 /// `Σ weight·row` of both columns, modulo 2⁶⁴.
 ///
-/// Two columns and two rows at a time: of these the compiler makes three loads and four multiplications with addition, with two
-/// instructions more to go on. Three or more rows do not fit its registers.
+/// Two columns and two rows at a time, twelve instructions; with three rows or more the compiler has too few registers.
 #[inline(never)]
 fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
     let (weight_pairs, last_weights) = weights.as_chunks::<2>();
@@ -211,8 +210,9 @@ fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
     for (&[v, w], &[[a, b], [c, d]]) in weight_pairs.iter().zip(row_pairs) {
         first = first.wrapping_add(product(v, a));
         second = second.wrapping_add(product(v, b));
-        first = first.wrapping_add(product(w, c));
+        // In this order the compiler needs an instruction less.
         second = second.wrapping_add(product(w, d));
+        first = first.wrapping_add(product(w, c));
     }
     if let ([w], [[a, b]]) = (last_weights, last_rows) {
         first = first.wrapping_add(product(*w, *a));
