@@ -10,6 +10,7 @@
 
 use crate::error::Error;
 use crate::fixed::{mul_high_add, q31_powers};
+use crate::layout::laid_out;
 
 /// Blocks of a two-axis polynomial, one for each x^i·ẋ^j; block number 4·i + j.
 pub const BLOCKS: usize = 16;
@@ -19,6 +20,7 @@ pub const MAX_OUTPUT_SHIFT: u8 = 3;
 /// 32 that their product loses.
 pub const SUM_PLACES: u32 = 29;
 
+laid_out! {
 /// The terms of one x^i·ẋ^j as stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(align(8))]
@@ -27,6 +29,7 @@ pub struct Block {
     pub words: [i32; 16],
     /// What brings the block's scale to that of the axis: a Q31 number, not negative. 0 for one axis.
     pub gain: i32,
+}
 }
 
 /// The blocks of one axis.

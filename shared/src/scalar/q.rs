@@ -88,7 +88,8 @@ impl Neg for Q {
 
 impl Mul for Q {
     type Output = Self;
-    #[inline]
+    // Laws multiply in more than a hundred places: written into each, products alone would take the device 7 KiB.
+    #[inline(never)]
     fn mul(self, other: Self) -> Self {
         // Schoolbook on 32-bit halves: a 128-bit product would be a library call on the device.
         let (a, b) = (self.raw >> PLACES, other.raw >> PLACES);
