@@ -240,16 +240,14 @@ impl Chain {
         let [x, phi] = state.displacement.middle();
         let [slope, other_slope] = state.displacement.derivative(&self.velocity);
         let [body, other_body] = state.body.middle();
-        let none = [0; 2];
-        let derivative = |weights, wanted| {
-            if wanted {
-                state.body.derivative(weights)
-            } else {
-                none
-            }
-        };
-        let [body_slope, other_body_slope] = derivative(&self.velocity, self.damped);
-        let [curvature, other_curvature] = derivative(&self.acceleration, self.derived);
+        let ([mut body_slope, mut other_body_slope], [mut curvature, mut other_curvature]) =
+            ([0; 2], [0; 2]);
+        if self.damped {
+            [body_slope, other_body_slope] = state.body.derivative(&self.velocity);
+        }
+        if self.derived {
+            [curvature, other_curvature] = state.body.derivative(&self.acceleration);
+        }
         let x = Instant {
             position: x,
             slope,
