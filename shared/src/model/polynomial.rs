@@ -230,11 +230,21 @@ fn output(sum: i64, shift: u8) -> i32 {
     (high << up) + carried as i32 + rounding as i32
 }
 
+/// Half of a Q31 number, rounded half up.
+#[inline(always)]
+fn halved(a: i32) -> i32 {
+    (a >> 1) + (a & 1)
+}
+
+/// The product of two Q31 numbers in Q30.
+#[inline(always)]
+fn product(a: i32, b: i32) -> i32 {
+    mul_high_add(a, b, 0)
+}
+
 /// x^i·ẋ^j in Q30, in the order of the blocks; 1 is exact, and so is every size at most 2³⁰.
 #[inline(always)]
 fn monomials(x: &[i32; 3], v: &[i32; 3]) -> [i32; BLOCKS] {
-    let halved = |a: i32| (a >> 1) + (a & 1);
-    let product = |a: i32, b: i32| mul_high_add(a, b, 0);
     let [a, b, c] = *x;
     let [d, e, f] = *v;
     [
