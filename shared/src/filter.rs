@@ -19,16 +19,13 @@ pub struct History<const LENGTH: usize> {
     next: usize,
 }
 
-impl<const LENGTH: usize> Default for History<LENGTH> {
-    fn default() -> Self {
-        Self {
-            rows: [[[0; 2]; LENGTH]; 2],
-            next: 0,
-        }
-    }
-}
-
 impl<const LENGTH: usize> History<LENGTH> {
+    /// All zeros.
+    pub const NEW: Self = Self {
+        rows: [[[0; 2]; LENGTH]; 2],
+        next: 0,
+    };
+
     /// Adds the newest row; the oldest is forgotten.
     #[inline(always)]
     pub fn push(&mut self, row: [i32; 2]) {
@@ -60,7 +57,7 @@ impl<const LENGTH: usize> History<LENGTH> {
 pub const MAX_STEPS: usize = MAX_TAPS - 1;
 
 /// A counter of each axis: where it was in the middle of the derivatives' window, and its steps over the window.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Counters {
     steps: History<MAX_STEPS>,
     newest: [i32; 2],
@@ -68,6 +65,13 @@ pub struct Counters {
 }
 
 impl Counters {
+    /// At rest at 0.
+    pub const NEW: Self = Self {
+        steps: History::NEW,
+        newest: [0; 2],
+        middle: [0; 2],
+    };
+
     /// Takes the first counts: until then the joint counts as at rest there.
     pub fn begin(&mut self, counts: [i32; 2]) {
         (self.newest, self.middle) = (counts, counts);
@@ -135,16 +139,13 @@ pub struct Delay<const LENGTH: usize = { MAX_DELAY + 1 }> {
     newest: usize,
 }
 
-impl<const LENGTH: usize> Default for Delay<LENGTH> {
-    fn default() -> Self {
-        Self {
-            values: [0; LENGTH],
-            newest: 0,
-        }
-    }
-}
-
 impl<const LENGTH: usize> Delay<LENGTH> {
+    /// All zeros.
+    pub const NEW: Self = Self {
+        values: [0; LENGTH],
+        newest: 0,
+    };
+
     /// Adds the newest value; the oldest is forgotten.
     pub fn push(&mut self, value: i32) {
         self.newest = if self.newest + 1 < LENGTH {
@@ -241,7 +242,7 @@ mod tests {
 
     /// Two channels, of which the second is the first upside down.
     fn filled(values: impl Iterator<Item = i32>) -> History<MAX_TAPS> {
-        let mut history = History::default();
+        let mut history = History::NEW;
         values.for_each(|v| history.push([v, v.wrapping_neg()]));
         history
     }
@@ -261,7 +262,7 @@ mod tests {
 
     #[test]
     fn a_delay_gives_back_every_value_at_every_phase_of_the_ring() {
-        let mut delay: Delay = Delay::default();
+        let mut delay: Delay = Delay::NEW;
         for pushed in 0..4 * MAX_TAPS as i32 {
             delay.push(pushed);
             for age in 0..=MAX_DELAY as i32 {
@@ -278,7 +279,7 @@ mod tests {
         let second = taps(&[2, -4, 2], 1);
         for offset in [0, 1_000_000, i32::MAX - 30] {
             let count = |n: i32| (3 * n * n + 5 * n).wrapping_add(offset);
-            let mut counters = Counters::default();
+            let mut counters = Counters::NEW;
             counters.begin([count(0), 0]);
             (0..10).for_each(|n| counters.push([count(n), -n * n], 1));
             assert_eq!(counters.middle(), [count(8), -64]);
@@ -299,7 +300,7 @@ mod tests {
             ),
             (taps(&[5, -3, 0, 3, -5], 1), &[-7, 11, 13, 17, 1 << 30]),
         ] {
-            let mut counters = Counters::default();
+            let mut counters = Counters::NEW;
             counters.begin([counts[0]; 2]);
             counts[1..]
                 .iter()

@@ -98,7 +98,7 @@ pub struct Chain {
 }
 
 /// What moves: the last samples of every channel, and the memory of the model's effects.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct ChainState {
     axes: [AxisState; 2],
     displacement: Counters,
@@ -108,11 +108,32 @@ pub struct ChainState {
     samples: usize,
 }
 
+impl ChainState {
+    /// Before the first sample; a constant, so that a device need not build these 9 KiB on its stack.
+    pub const NEW: Self = Self {
+        axes: [const { AxisState::NEW }; 2],
+        displacement: Counters::NEW,
+        body: Counters::NEW,
+        residual: History::NEW,
+        model: Memory::NEW,
+        samples: 0,
+    };
+}
+
+impl Default for ChainState {
+    fn default() -> Self {
+        Self::NEW
+    }
+}
+
 impl Chain {
     /// Builds the chain from SI values.
     ///
     /// # Errors
     /// [`Error`] names the quantity that the integers cannot hold, or the part of the rig that does not fit the model.
+    ///
+    /// Not inlined: a device's stack holds what it needs only meanwhile.
+    #[inline(never)]
     pub fn new(model: &Model, rig: &Rig) -> Result<Self, Error> {
         rig.check()?;
         if rig.axes.len() != model.axes() {

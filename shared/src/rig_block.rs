@@ -236,6 +236,9 @@ pub fn encode(block: &RigBlock) -> Result<[u8; RIG_BLOCK_LEN], Error> {
 ///
 /// # Errors
 /// [`Refusal`]: length, magic, version and checksum first, in this order, then each field, then each quantity.
+///
+/// Not inlined: a device's stack holds what it needs only meanwhile.
+#[inline(never)]
 pub fn decode(bytes: &[u8]) -> Result<RigBlock, Refusal> {
     let wrong_length = Refusal::Length { seen: bytes.len() };
     let bytes: &[u8; RIG_BLOCK_LEN] = bytes.try_into().map_err(|_| wrong_length)?;

@@ -259,12 +259,22 @@ impl AxisChain {
 }
 
 /// What moves of an axis: its channels that are not filtered, and counters that have to wait for another one.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct AxisState {
     late_displacement: Delay<COUNTER_SAMPLES>,
     late_body: Delay<COUNTER_SAMPLES>,
     acceleration: Delay,
     pub(super) force: Delay,
+}
+
+impl AxisState {
+    /// Nothing has moved yet.
+    pub(super) const NEW: Self = Self {
+        late_displacement: Delay::NEW,
+        late_body: Delay::NEW,
+        acceleration: Delay::NEW,
+        force: Delay::NEW,
+    };
 }
 
 /// An axis in the middle of the derivatives' window, in counts and sums of filters.
