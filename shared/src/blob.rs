@@ -173,7 +173,9 @@ impl Message {
         }
     }
 
-    /// The model without corrections; `header` are this message's own bytes.
+    /// The model without corrections; `header` are this message's own bytes. Not inlined: its parts would stand on the stack beside the
+    /// whole.
+    #[inline(never)]
     fn model(
         &self,
         header: &[u8; base::OFFSET],

@@ -99,32 +99,26 @@ pub(super) fn write(base: &Base, bytes: &mut [u8]) {
 }
 
 /// The base in `bytes`; the sums of its evaluation are checked with the model that it becomes part of.
+#[inline(never)]
 pub(super) fn read(header: BaseHeader, bytes: &[u8; LEN]) -> Result<Base, Error> {
     let from = &mut Reader(bytes);
     match header.tag {
-        POLYNOMIAL => Ok(Base::Polynomial(PolynomialModel {
-            orders: header.orders,
-            axes: header.axes,
-            shifts: header.shifts,
-            blocks: Field::read(from),
-        })),
+        POLYNOMIAL => {
+            let mut polynomial = PolynomialModel {
+                orders: header.orders,
+                axes: header.axes,
+                shifts: header.shifts,
+                blocks: [[Block::EMPTY; BLOCKS]; 2],
+            };
+            // In place: an array read as a whole would stand on the stack twice.
+            for block in polynomial.blocks.as_flattened_mut() {
+                *block = Block::read(from);
+            }
+            Ok(Base::Polynomial(polynomial))
+        }
         NETWORK => {
             header.unless_polynomial()?;
-            let count = u32::read(from);
-            let stated = f64::from(count);
-            Error::unless_within("number of neurons", stated, 1.0, NEURONS as f64)?;
-            let output_bias = Field::read(from);
-            let mut neurons = Vec::new();
-            for _ in 0..count {
-                // The list holds as many as were stated.
-                let _ = neurons.push(Neuron::read(from));
-            }
-            unless_zero(OFFSET + LEN - from.0.len(), from.0)?;
-            Ok(Base::Network(NetworkModel {
-                axes: header.axes,
-                neurons,
-                output_bias,
-            }))
+            network(header.axes, from).map(Base::Network)
         }
         NONE => {
             header.unless_polynomial()?;
@@ -136,4 +130,23 @@ pub(super) fn read(header: BaseHeader, bytes: &[u8; LEN]) -> Result<Base, Error>
             seen,
         }),
     }
+}
+
+/// A network. Not inlined: it would have its place on the stack beside that of a polynomial.
+#[inline(never)]
+fn network(axes: u8, from: &mut Reader<'_>) -> Result<NetworkModel, Error> {
+    let count = u32::read(from);
+    let stated = f64::from(count);
+    Error::unless_within("number of neurons", stated, 1.0, NEURONS as f64)?;
+    let mut network = NetworkModel {
+        axes,
+        output_bias: Field::read(from),
+        neurons: Vec::new(),
+    };
+    for _ in 0..count {
+        // The list holds as many as were stated.
+        let _ = network.neurons.push(Neuron::read(from));
+    }
+    unless_zero(OFFSET + LEN - from.0.len(), from.0)?;
+    Ok(network)
 }
