@@ -140,6 +140,15 @@ impl Scalar for Q {
     fn decay(self) -> Self {
         elementary::decay(self)
     }
+    fn decay_of_either_sign(self) -> [Self; 2] {
+        // One of the two is exactly 1, which takes as long to compute as the other.
+        let decay = elementary::decay(self.abs());
+        if self.raw < 0 {
+            [Self::one(), decay]
+        } else {
+            [decay, Self::one()]
+        }
+    }
     fn power(self, exponent: Self) -> Self {
         elementary::power(self, exponent)
     }
