@@ -1,6 +1,6 @@
 //! The model as bytes: 4096 of them, the same layout in a file, on the wire and in a flash slot.
 //!
-//! The blob is a message in which every number has a fixed width, little-endian, so each field has a fixed place;
+//! The blob is a postcard message in which every number has a fixed width, little-endian, so each field has a fixed place;
 //! zeros follow, and a CRC-32 over all of it ends it. `docs/blob.md` lists every byte. Decoding refuses
 //! whatever it cannot prove: a decoded [`Model`] evaluates without overflow for every input.
 
@@ -81,7 +81,7 @@ pub fn encode(model: &Model) -> [u8; BLOB_LEN] {
     let (terms, rest) = rest.split_at_mut(effects::LEN);
     let effects = effects::write(&model.terms, terms);
     corrections::write(&model.corrections, rest);
-    Message::of(model, effects).write(&mut Writer(header));
+    Message::of(model, effects).write(&mut Writer::new(header));
     base::write(&model.base, base);
     let checksum = CRC.checksum(blob.get(..CHECKSUM_OFFSET).unwrap_or_default());
     if let Some(place) = blob.last_chunk_mut() {
@@ -126,7 +126,7 @@ pub fn decode(blob: &[u8]) -> Result<Model, Error> {
     let (header, rest) = content
         .split_first_chunk::<{ base::OFFSET }>()
         .ok_or(wrong_length)?;
-    let message = Message::read(&mut Reader(header));
+    let message = Message::read(&mut Reader::new(header));
     let (base, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
     let (effects, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
     let (corrections, padding) = rest.split_first_chunk().ok_or(wrong_length)?;

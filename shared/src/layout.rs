@@ -1,7 +1,11 @@
-//! Fields of fixed width, little-endian, one behind the other: how the numbers of a model blob and of a rig block lie in their bytes.
+//! Postcard messages of fixed length: every number with its whole width, little-endian, one behind the other, as model blobs and
+//! rig blocks hold them.
 //!
-//! They are what postcard makes of the same fields with its fixed-width integers. A deserialiser that knows every type of
-//! wire costs the device 10 KiB of program; this knows one.
+//! What serde derives for messages of this size costs the device 10 KiB of program, most of it for lengths and errors that fields of fixed width
+//! cannot have. Here a message says itself how its numbers follow each other, and postcard reads and writes their bytes.
+
+use postcard::ser_flavors::Slice;
+use serde::{Deserialize, Serializer as _};
 
 /// Something that takes the same number of bytes whatever its value, and reads as something whatever its bytes.
 pub(crate) trait Field: Sized {
@@ -13,33 +17,46 @@ pub(crate) trait Field: Sized {
     fn write(&self, to: &mut Writer<'_>);
 }
 
-/// Bytes to be read; zeros follow on the last.
-pub(crate) struct Reader<'a>(pub(crate) &'a [u8]);
+/// A message to be read; zeros follow on its last byte.
+pub(crate) struct Reader<'a>(postcard::Deserializer<'a, postcard::de_flavors::Slice<'a>>);
 
-/// Places to be written; what finds none is dropped.
-pub(crate) struct Writer<'a>(pub(crate) &'a mut [u8]);
+/// A message to be written; what finds no place is dropped.
+pub(crate) struct Writer<'a>(postcard::Serializer<Slice<'a>>);
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    pub(crate) fn new(message: &'a [u8]) -> Self {
+        Self(postcard::Deserializer::from_bytes(message))
+    }
+
     /// The next bytes.
     #[inline(never)]
     fn take(&mut self, into: &mut [u8]) {
         for place in into {
-            if let Some((&byte, rest)) = self.0.split_first() {
-                (*place, self.0) = (byte, rest);
+            if let Ok(byte) = u8::deserialize(&mut self.0) {
+                *place = byte;
             }
         }
     }
+
+    /// What was not read.
+    pub(crate) fn rest(self) -> &'a [u8] {
+        self.0.finalize().unwrap_or_default()
+    }
 }
 
-impl Writer<'_> {
+impl<'a> Writer<'a> {
+    pub(crate) fn new(places: &'a mut [u8]) -> Self {
+        Self(postcard::Serializer {
+            output: Slice::new(places),
+        })
+    }
+
     /// Puts bytes behind those before them.
     #[inline(never)]
     fn put(&mut self, bytes: &[u8]) {
         for &byte in bytes {
-            if let Some((place, rest)) = core::mem::take(&mut self.0).split_first_mut() {
-                *place = byte;
-                self.0 = rest;
-            }
+            // Every place was counted at compile time.
+            let _ = self.0.serialize_u8(byte);
         }
     }
 }

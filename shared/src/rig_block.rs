@@ -214,7 +214,7 @@ pub fn encode(block: &RigBlock) -> Result<[u8; RIG_BLOCK_LEN], Error> {
     let mut bytes = [0; RIG_BLOCK_LEN];
     let (header, rest) = bytes.split_at_mut(TAPS_OFFSET);
     let (taps, rest) = rest.split_at_mut(LIMITS_OFFSET - TAPS_OFFSET);
-    Message::of(block).write(&mut Writer(header));
+    Message::of(block).write(&mut Writer::new(header));
     let (places, _) = taps.as_chunks_mut::<4>();
     let (velocity, places) = places.split_at_mut(MAX_TAPS);
     let (acceleration, band) = places.split_at_mut(MAX_TAPS);
@@ -256,7 +256,7 @@ pub fn decode(bytes: &[u8]) -> Result<RigBlock, Refusal> {
     if seen != wanted {
         return Err(Refusal::Checksum { seen, wanted });
     }
-    let message = Message::read(&mut Reader(content));
+    let message = Message::read(&mut Reader::new(content));
     let part = |from: usize, to: usize| content.get(from..to).unwrap_or_default();
     unless_zero(PADDING_OFFSET, part(PADDING_OFFSET, CHECKSUM_OFFSET))?;
     let block = RigBlock {

@@ -79,7 +79,7 @@ pub(super) fn header(base: &Base) -> BaseHeader {
 
 /// Writes `base` to the beginning of `bytes`, which are [`LEN`] zeros.
 pub(super) fn write(base: &Base, bytes: &mut [u8]) {
-    let to = &mut Writer(bytes);
+    let to = &mut Writer::new(bytes);
     match base {
         Base::Polynomial(polynomial) => polynomial.blocks.write(to),
         Base::Network(network) => {
@@ -101,7 +101,7 @@ pub(super) fn write(base: &Base, bytes: &mut [u8]) {
 /// The base in `bytes`; the sums of its evaluation are checked with the model that it becomes part of.
 #[inline(never)]
 pub(super) fn read(header: BaseHeader, bytes: &[u8; LEN]) -> Result<Base, Error> {
-    let from = &mut Reader(bytes);
+    let mut from = Reader::new(bytes);
     match header.tag {
         POLYNOMIAL => {
             let mut polynomial = PolynomialModel {
@@ -112,7 +112,7 @@ pub(super) fn read(header: BaseHeader, bytes: &[u8; LEN]) -> Result<Base, Error>
             };
             // In place: an array read as a whole would stand on the stack twice.
             for block in polynomial.blocks.as_flattened_mut() {
-                *block = Block::read(from);
+                *block = Block::read(&mut from);
             }
             Ok(Base::Polynomial(polynomial))
         }
@@ -134,19 +134,20 @@ pub(super) fn read(header: BaseHeader, bytes: &[u8; LEN]) -> Result<Base, Error>
 
 /// A network. Not inlined: it would have its place on the stack beside that of a polynomial.
 #[inline(never)]
-fn network(axes: u8, from: &mut Reader<'_>) -> Result<NetworkModel, Error> {
-    let count = u32::read(from);
+fn network(axes: u8, mut from: Reader<'_>) -> Result<NetworkModel, Error> {
+    let count = u32::read(&mut from);
     let stated = f64::from(count);
     Error::unless_within("number of neurons", stated, 1.0, NEURONS as f64)?;
     let mut network = NetworkModel {
         axes,
-        output_bias: Field::read(from),
+        output_bias: Field::read(&mut from),
         neurons: Vec::new(),
     };
     for _ in 0..count {
         // The list holds as many as were stated.
-        let _ = network.neurons.push(Neuron::read(from));
+        let _ = network.neurons.push(Neuron::read(&mut from));
     }
-    unless_zero(OFFSET + LEN - from.0.len(), from.0)?;
+    let rest = from.rest();
+    unless_zero(OFFSET + LEN - rest.len(), rest)?;
     Ok(network)
 }

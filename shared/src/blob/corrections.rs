@@ -28,7 +28,7 @@ pub(super) fn write(corrections: &[ForceCorrection; 2], bytes: &mut [u8]) {
             cross: correction.cross,
             delay_s: correction.delay_s,
         };
-        message.write(&mut Writer(place));
+        message.write(&mut Writer::new(place));
     }
 }
 
@@ -42,7 +42,7 @@ pub(super) fn read(axes: u8, bytes: &[u8; LEN]) -> Result<[ForceCorrection; 2], 
             unless_zero(offset, place)?;
             continue;
         }
-        let message = CorrectionMessage::read(&mut Reader(place));
+        let message = CorrectionMessage::read(&mut Reader::new(place));
         *correction = ForceCorrection {
             excess: message.excess,
             cross: message.cross,

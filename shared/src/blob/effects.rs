@@ -33,7 +33,7 @@ pub(super) fn write(terms: &Terms, bytes: &mut [u8]) -> u8 {
             reserved: [0; 6],
             parameters: term.parameters().map(|value| value.raw()),
         };
-        message.write(&mut Writer(place));
+        message.write(&mut Writer::new(place));
     }
     terms.list().len() as u8
 }
@@ -49,7 +49,7 @@ pub(super) fn read(header: &Header, count: u8, bytes: &[u8; LEN]) -> Result<Term
             unless_zero(offset, place)?;
             continue;
         }
-        let message = EffectMessage::read(&mut Reader(place));
+        let message = EffectMessage::read(&mut Reader::new(place));
         unless_zero(offset + 2, &message.reserved)?;
         let parameters = message.parameters.map(Q::from_raw);
         // As many places as the list holds.
