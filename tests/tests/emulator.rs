@@ -28,9 +28,9 @@ const MOST_OF_NETWORK: u32 = 1800;
 /// The most that the effects of a full model, eight of them at most, may add.
 const MOST_OF_EFFECTS: u32 = 2000;
 
-/// The most that one sample may take from counts to verdict, with Dahl's friction beside the polynomial, and beside the network. The
-/// aims are 4000 and 4500: `docs/numerics.md` says what stands between.
-const MOST_OF_A_SAMPLE: [u32; 2] = [6200, 6700];
+/// The most that one sample may take from counts to verdict, with a polynomial and with a network. The aims are 4000 and 4500 with an
+/// effect beside them: `docs/numerics.md` says what stands between.
+const MOST_OF_A_SAMPLE: [(&str, u32); 2] = [("reference", 5700), ("network", 6200)];
 
 fn image(board: Board) -> PathBuf {
     device::selftest(board).unwrap_or_else(|why| panic!("{why}"))
@@ -278,23 +278,12 @@ fn instructions_are_few_and_do_not_depend_on_the_input() {
 
 #[test]
 fn a_sample_takes_no_more_instructions_than_stated() {
-    let x = &header(2).axes[0].displacement;
-    let dahl = InSi {
-        entry: Entry::named("dahl").expect("an effect of the table"),
-        axis: 0,
-        values: vec![11.0, 0.05 * x.half_range],
-    };
-    let bases = [model(2, 20), network(2, NEURONS, 21)];
-    for (base, most) in bases.into_iter().zip(MOST_OF_A_SAMPLE) {
-        let slot = base.adding_effects(std::slice::from_ref(&dahl), &[]);
-        let slot = slot.expect("a sound model");
-        let report = run(Board::Stm32f405, Some(&blob::encode(&slot)), 0);
-        for name in ["reference", "network", "a"] {
-            let counted = report.model(name).and_then(|model| model.sample);
-            let counted = counted.unwrap_or_else(|| panic!("no count of {name}: {report:?}"));
-            println!("{name}: {counted:?}");
-            assert!(name != "a" || counted.most <= most, "{name}: {counted:?}");
-        }
+    let report = run(Board::Stm32f405, None, 0);
+    for (name, most) in MOST_OF_A_SAMPLE {
+        let counted = report.model(name).and_then(|model| model.sample);
+        let counted = counted.unwrap_or_else(|| panic!("no count of {name}: {report:?}"));
+        println!("{name}: {counted:?}");
+        assert!(counted.most <= most, "{name}: {counted:?}");
     }
 }
 
