@@ -428,12 +428,15 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         Ok(crc.value())
     }
 
+    // Not inlined, nor is `write`: which of their callers takes them in would depend on the flash.
+    #[inline(never)]
     fn read(&mut self, place: Place, offset: usize, into: &mut [u8]) -> Result<(), Fault> {
         self.flash
             .read(address::<F>(place, offset), into)
             .map_err(|_| Fault::Flash)
     }
 
+    #[inline(never)]
     fn write(&mut self, place: Place, offset: usize, bytes: &[u8]) -> Result<(), Fault> {
         self.flash
             .write(address::<F>(place, offset), bytes)
