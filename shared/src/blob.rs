@@ -9,12 +9,12 @@ mod corrections;
 mod effects;
 
 use crate::error::Error;
+use crate::layout::{Field, Reader, Writer, laid_out};
 use crate::model::axis::{Axis, AxisKind, Convention, InputRange, NAME_LEN, Name, Validation};
 use crate::model::{Header, Model, Output};
 use base::BaseHeader;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
 
 /// Bytes of a blob.
 pub const BLOB_LEN: usize = 4096;
@@ -34,11 +34,10 @@ const AXES_OFFSET: usize = 40;
 /// Telemetry's frames have the same one.
 pub(crate) static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
+laid_out! {
 /// What the bytes before the base say, before any of it is believed.
-#[derive(Serialize, Deserialize)]
 struct Message {
     magic: [u8; 4],
-    #[serde(with = "postcard::fixint::le")]
     version: u16,
     base: u8,
     axes: u8,
@@ -51,9 +50,11 @@ struct Message {
     base_shifts: u8,
     axis: [AxisMessage; 2],
 }
+}
 
+laid_out! {
 /// One axis, as the bytes say; all zero for the second of a one-axis model.
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Clone, Copy)]
 struct AxisMessage {
     name: [u8; NAME_LEN],
     kind: u8,
@@ -70,6 +71,7 @@ struct AxisMessage {
     nmse_percent: f32,
     relative_error: f32,
 }
+}
 
 /// The blob of a model.
 pub fn encode(model: &Model) -> [u8; BLOB_LEN] {
@@ -79,8 +81,7 @@ pub fn encode(model: &Model) -> [u8; BLOB_LEN] {
     let (terms, rest) = rest.split_at_mut(effects::LEN);
     let effects = effects::write(&model.terms, terms);
     corrections::write(&model.corrections, rest);
-    // The message has a fixed length, that of the header, which a test pins.
-    let _ = postcard::to_slice(&Message::of(model, effects), header);
+    Message::of(model, effects).write(&mut Writer::new(header));
     base::write(&model.base, base);
     let checksum = CRC.checksum(blob.get(..CHECKSUM_OFFSET).unwrap_or_default());
     if let Some(place) = blob.last_chunk_mut() {
@@ -122,15 +123,18 @@ pub fn decode(blob: &[u8]) -> Result<Model, Error> {
     if seen != wanted {
         return Err(Error::BlobChecksum { seen, wanted });
     }
-    // Every field has a fixed width and takes any bytes, so this cannot fail on a blob of the right length.
-    let (message, rest): (Message, _) =
-        postcard::take_from_bytes(content).map_err(|_| wrong_length)?;
+    let (header, rest) = content
+        .split_first_chunk::<{ base::OFFSET }>()
+        .ok_or(wrong_length)?;
+    let message = Message::read(&mut Reader::new(header));
     let (base, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
     let (effects, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
     let (corrections, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
     unless_zero(MESSAGE_LEN, padding)?;
     let corrections = corrections::read(message.axes, corrections)?;
-    message.model(base, effects)?.correcting(corrections)
+    message
+        .model(header, base, effects)?
+        .correcting(corrections)
 }
 
 /// Refuses the first byte that is not zero; `offset` is where `bytes` begin.
@@ -169,7 +173,15 @@ impl Message {
         }
     }
 
-    fn model(&self, base: &[u8; base::LEN], effects: &[u8; effects::LEN]) -> Result<Model, Error> {
+    /// The model without corrections; `header` are this message's own bytes. Not inlined: its parts would stand on the stack beside the
+    /// whole.
+    #[inline(never)]
+    fn model(
+        &self,
+        header: &[u8; base::OFFSET],
+        base: &[u8; base::LEN],
+        effects: &[u8; effects::LEN],
+    ) -> Result<Model, Error> {
         let of_base = BaseHeader {
             tag: self.base,
             axes: self.axes,
@@ -186,24 +198,22 @@ impl Message {
         }
         Error::unless_within("number of axes", f64::from(self.axes), 1.0, 2.0)?;
         if self.axes == 1 {
-            let [_, second] = &self.axis;
-            second.unless_empty(AXES_OFFSET + AxisMessage::LEN)?;
+            let offset = AXES_OFFSET + AxisMessage::LEN;
+            unless_zero(offset, header.get(offset..).unwrap_or_default())?;
         }
-        let header = Header {
+        let about = Header {
             sample_rate_hz: self.sample_rate_hz,
             band_hz: self.band_hz,
             state_band_hz: self.state_band_hz,
             axes,
         };
-        let terms = effects::read(&header, self.effects, effects)?;
+        let terms = effects::read(&about, self.effects, effects)?;
         let base_shifts = [self.base_shifts & 15, self.base_shifts >> 4];
-        Model::with_effects(header, outputs, base, base_shifts, terms)
+        Model::with_effects(about, outputs, base, base_shifts, terms)
     }
 }
 
 impl AxisMessage {
-    const LEN: usize = 88;
-
     const EMPTY: Self = Self {
         name: [0; NAME_LEN],
         kind: 0,
@@ -291,12 +301,8 @@ impl AxisMessage {
             },
         })
     }
-
-    /// Refuses a byte that is not zero; `offset` is where this axis begins.
-    fn unless_empty(&self, offset: usize) -> Result<(), Error> {
-        let mut bytes = [0; Self::LEN];
-        // An axis always fills its bytes exactly.
-        let _ = postcard::to_slice(self, &mut bytes);
-        unless_zero(offset, &bytes)
-    }
 }
+
+const _: () = {
+    assert!(Message::LEN == base::OFFSET && AXES_OFFSET + 2 * AxisMessage::LEN == base::OFFSET);
+};

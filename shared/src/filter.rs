@@ -1,37 +1,37 @@
 //! The chain's three linear-phase filters in integers: first derivative, second derivative, low-pass.
 //!
-//! Encoder counters wrap at 2³². Both derivatives therefore work on differences of counts only, taken with wrapping
-//! subtraction: they stay right when a counter wraps, and a large offset costs no precision.
+//! Encoder counters wrap at 2³². Both derivatives therefore work on the steps of a counter from sample to sample, taken with
+//! wrapping subtraction: they stay right when a counter wraps, and a large offset costs no precision. The taps of a
+//! derivative sum to zero, so that Σ tapᵢ·x[n−i] = Σ Cᵢ·(x[n−i] − x[n−i−1]), where Cᵢ is the sum of the taps up to the i-th:
+//! the same number to the bit, and on the device one multiplication for each step of both axes, as for the low-pass.
 
 use crate::fixed::{round_shift, saturate};
 use crate::rig::{MAX_TAPS, Taps};
+use heapless::Vec;
 
-/// The last `LENGTH` values of one channel, readable as one contiguous window.
+/// The last `LENGTH` values of the channels of both axes, readable as one contiguous window.
 ///
-/// Every value is written twice, `LENGTH` places apart, so that a window never has to be put together from two
+/// Every row is written twice, `LENGTH` places apart, so that a window never has to be put together from two
 /// pieces: a filter is then one loop over two slices.
 #[derive(Clone, Debug)]
-pub struct History<const LENGTH: usize = MAX_TAPS> {
-    values: [[i32; LENGTH]; 2],
+pub struct History<const LENGTH: usize> {
+    rows: [[[i32; 2]; LENGTH]; 2],
     next: usize,
 }
 
-impl<const LENGTH: usize> Default for History<LENGTH> {
-    fn default() -> Self {
-        Self {
-            values: [[0; LENGTH]; 2],
-            next: 0,
-        }
-    }
-}
-
 impl<const LENGTH: usize> History<LENGTH> {
-    /// Adds the newest value; the oldest is forgotten.
-    pub fn push(&mut self, value: i32) {
-        for copy in &mut self.values {
-            if let Some(slot) = copy.get_mut(self.next) {
-                *slot = value;
-            }
+    /// All zeros.
+    pub const NEW: Self = Self {
+        rows: [[[0; 2]; LENGTH]; 2],
+        next: 0,
+    };
+
+    /// Adds the newest row; the oldest is forgotten.
+    #[inline(always)]
+    pub fn push(&mut self, row: [i32; 2]) {
+        let [first, second] = &mut self.rows;
+        if let (Some(first), Some(second)) = (first.get_mut(self.next), second.get_mut(self.next)) {
+            (*first, *second) = (row, row);
         }
         self.next = if self.next + 1 < LENGTH {
             self.next + 1
@@ -40,21 +40,93 @@ impl<const LENGTH: usize> History<LENGTH> {
         };
     }
 
-    /// The newest `length` values, oldest first; empty when `length` is more than `LENGTH`.
-    pub fn window(&self, length: usize) -> &[i32] {
+    /// The newest `length` rows, oldest first; empty when `length` is more than `LENGTH`.
+    #[inline(always)]
+    pub fn window(&self, length: usize) -> &[[i32; 2]] {
         let end = self.next + LENGTH;
         match end.checked_sub(length) {
             Some(start) if length <= LENGTH => {
-                self.values.as_flattened().get(start..end).unwrap_or(&[])
+                self.rows.as_flattened().get(start..end).unwrap_or_default()
             }
             _ => &[],
         }
     }
+}
 
-    /// The value that came `age` pushes before the newest; 0 when `age` is `LENGTH` or more.
-    pub fn delayed(&self, age: usize) -> i32 {
-        self.window(age + 1).first().copied().unwrap_or(0)
+/// Steps from one sample to the next that the longest derivative sees.
+pub const MAX_STEPS: usize = MAX_TAPS - 1;
+
+/// A counter of each axis: where it was in the middle of the derivatives' window, and its steps over the window.
+#[derive(Clone, Debug)]
+pub struct Counters {
+    steps: History<MAX_STEPS>,
+    newest: [i32; 2],
+    middle: [i32; 2],
+}
+
+impl Counters {
+    /// At rest at 0.
+    pub const NEW: Self = Self {
+        steps: History::NEW,
+        newest: [0; 2],
+        middle: [0; 2],
+    };
+
+    /// Takes the first counts: until then the joint counts as at rest there.
+    pub fn begin(&mut self, counts: [i32; 2]) {
+        (self.newest, self.middle) = (counts, counts);
     }
+
+    /// Takes the next counts; the middle of the window is `delay` samples ago, at most [`MAX_DELAY`].
+    #[inline(always)]
+    pub fn push(&mut self, counts: [i32; 2], delay: usize) {
+        let ([a, b], [old_a, old_b]) = (counts, self.newest);
+        self.steps
+            .push([a.wrapping_sub(old_a), b.wrapping_sub(old_b)]);
+        self.newest = counts;
+        let [step_a, step_b] = self
+            .steps
+            .window(delay + 1)
+            .first()
+            .copied()
+            .unwrap_or_default();
+        let [a, b] = self.middle;
+        self.middle = [a.wrapping_add(step_a), b.wrapping_add(step_b)];
+    }
+
+    /// The counts in the middle of the window.
+    pub fn middle(&self) -> [i32; 2] {
+        self.middle
+    }
+
+    /// `Σ tap·x` of both counters, the derivative in the middle of the window times `2^shift`, for weights of
+    /// [`weights_of_steps`].
+    ///
+    /// Right as long as no step is 2³¹ or more and all counts of the window are within 2³¹ of the middle one: with Σ|tap| < 2³² ([`crate::rig::Rig::check`]) the sum
+    /// is then under 2⁶³.
+    #[inline(always)]
+    pub fn derivative(&self, weights: &[i32]) -> [i64; 2] {
+        products(weights, self.steps.window(weights.len()))
+    }
+}
+
+/// What a derivative's taps make of the steps of a counter, oldest step first: sums of taps, which sum to zero.
+pub fn weights_of_steps(taps: &Taps) -> Vec<i32, MAX_STEPS> {
+    let mut weights = Vec::new();
+    let mut sum = 0_i32;
+    // taps[i] multiplies x[n−i]. From the oldest value on, the sums are those of all other taps, with the other sign.
+    for &tap in taps
+        .taps
+        .iter()
+        .rev()
+        .take(taps.taps.len().saturating_sub(1))
+    {
+        // Half of Σ|tap| < 2³² at most, because the taps of one sign are as many as those of the other.
+        sum = sum.wrapping_sub(tap);
+        // One step less than there are taps.
+        let _ = weights.push(sum);
+    }
+    weights
 }
 
 /// The longest delay of a channel that is not filtered: half of [`MAX_TAPS`], rounded down.
@@ -67,16 +139,13 @@ pub struct Delay<const LENGTH: usize = { MAX_DELAY + 1 }> {
     newest: usize,
 }
 
-impl<const LENGTH: usize> Default for Delay<LENGTH> {
-    fn default() -> Self {
-        Self {
-            values: [0; LENGTH],
-            newest: 0,
-        }
-    }
-}
-
 impl<const LENGTH: usize> Delay<LENGTH> {
+    /// All zeros.
+    pub const NEW: Self = Self {
+        values: [0; LENGTH],
+        newest: 0,
+    };
+
     /// Adds the newest value; the oldest is forgotten.
     pub fn push(&mut self, value: i32) {
         self.newest = if self.newest + 1 < LENGTH {
@@ -90,68 +159,73 @@ impl<const LENGTH: usize> Delay<LENGTH> {
     }
 
     /// The value that came `age` pushes before the newest; 0 when `age` is `LENGTH` or more.
+    #[inline(always)]
     pub fn delayed(&self, age: usize) -> i32 {
-        let place = match self.newest.checked_sub(age) {
-            Some(place) => place,
-            None => (self.newest + LENGTH).saturating_sub(age),
-        };
         if age >= LENGTH {
             return 0;
         }
-        self.values.get(place).copied().unwrap_or(0)
+        self.values.get(self.place(age)).copied().unwrap_or(0)
+    }
+
+    /// The values that came `age`, `age` − 1, `age` − 2 and `age` − 3 pushes before the newest, which stands in for those after it.
+    #[inline(always)]
+    pub fn four(&self, age: usize) -> [i32; 4] {
+        // One piece of the ring, but for three places of it.
+        let piece = self
+            .values
+            .get(self.place(age)..)
+            .and_then(<[i32]>::first_chunk);
+        match piece {
+            Some(&four) if age >= 3 && age < LENGTH => four,
+            _ => [0, 1, 2, 3].map(|later| self.delayed(age.saturating_sub(later))),
+        }
+    }
+
+    #[inline(always)]
+    fn place(&self, age: usize) -> usize {
+        match self.newest.checked_sub(age) {
+            Some(place) => place,
+            None => (self.newest + LENGTH).saturating_sub(age),
+        }
     }
 }
 
-/// `Σ tap·x` with antisymmetric taps, oldest value first: the slope in the middle of the window, times `2^shift`.
+/// `Σ tap·x` with symmetric taps, rounded to nearest and saturated: the window's low-passed middle, of both axes.
+pub fn low_pass<const MOST: usize>(taps: &Taps<MOST>, history: &History<MOST>) -> [i32; 2] {
+    let [first, second] = products(&taps.taps, history.window(taps.taps.len()));
+    [
+        shift_round(first, taps.shift),
+        shift_round(second, taps.shift),
+    ]
+}
+
+/// `Σ weight·row` of both columns, modulo 2⁶⁴.
 ///
-/// No overflow: |x₊ − x₋| < 2³¹ and Σ|tap| < 2³² ([`crate::rig::Rig::check`]) keep the sum under 2⁶³.
-pub fn slope(taps: &Taps, history: &History) -> i64 {
-    let window = history.window(taps.taps.len());
-    let half = window.len() / 2;
-    let late = window.iter().rev().take(half);
-    let early = window.iter().take(half);
-    // taps[i] multiplies x[n−i]: the first tap belongs to the newest value.
-    taps.taps
-        .iter()
-        .zip(late.zip(early))
-        .map(|(&tap, (&new, &old))| tap as i64 * new.wrapping_sub(old) as i64)
-        .sum()
+/// Two columns and two rows at a time, twelve instructions; with three rows or more the compiler has too few registers.
+#[inline(never)]
+fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
+    let (weight_pairs, last_weights) = weights.as_chunks::<2>();
+    let (row_pairs, last_rows) = rows.as_chunks::<2>();
+    let product = |weight: i32, value: i32| i64::from(weight) * i64::from(value);
+    let (mut first, mut second) = (0_i64, 0_i64);
+    for (&[v, w], &[[a, b], [c, d]]) in weight_pairs.iter().zip(row_pairs) {
+        first = first.wrapping_add(product(v, a));
+        second = second.wrapping_add(product(v, b));
+        // In this order the compiler needs an instruction less.
+        second = second.wrapping_add(product(w, d));
+        first = first.wrapping_add(product(w, c));
+    }
+    if let ([w], [[a, b]]) = (last_weights, last_rows) {
+        first = first.wrapping_add(product(*w, *a));
+        second = second.wrapping_add(product(*w, *b));
+    }
+    [first, second]
 }
 
-/// `Σ tap·x` with symmetric taps that sum to zero: the curvature in the middle of the window, times `2^shift`.
-pub fn curvature(taps: &Taps, history: &History) -> i64 {
-    let window = history.window(taps.taps.len());
-    let half = window.len() / 2;
-    let Some(&middle) = window.get(half) else {
-        return 0;
-    };
-    let late = window.iter().rev().take(half);
-    let early = window.iter().take(half);
-    taps.taps
-        .iter()
-        .zip(late.zip(early))
-        .map(|(&tap, (&new, &old))| {
-            tap as i64 * (new.wrapping_sub(middle) as i64)
-                + tap as i64 * (old.wrapping_sub(middle) as i64)
-        })
-        .sum()
-}
-
-/// `Σ tap·x` with symmetric taps, rounded to nearest and saturated: the window's low-passed middle.
-pub fn low_pass<const MOST: usize>(taps: &Taps<MOST>, history: &History<MOST>) -> i32 {
-    let window = history.window(taps.taps.len());
-    let sum: i64 = taps
-        .taps
-        .iter()
-        .zip(window)
-        .map(|(&tap, &x)| tap as i64 * x as i64)
-        .sum();
-    shift_round(sum, taps.shift)
-}
-
-/// `value · 2^−shift`, rounded half up and saturated to `i32`; a shift outside 1..=62 counts as the nearest in it.
+/// `value · 2^−shift`, rounded half up and saturated to `i32`, for a shift from 0 to 62.
+#[inline(always)]
 pub fn shift_round(value: i64, shift: i8) -> i32 {
-    saturate(round_shift(value, shift.clamp(1, 62) as u32)).0
+    saturate(round_shift(value, u32::from(shift.unsigned_abs()))).0
 }
 
 #[cfg(test)]
@@ -166,9 +240,10 @@ mod tests {
         }
     }
 
-    fn filled(values: impl Iterator<Item = i32>) -> History {
-        let mut history = History::default();
-        values.for_each(|v| history.push(v));
+    /// Two channels, of which the second is the first upside down.
+    fn filled(values: impl Iterator<Item = i32>) -> History<MAX_TAPS> {
+        let mut history = History::NEW;
+        values.for_each(|v| history.push([v, v.wrapping_neg()]));
         history
     }
 
@@ -178,19 +253,16 @@ mod tests {
             let history = filled(0..pushed as i32);
             for length in [1, 2, 7, MAX_TAPS] {
                 let wanted = (pushed - length) as i32..pushed as i32;
-                assert!(
-                    history.window(length).iter().copied().eq(wanted),
-                    "pushed {pushed}, length {length}"
-                );
+                let seen = history.window(length).iter().map(|[value, _]| *value);
+                assert!(seen.eq(wanted), "pushed {pushed}, length {length}");
             }
-            assert_eq!(history.delayed(5), pushed as i32 - 6);
             assert!(history.window(MAX_TAPS + 1).is_empty());
         }
     }
 
     #[test]
     fn a_delay_gives_back_every_value_at_every_phase_of_the_ring() {
-        let mut delay: Delay = Delay::default();
+        let mut delay: Delay = Delay::NEW;
         for pushed in 0..4 * MAX_TAPS as i32 {
             delay.push(pushed);
             for age in 0..=MAX_DELAY as i32 {
@@ -206,25 +278,50 @@ mod tests {
         let first = taps(&[1, 0, -1], 1);
         let second = taps(&[2, -4, 2], 1);
         for offset in [0, 1_000_000, i32::MAX - 30] {
-            let history = filled((0..10).map(|n: i32| (3 * n * n + 5 * n).wrapping_add(offset)));
-            assert_eq!(slope(&first, &history), 2 * (6 * 8 + 5));
-            assert_eq!(curvature(&second, &history), 2 * 6);
+            let count = |n: i32| (3 * n * n + 5 * n).wrapping_add(offset);
+            let mut counters = Counters::NEW;
+            counters.begin([count(0), 0]);
+            (0..10).for_each(|n| counters.push([count(n), -n * n], 1));
+            assert_eq!(counters.middle(), [count(8), -64]);
+            let derivative = |taps| counters.derivative(&weights_of_steps(taps));
+            assert_eq!(derivative(&first), [2 * (6 * 8 + 5), -32]);
+            assert_eq!(derivative(&second), [2 * 6, -4]);
+        }
+    }
+
+    #[test]
+    fn weights_of_steps_give_what_the_taps_give_at_the_largest_taps_and_counts() {
+        let most = i32::MAX;
+        for (taps, counts) in [
+            (taps(&[most, 0, -most], 1), &[-most, 0, most][..]),
+            (
+                taps(&[-most / 2, most - 1, -most / 2], 1),
+                &[-most, -1, most - 1],
+            ),
+            (taps(&[5, -3, 0, 3, -5], 1), &[-7, 11, 13, 17, 1 << 30]),
+        ] {
+            let mut counters = Counters::NEW;
+            counters.begin([counts[0]; 2]);
+            counts[1..]
+                .iter()
+                .for_each(|count| counters.push([*count; 2], 1));
+            let products = taps.taps.iter().zip(counts.iter().rev());
+            let wanted: i128 = products
+                .map(|(tap, x)| i128::from(*tap) * i128::from(*x))
+                .sum();
+            let seen = counters.derivative(&weights_of_steps(&taps));
+            assert_eq!(seen.map(i128::from), [wanted; 2], "{taps:?}");
         }
     }
 
     #[test]
     fn the_low_pass_keeps_a_constant_and_saturates_at_the_rails() {
         let mean = taps(&[1 << 20, 1 << 21, 1 << 20], 22);
-        assert_eq!(low_pass(&mean, &filled([7; 5].into_iter())), 7);
-        assert_eq!(
-            low_pass(&mean, &filled([i32::MIN; 5].into_iter())),
-            i32::MIN
-        );
+        let passed = |taps: &Taps, value: i32| low_pass(taps, &filled([value; 5].into_iter()));
+        assert_eq!(passed(&mean, 7), [7, -7]);
+        assert_eq!(passed(&mean, i32::MIN), [i32::MIN; 2]);
         let gain_two = taps(&[1 << 21, 1 << 22, 1 << 21], 22);
-        assert_eq!(
-            low_pass(&gain_two, &filled([i32::MAX; 5].into_iter())),
-            i32::MAX
-        );
+        assert_eq!(passed(&gain_two, i32::MAX), [i32::MAX, i32::MIN]);
     }
 
     #[test]

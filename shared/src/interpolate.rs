@@ -51,11 +51,11 @@ impl Between {
 /// The channel between four counts, rounded to a count, for weights of [`Between::integer_weights`].
 ///
 /// No overflow: the sizes of the weights add up to less than 2³⁰, so the sum stays under 2⁶¹.
+#[inline(always)]
 pub fn mix(weights: &[i32; 4], counts: [i32; 4]) -> i32 {
-    let products = weights.iter().zip(counts);
-    let sum = products
-        .map(|(&weight, count)| i64::from(weight) * i64::from(count))
-        .sum();
+    let ([a, b, c, d], [w, x, y, z]) = (*weights, counts);
+    let product = |weight: i32, count: i32| i64::from(weight) * i64::from(count);
+    let sum = product(a, w) + product(b, x) + product(c, y) + product(d, z);
     saturate(round_shift(sum, PLACES)).0
 }
 

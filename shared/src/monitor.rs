@@ -69,7 +69,8 @@ pub struct MonitorState {
     count: u16,
     finished: [Sums; 2],
     blocks: u32,
-    /// Axes whose finished block is still to be judged, and what else is still to be done.
+    /// Axes whose finished block is still to be added to the sliding sums, and to be judged, and what else is still to be done.
+    to_slide: u8,
     to_judge: u8,
     to_review: bool,
     levels: [[Level; SIDES]; 2],
@@ -95,6 +96,7 @@ impl Default for MonitorState {
             count: 0,
             finished: [Sums::default(); 2],
             blocks: 0,
+            to_slide: 0,
             to_judge: 0,
             to_review: false,
             levels: [[Level::default(); SIDES]; 2],
@@ -163,6 +165,10 @@ impl Monitor {
         state.ticks = state.ticks.saturating_add(1);
         if state.ticks >= self.limits.block {
             self.end_block(state);
+        } else if state.to_slide != 0 {
+            let axis = usize::from(state.to_slide & 1 == 0);
+            state.slide(axis);
+            state.to_slide &= !(1 << axis);
         } else if state.to_judge != 0 {
             let axis = usize::from(state.to_judge & 1 == 0);
             self.judge(state, axis);
@@ -211,6 +217,7 @@ impl Monitor {
             state.finished = state.sums;
             state.blocks = state.blocks.wrapping_add(1);
             state.to_judge = if self.limits.axes.len() == 2 { 3 } else { 1 };
+            state.to_slide = state.to_judge;
             state.sums = [Sums::default(); 2];
             state.count = 0;
         }
@@ -222,7 +229,7 @@ impl Monitor {
         if state.sensors.end_block(&self.limits, self.log_block) {
             // A channel stands still: what was summed up meanwhile says nothing about the joint.
             state.sums = [Sums::default(); 2];
-            (state.count, state.to_judge) = (0, 0);
+            (state.count, state.to_slide, state.to_judge) = (0, 0, 0);
             state.spoilt = self.after_fault;
         }
         forget(
@@ -235,19 +242,15 @@ impl Monitor {
         state.to_review = true;
     }
 
-    /// What the finished block of one axis says: sliding sums always, cumulative sums where the joint moved enough.
+    /// What the finished block of one axis says, where the joint moved enough.
     fn judge(&self, state: &mut MonitorState, axis: usize) {
-        let (Some(limits), Some(sums), Some(levels), Some(sliding)) = (
+        let (Some(limits), Some(sums), Some(levels)) = (
             self.limits.axes.get(axis),
             state.finished.get(axis),
             state.levels.get_mut(axis),
-            state.sliding.get_mut(axis),
         ) else {
             return;
         };
-        for (sliding, memory) in sliding.iter_mut().zip(MEMORY) {
-            sliding.add(sums, memory);
-        }
         let seen = sums.statistics(limits, self.log_block);
         if !seen.moves {
             return;
@@ -358,6 +361,15 @@ fn permille_of(rate: i32) -> u16 {
 }
 
 impl MonitorState {
+    /// Adds the finished block of one axis to its sliding sums.
+    fn slide(&mut self, axis: usize) {
+        if let (Some(sums), Some(sliding)) = (self.finished.get(axis), self.sliding.get_mut(axis)) {
+            for (sliding, memory) in sliding.iter_mut().zip(MEMORY) {
+                sliding.add(sums, memory);
+            }
+        }
+    }
+
     /// The last verdict.
     pub fn verdict(&self) -> Verdict {
         self.verdict

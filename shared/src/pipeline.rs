@@ -17,17 +17,17 @@
 //! Setting up ([`Chain::new`]) turns SI values into integers once, in `f64`; [`Chain::step`] uses integers only, does
 //! not panic and takes the same path whatever the data.
 
+mod axis;
 mod channel;
+mod term;
 
 use crate::error::Error;
-use crate::filter::{Delay, History, curvature, low_pass, shift_round, slope};
-use crate::fixed::round_shift;
+use crate::filter::{Counters, History, MAX_STEPS, low_pass, weights_of_steps};
 use crate::model::Model;
-use crate::model::axis::Axis;
 use crate::model::terms::Memory;
-use crate::rig::{MAX_BAND_TAPS, Rig, RigAxis, Taps};
-use crate::scale::{Scale, factor};
-use channel::{COUNTER_SAMPLES, Channel, Settling, in_time};
+use crate::rig::{MAX_BAND_TAPS, Rig, Taps};
+use axis::{Acceleration, AxisChain, AxisState, Instant, Seen};
+use channel::Settling;
 
 /// What the sensors of one axis gave at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,293 +81,48 @@ impl Output {
     }
 }
 
-/// Where a channel's acceleration comes from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Acceleration {
-    /// The force channel already is the restoring force.
-    None,
-    /// An accelerometer.
-    Logged,
-    /// The second derivative of the body's counter, or of the displacement where there is none.
-    Derived,
-}
-
-/// One axis in machine numbers.
-#[derive(Clone, Debug, PartialEq)]
-struct AxisChain {
-    difference: bool,
-    has_body: bool,
-    position: Scale,
-    velocity: Scale,
-    /// Binary exponent between the slope filter's sum and `velocity`'s input.
-    velocity_shift: i8,
-    acceleration: Acceleration,
-    /// Binary exponent between the curvature filter's sum and `inertia`'s input.
-    curvature_shift: i8,
-    /// Binary exponent between the body's slope sum and `damping`'s input.
-    body_velocity_shift: i8,
-    /// What acceleration, force, body position, body velocity and the other axis's force contribute to the measured force.
-    terms: [Term; 5],
-    force: Channel,
-    /// The accelerometer, where it is not in time.
-    late_acceleration: Option<Channel>,
-    /// The counters, where they are not in time.
-    late_displacement: Option<Channel>,
-    late_body: Option<Channel>,
-}
-
-/// A gain in force units per count, as a multiplier of 28 to 29 bits and a shift; no contribution when the multiplier is 0.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Term {
-    multiplier: i32,
-    shift: i8,
-}
-
-/// Binary places below the force unit that terms keep until they are added up.
-const TERM_PLACES: i8 = 8;
-
-impl Term {
-    fn new(gain: f64) -> Result<Self, Error> {
-        if gain == 0.0 {
-            return Ok(Self::default());
-        }
-        let (multiplier, shift) = factor("force per count", gain)?;
-        let most = 1_u64 << (28 - TERM_PLACES);
-        Error::unless_within("force per count", gain.abs(), 0.0, most as f64)?;
-        Ok(Self { multiplier, shift })
-    }
-
-    /// The contribution of a count, in force units times 2^[`TERM_PLACES`]; under 2⁶⁰ whatever the count, so that five add up.
-    fn of(self, counts: i32) -> i64 {
-        let product = i64::from(self.multiplier) * i64::from(counts);
-        round_shift(
-            product,
-            self.shift.saturating_sub(TERM_PLACES).clamp(0, 62) as u32,
-        )
-    }
-}
-
 /// The chain for one rig and one model: what is calibrated, apart from what moves ([`ChainState`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
     axes: heapless::Vec<AxisChain, 2>,
-    velocity: Taps,
-    acceleration: Taps,
+    /// What the derivatives make of the counters' steps.
+    velocity: heapless::Vec<i32, MAX_STEPS>,
+    acceleration: heapless::Vec<i32, MAX_STEPS>,
     band: Taps<MAX_BAND_TAPS>,
     /// What counters that are late or early cost.
     settling: Settling,
+    /// Whether a damper to ground needs the slopes of the bodies.
+    damped: bool,
+    /// Whether an axis's acceleration is the curvature of its body's position.
+    derived: bool,
 }
 
 /// What moves: the last samples of every channel, and the memory of the model's effects.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct ChainState {
     axes: [AxisState; 2],
+    displacement: Counters,
+    body: Counters,
+    residual: History<MAX_BAND_TAPS>,
     model: Memory,
     samples: usize,
 }
 
-#[derive(Clone, Debug, Default)]
-struct AxisState {
-    late_displacement: Delay<COUNTER_SAMPLES>,
-    late_body: Delay<COUNTER_SAMPLES>,
-    displacement: History,
-    body: History,
-    acceleration: Delay,
-    force: Delay,
-    residual: History<MAX_BAND_TAPS>,
+impl ChainState {
+    /// Before the first sample; a constant, so that a device need not build these 9 KiB on its stack.
+    pub const NEW: Self = Self {
+        axes: [const { AxisState::NEW }; 2],
+        displacement: Counters::NEW,
+        body: Counters::NEW,
+        residual: History::NEW,
+        model: Memory::NEW,
+        samples: 0,
+    };
 }
 
-/// Bits by which an intermediate derivative is coarser than the force unit; gives it a range of 2³⁵ force units.
-const DERIVATIVE_HEADROOM: f64 = 16.0;
-
-/// Range of the slope before scaling: one training half-range is 2²⁸ to 2²⁹, so a state may be four times outside the
-/// training range before its own number saturates.
-const VELOCITY_RANGE: f64 = (1_u64 << 29) as f64;
-
-/// Binary exponent `s` with `value·2^−s` just under `wanted`, and the value after it.
-fn shift_to(quantity: &'static str, value: f64, wanted: f64) -> Result<(i8, f64), Error> {
-    if !(value.is_finite() && value > 0.0) {
-        return Err(Error::OutOfRange {
-            quantity,
-            seen: value,
-            least: f64::MIN_POSITIVE,
-            most: f64::MAX,
-        });
-    }
-    let (mut shift, mut scaled) = (0_i8, value);
-    while scaled > wanted && shift < 62 {
-        scaled /= 2.0;
-        shift += 1;
-    }
-    if shift == 0 || scaled > wanted {
-        // A filter whose sums are this small has too few bits, one whose sums are this large would overflow.
-        return Err(Error::OutOfRange {
-            quantity,
-            seen: value,
-            least: wanted,
-            most: wanted * (1_u64 << 62) as f64,
-        });
-    }
-    Ok((shift, scaled))
-}
-
-/// How far a derivative's sum is shifted down, and the signed gain it then has: 16 to 32 force units per count.
-fn derivative_gain(quantity: &'static str, unit: f64, sign: f64) -> Result<(i8, f64), Error> {
-    let (shift, scaled) = shift_to(quantity, DERIVATIVE_HEADROOM / unit, 1.0)?;
-    Ok((shift, sign * DERIVATIVE_HEADROOM / scaled))
-}
-
-/// `2^shift` as a real number.
-fn power_of_two(shift: i8) -> f64 {
-    let step = if shift < 0 { 0.5 } else { 2.0 };
-    (0..shift.unsigned_abs()).fold(1.0, |power, _| power * step)
-}
-
-impl AxisChain {
-    fn new(
-        axis: &RigAxis,
-        other: Option<&RigAxis>,
-        learnt: &Axis,
-        force_per_lsb: f64,
-        rig: &Rig,
-    ) -> Result<Self, Error> {
-        let (x, v) = (&learnt.displacement, &learnt.velocity);
-        let full_scale = (1_u64 << 31) as f64;
-        let position = Scale::new(
-            "displacement counts per training range",
-            full_scale * axis.displacement_step / x.half_range,
-            x.center / axis.displacement_step,
-        )?;
-
-        // One unit of the slope filter's sum is this many m/s.
-        let slope_unit = axis.displacement_step / power_of_two(rig.velocity.shift);
-        let (velocity_shift, half_range) = shift_to(
-            "velocity resolution against its training range",
-            v.half_range / slope_unit,
-            VELOCITY_RANGE,
-        )?;
-        let velocity = Scale::new(
-            "velocity scale",
-            full_scale / half_range,
-            half_range * (v.center / v.half_range),
-        )?;
-
-        let sign = if axis.inertia_minus_force { -1.0 } else { 1.0 };
-        let acceleration = if axis.inertia == 0.0 {
-            Acceleration::None
-        } else if axis.acceleration_step > 0.0 {
-            Acceleration::Logged
-        } else {
-            Acceleration::Derived
-        };
-        let has_body = axis.body_step > 0.0;
-        let body_step = if has_body {
-            axis.body_step
-        } else {
-            axis.displacement_step
-        };
-        let mut gains = [0.0; 5];
-        let mut curvature_shift = 1;
-        match acceleration {
-            Acceleration::None => {}
-            Acceleration::Logged => {
-                gains[0] = -sign * axis.inertia * axis.acceleration_step / force_per_lsb
-            }
-            Acceleration::Derived => {
-                let unit = axis.inertia * body_step / power_of_two(rig.acceleration.shift);
-                (curvature_shift, gains[0]) = derivative_gain(
-                    "inertia force per unit of curvature",
-                    unit / force_per_lsb,
-                    -sign,
-                )?;
-            }
-        }
-        gains[1] = sign * axis.force_step / force_per_lsb;
-        gains[2] = -sign * axis.ground_stiffness * body_step / force_per_lsb;
-        let mut body_velocity_shift = 1;
-        if axis.ground_damping > 0.0 {
-            let unit = axis.ground_damping * body_step / power_of_two(rig.velocity.shift);
-            (body_velocity_shift, gains[3]) = derivative_gain(
-                "ground damping per unit of slope",
-                unit / force_per_lsb,
-                -sign,
-            )?;
-        }
-        let cross = other.map_or(0.0, |other| axis.force_cross * other.force_step);
-        gains[4] = -sign * cross / force_per_lsb;
-        let [inertia, force, stiffness, damping, cross] = gains.map(Term::new);
-        let wait = Settling::of(rig).wait;
-        let delay = rig.velocity.taps.len() / 2 + wait;
-        let late_acceleration =
-            acceleration == Acceleration::Logged && axis.delays.acceleration != 0.0;
-        Ok(Self {
-            difference: axis.displacement_difference,
-            has_body,
-            position,
-            velocity,
-            velocity_shift,
-            acceleration,
-            curvature_shift,
-            body_velocity_shift,
-            terms: [inertia?, force?, stiffness?, damping?, cross?],
-            force: Channel::filtered(
-                "age of the force sample that the delay of its channel asks for",
-                axis.force_delay_samples,
-                delay,
-            )?,
-            late_acceleration: if late_acceleration {
-                Some(Channel::filtered(
-                    "age of the acceleration sample that the delay of its channel asks for",
-                    axis.delays.acceleration,
-                    delay,
-                )?)
-            } else {
-                None
-            },
-            late_displacement: Channel::counter(axis.delays.displacement, wait)?,
-            late_body: Channel::counter(axis.delays.body, wait)?,
-        })
-    }
-
-    /// Position and velocity in Q31, and whether each was outside the training range.
-    fn state(&self, state: &AxisState, delay: usize, velocity: &Taps) -> [(i32, bool); 2] {
-        let slope = shift_round(slope(velocity, &state.displacement), self.velocity_shift);
-        [
-            self.position.apply(state.displacement.delayed(delay)),
-            self.velocity.apply(slope),
-        ]
-    }
-
-    /// The restoring force from the equation of motion, in force units times 2^[`TERM_PLACES`], before saturation.
-    fn measured(
-        &self,
-        state: &AxisState,
-        [own_force, other_force]: [i32; 2],
-        [delay, wait]: [usize; 2],
-        velocity: &Taps,
-        acceleration: &Taps,
-    ) -> i64 {
-        let a = match self.acceleration {
-            Acceleration::None => 0,
-            Acceleration::Logged => match &self.late_acceleration {
-                None => state.acceleration.delayed(delay + wait),
-                Some(late) => late.read(&state.acceleration),
-            },
-            Acceleration::Derived => {
-                shift_round(curvature(acceleration, &state.body), self.curvature_shift)
-            }
-        };
-        let [inertia, force, stiffness, damping, cross] = self.terms;
-        let damper = if damping.multiplier == 0 {
-            0
-        } else {
-            shift_round(slope(velocity, &state.body), self.body_velocity_shift)
-        };
-        inertia.of(a)
-            + force.of(own_force)
-            + stiffness.of(state.body.delayed(delay))
-            + damping.of(damper)
-            + cross.of(other_force)
+impl Default for ChainState {
+    fn default() -> Self {
+        Self::NEW
     }
 }
 
@@ -376,6 +131,9 @@ impl Chain {
     ///
     /// # Errors
     /// [`Error`] names the quantity that the integers cannot hold, or the part of the rig that does not fit the model.
+    ///
+    /// Not inlined: a device's stack holds what it needs only meanwhile.
+    #[inline(never)]
     pub fn new(model: &Model, rig: &Rig) -> Result<Self, Error> {
         rig.check()?;
         if rig.axes.len() != model.axes() {
@@ -386,7 +144,7 @@ impl Chain {
                 most: model.axes() as f64,
             });
         }
-        let mut axes = heapless::Vec::new();
+        let mut axes: heapless::Vec<AxisChain, 2> = heapless::Vec::new();
         // From the first axis the other one is the second, from the second the first.
         let others = rig.axes.get(1).into_iter().chain(rig.axes.first());
         let mut others = others.map(Some).chain([None]);
@@ -405,10 +163,13 @@ impl Chain {
                 rig,
             )?);
         }
+        let mut kinds = axes.iter().map(|axis| axis.acceleration);
         Ok(Self {
+            damped: axes.iter().any(AxisChain::is_damped),
+            derived: kinds.any(|kind| kind == Acceleration::Derived),
             axes,
-            velocity: rig.velocity.clone(),
-            acceleration: rig.acceleration.clone(),
+            velocity: weights_of_steps(&rig.velocity),
+            acceleration: weights_of_steps(&rig.acceleration),
             band: rig.band.clone(),
             settling: Settling::of(rig),
         })
@@ -431,7 +192,7 @@ impl Chain {
 
     /// D.
     fn filter_delay(&self) -> usize {
-        self.velocity.taps.len() / 2
+        self.velocity.len() / 2
     }
 
     /// By how many samples the residual in the common band lags behind the newest sample.
@@ -446,86 +207,98 @@ impl Chain {
 
     /// Takes one sample in; gives an output as soon as the filters are full.
     pub fn step(&self, state: &mut ChainState, model: &Model, raw: &RawSample) -> Option<Output> {
-        for ((axis, moving), raw) in self.axes.iter().zip(&mut state.axes).zip(raw) {
-            let [first, second] = raw.displacement;
-            let relative = if axis.difference {
-                first.wrapping_sub(second)
-            } else {
-                first
-            };
-            let relative = in_time(
-                axis.late_displacement.as_ref(),
-                &mut moving.late_displacement,
-                relative,
-            );
-            moving.displacement.push(relative);
-            // On a rig whose displacement is measured from ground, the far side is the body.
-            moving.body.push(if axis.has_body {
-                in_time(axis.late_body.as_ref(), &mut moving.late_body, raw.body)
-            } else {
-                relative
-            });
-            moving.acceleration.push(raw.acceleration);
-            moving.force.push(raw.force);
-        }
+        self.take(state, raw);
         state.samples = state.samples.saturating_add(1);
-        let full = self.velocity.taps.len() + self.settling.wait + self.settling.before;
+        let full = self.velocity.len() + 1 + self.settling.wait + self.settling.before;
         if state.samples < full {
             return None;
         }
+        let [x, phi] = self.see(state);
+        let ([a, b], [c, d]) = (x.states, phi.states);
+        let inputs = [a, b, c, d];
+        let predicted = model.step(&mut state.model, &inputs);
+        let ([r, s], measured) = (predicted, [x.force, phi.force]);
+        // What a rig of one axis has not is 0 in both.
+        let residual = [x.force.saturating_sub(r), phi.force.saturating_sub(s)];
+        let [e, f] = residual;
+        state.residual.push(residual);
+        let band_is_full = state.samples >= full + self.band.taps.len() - 1;
+        Some(Output {
+            state: inputs,
+            outside: x.outside | phi.outside << 2,
+            measured,
+            predicted,
+            residual,
+            residual_band: band_is_full.then(|| low_pass(&self.band, &state.residual)),
+            saturated: at_rail(x.force) | at_rail(e) | (at_rail(phi.force) | at_rail(f)) << 1,
+        })
+    }
 
+    /// Puts a sample behind those before it.
+    #[inline(always)]
+    fn take(&self, state: &mut ChainState, raw: &RawSample) {
+        let ([x_moving, phi_moving], [x_raw, phi_raw]) = (&mut state.axes, raw);
+        let (mut x, mut phi) = ([0; 2], [0; 2]);
+        if let Some(axis) = self.axes.first() {
+            x = axis.take(x_moving, x_raw);
+        }
+        if let Some(axis) = self.axes.get(1) {
+            phi = axis.take(phi_moving, phi_raw);
+        }
+        let ([x, x_body], [phi, phi_body]) = (x, phi);
+        if state.samples == 0 {
+            state.displacement.begin([x, phi]);
+            state.body.begin([x_body, phi_body]);
+        }
         let delay = self.filter_delay();
-        let mut output = Output::default();
-        let mut forces = [0; 2];
-        for (force, (axis, moving)) in forces.iter_mut().zip(self.axes.iter().zip(&state.axes)) {
-            *force = axis.force.read(&moving.force);
-        }
-        for (index, (axis, moving)) in self.axes.iter().zip(&state.axes).enumerate() {
-            let states = axis.state(moving, delay, &self.velocity);
-            for (offset, (value, outside)) in states.into_iter().enumerate() {
-                let input = 2 * index + offset;
-                if let Some(slot) = output.state.get_mut(input) {
-                    *slot = value;
-                }
-                output.outside |= u8::from(outside) << (input & 7);
-            }
-            let measured = axis.measured(
-                moving,
-                forces,
-                [delay, self.settling.wait],
-                &self.velocity,
-                &self.acceleration,
-            );
-            let [own, other] = forces;
-            forces = [other, own];
-            let measured = shift_round(measured, TERM_PLACES);
-            output.saturated |= at_rail(measured) << (index & 7);
-            if let Some(slot) = output.measured.get_mut(index) {
-                *slot = measured;
-            }
-        }
-        output.predicted = model.step(&mut state.model, &output.state);
+        state.displacement.push([x, phi], delay);
+        state.body.push([x_body, phi_body], delay);
+    }
 
-        let band_full = state.samples >= full + self.band.taps.len() - 1;
-        let mut in_band = [0; 2];
-        let residuals = output
-            .residual
-            .iter_mut()
-            .zip(output.measured.iter().zip(&output.predicted));
-        for (index, ((residual, (measured, predicted)), (moving, slot))) in residuals
-            .zip(state.axes.iter_mut().zip(&mut in_band))
-            .enumerate()
-            .take(self.axes.len())
-        {
-            *residual = measured.saturating_sub(*predicted);
-            output.saturated |= at_rail(*residual) << (index & 7);
-            moving.residual.push(*residual);
-            if band_full {
-                *slot = low_pass(&self.band, &moving.residual);
-            }
+    /// Both axes in the middle of the derivatives' window; of one that is not there all 0.
+    #[inline(always)]
+    fn see(&self, state: &ChainState) -> [Seen; 2] {
+        let [x, phi] = state.displacement.middle();
+        let [slope, other_slope] = state.displacement.derivative(&self.velocity);
+        let [body, other_body] = state.body.middle();
+        let ([mut body_slope, mut other_body_slope], [mut curvature, mut other_curvature]) =
+            ([0; 2], [0; 2]);
+        if self.damped {
+            [body_slope, other_body_slope] = state.body.derivative(&self.velocity);
         }
-        output.residual_band = band_full.then_some(in_band);
-        Some(output)
+        if self.derived {
+            [curvature, other_curvature] = state.body.derivative(&self.acceleration);
+        }
+        let x = Instant {
+            position: x,
+            slope,
+            body,
+            body_slope,
+            curvature,
+        };
+        let phi = Instant {
+            position: phi,
+            slope: other_slope,
+            body: other_body,
+            body_slope: other_body_slope,
+            curvature: other_curvature,
+        };
+        let ([moving, other_moving], delay) = (&state.axes, self.delay());
+        match &self.axes[..] {
+            [first, second] => {
+                let force = first.force.read(&moving.force);
+                let other_force = second.force.read(&other_moving.force);
+                [
+                    first.see(&x, moving, delay, [force, other_force]),
+                    second.see(&phi, other_moving, delay, [other_force, force]),
+                ]
+            }
+            [only] => {
+                let force = only.force.read(&moving.force);
+                [only.see(&x, moving, delay, [force, 0]), Seen::default()]
+            }
+            _ => [Seen::default(); 2],
+        }
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::error::Error;
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
 
 /// The most taps a derivative may have; odd, so that the delay is a whole number of samples.
 pub const MAX_TAPS: usize = 129;
@@ -16,7 +15,7 @@ pub const MAX_COUNTER_DELAY: f64 = 2.0;
 ///
 /// The number of taps is odd and the same for the velocity and the acceleration filter of one rig, so that both lag
 /// by `(taps − 1) / 2` samples. Taps are symmetric (low-pass, second derivative) or antisymmetric (first derivative).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Taps<const MOST: usize = MAX_TAPS> {
     /// The taps, scaled by `2^shift`.
     pub taps: Vec<i32, MOST>,
@@ -25,7 +24,7 @@ pub struct Taps<const MOST: usize = MAX_TAPS> {
 }
 
 /// One axis of the rig in SI units per count.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RigAxis {
     /// Metres or radians per count of the displacement encoders.
     pub displacement_step: f64,
@@ -55,7 +54,7 @@ pub struct RigAxis {
 }
 
 /// By how many samples channels are late because of how the board reads them; negative when they are early.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChannelDelays {
     /// Both displacement counters, −[`MAX_COUNTER_DELAY`] to [`MAX_COUNTER_DELAY`].
     pub displacement: f64,
@@ -66,7 +65,7 @@ pub struct ChannelDelays {
 }
 
 /// The rig: one or two axes, the sample rate, and the filters that host and device share.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Rig {
     /// Samples per second, in Hz.
     pub sample_rate_hz: f64,

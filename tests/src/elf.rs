@@ -142,7 +142,7 @@ pub fn readable(name: &str) -> String {
 
 /// What a function's name contains when it leads to a panic: the formatter and the handler every panic goes through,
 /// and the cold functions that slices, options and arithmetic call first.
-const LEADS_TO_PANIC: [&str; 9] = [
+const LEADS_TO_PANIC: [&str; 10] = [
     "panicking",
     "panic_fmt",
     "panic_nounwind",
@@ -152,6 +152,7 @@ const LEADS_TO_PANIC: [&str; 9] = [
     "expect_failed",
     "slice_index",
     "index_fail",
+    "mismatch_fail",
 ];
 
 /// The names among `symbols` that only a program with a panic path has.

@@ -38,6 +38,12 @@ use std::time::Duration;
 const RATE_HZ: f64 = 2000.0;
 const SECONDS: f64 = 4.0;
 
+/// What the estimate of the highest sample rate in `docs/firmware.md` rests on: a full board's time on the bus, from the data sheets' clocks;
+/// the processor's clock; and cycles per instruction, which no emulator counts.
+const BUS_S: f64 = 120e-6;
+const CLOCK_HZ: f64 = 168e6;
+const CYCLES_PER_INSTRUCTION: f64 = 1.5;
+
 /// A rig, a polynomial and the sum of the base terms, both exported.
 struct Subject {
     simulation: Simulation,
@@ -162,7 +168,23 @@ fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
         let memory = run.memory.expect("the device counts");
         let size = size::of(image()).unwrap();
         println!("{:?}\n{memory:?} {size:?}", run.instructions);
-        assert_eq!(run.instructions.len(), 4);
+        // Of memory the flash alone is beyond what was aimed at, 96 KiB: `docs/firmware.md` says what takes it.
+        assert!(size.flash <= 120 * 1024, "{size:?}");
+        assert!(memory.variables <= 24 * 1024, "{memory:?}");
+        assert!(
+            4 * memory.stack_peak <= 3 * memory.stack_reserved,
+            "{memory:?}"
+        );
+        let [_, evaluate, monitor, _] = &run.instructions[..] else {
+            panic!("four steps: {:?}", run.instructions);
+        };
+        let computed = f64::from(evaluate.most + monitor.most) * CYCLES_PER_INSTRUCTION / CLOCK_HZ;
+        println!(
+            "{:.0} µs of computation and {:.0} µs on the bus",
+            1e6 * computed,
+            1e6 * BUS_S
+        );
+        assert!(computed + BUS_S <= 1.0 / 5000.0, "no 5 kHz: {computed} s");
         let seconds = rows as f64 / RATE_HZ;
         println!(
             "{:.2} times real time",

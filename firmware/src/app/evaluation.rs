@@ -12,7 +12,7 @@ use jointwatch_shared::pipeline::{Chain, ChainState, Output};
 pub struct Room {
     pub(super) watch: MaybeUninit<Watch>,
     pub(super) evaluator: MaybeUninit<Evaluator>,
-    pub(super) state: MaybeUninit<ChainState>,
+    pub(super) state: ChainState,
 }
 
 impl Room {
@@ -20,7 +20,7 @@ impl Room {
     pub const EMPTY: Self = Self {
         watch: MaybeUninit::uninit(),
         evaluator: MaybeUninit::uninit(),
-        state: MaybeUninit::uninit(),
+        state: ChainState::NEW,
     };
 }
 

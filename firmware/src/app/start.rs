@@ -179,10 +179,7 @@ fn with_rig(
     model: Model,
     checksum: u32,
     begun: &mut Begun,
-    (evaluator, moving): (
-        &'static mut MaybeUninit<Evaluator>,
-        &'static mut MaybeUninit<ChainState>,
-    ),
+    (evaluator, state): (&'static mut MaybeUninit<Evaluator>, &'static mut ChainState),
 ) -> Result<(), Unused> {
     let block = rig_block::decode(bytes).map_err(Unused::Refused)?;
     let RigBlock {
@@ -210,7 +207,6 @@ fn with_rig(
     begun.rate_hz = rig.sample_rate_hz;
     begun.wiring = wiring;
     begun.watch.judge(judge);
-    let state = moving.write(ChainState::default());
     begun.evaluator = Some(evaluator.write(Evaluator {
         chain,
         model,

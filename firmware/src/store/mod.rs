@@ -243,7 +243,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         if is_blank(work) {
             return Ok(State::Empty);
         }
-        blob::decode(work).map_err(|why| Fault::Model(ModelFault::from(&why)))?;
+        self.check_model(place, work)?;
         if !self.trust.unsigned {
             return Err(Fault::Unsigned);
         }
@@ -256,6 +256,13 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
 
     /// Holds content against its seal: CRC, signature, and the model's own checks, in this order.
     fn check(&mut self, place: Place, seal: &Seal, work: &mut Work) -> Result<(), Fault> {
+        self.check_content(place, seal)?;
+        self.check_model(place, work)
+    }
+
+    /// CRC and signature. Not inlined: what they need on the stack is free again when the model is looked at.
+    #[inline(never)]
+    fn check_content(&mut self, place: Place, seal: &Seal) -> Result<(), Fault> {
         let mut crc = ContentCrc::new();
         let mut check = match &seal.signature {
             Some(signature) => Some(self.begin_check(signature, seal.rig_len)?),
@@ -284,7 +291,17 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         if check.is_some_and(|check| !check.holds()) {
             return Err(Fault::Signature);
         }
-        self.model(place, work).map(|_| ())
+        Ok(())
+    }
+
+    /// The model's own checks. Not inlined, as above.
+    #[inline(never)]
+    fn check_model(&mut self, place: Place, work: &mut Work) -> Result<(), Fault> {
+        self.read(place, MODEL_OFFSET, work)?;
+        match blob::decode(work) {
+            Ok(_) => Ok(()),
+            Err(why) => Err(Fault::Model(ModelFault::from(&why))),
+        }
     }
 
     fn begin_check(
@@ -411,12 +428,15 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         Ok(crc.value())
     }
 
+    // Not inlined, nor is `write`: which of their callers takes them in would depend on the flash.
+    #[inline(never)]
     fn read(&mut self, place: Place, offset: usize, into: &mut [u8]) -> Result<(), Fault> {
         self.flash
             .read(address::<F>(place, offset), into)
             .map_err(|_| Fault::Flash)
     }
 
+    #[inline(never)]
     fn write(&mut self, place: Place, offset: usize, bytes: &[u8]) -> Result<(), Fault> {
         self.flash
             .write(address::<F>(place, offset), bytes)

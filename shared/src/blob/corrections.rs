@@ -2,24 +2,22 @@
 
 use super::unless_zero;
 use crate::error::Error;
+use crate::layout::{Field, Reader, Writer, laid_out};
 use crate::model::corrections::ForceCorrection;
-use serde::{Deserialize, Serialize};
 
 /// Where the corrections begin.
 pub(super) const OFFSET: usize = super::effects::OFFSET + super::effects::LEN;
 /// Bytes of both channels.
 pub(super) const LEN: usize = 2 * CorrectionMessage::LEN;
 
+laid_out! {
 /// One force channel.
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Clone, Copy)]
 struct CorrectionMessage {
     excess: f64,
     cross: f64,
     delay_s: f64,
 }
-
-impl CorrectionMessage {
-    const LEN: usize = 24;
 }
 
 /// Writes the corrections to the beginning of `bytes`, which are [`LEN`] zeros.
@@ -30,8 +28,7 @@ pub(super) fn write(corrections: &[ForceCorrection; 2], bytes: &mut [u8]) {
             cross: correction.cross,
             delay_s: correction.delay_s,
         };
-        // A message always fills its place exactly.
-        let _ = postcard::to_slice(&message, place);
+        message.write(&mut Writer::new(place));
     }
 }
 
@@ -45,12 +42,7 @@ pub(super) fn read(axes: u8, bytes: &[u8; LEN]) -> Result<[ForceCorrection; 2], 
             unless_zero(offset, place)?;
             continue;
         }
-        // Every field has a fixed width and takes any bytes, so a whole place is always read.
-        let message: CorrectionMessage =
-            postcard::from_bytes(place).map_err(|_| Error::BlobLength {
-                seen: offset,
-                wanted: super::BLOB_LEN,
-            })?;
+        let message = CorrectionMessage::read(&mut Reader::new(place));
         *correction = ForceCorrection {
             excess: message.excess,
             cross: message.cross,

@@ -3,31 +3,25 @@
 use super::unless_zero;
 use crate::effect::{MAX_PARAMETERS, Parameters};
 use crate::error::Error;
+use crate::layout::{Field, Reader, Writer, laid_out};
 use crate::model::Header;
 use crate::model::terms::{MAX_TERMS, Terms};
 use crate::scalar::q::Q;
-use serde::{Deserialize, Serialize};
 
 /// Where the effects begin.
 pub(super) const OFFSET: usize = super::base::OFFSET + super::base::LEN;
 /// Bytes of all places.
 pub(super) const LEN: usize = MAX_TERMS * EffectMessage::LEN;
 
-/// A parameter: eight bytes, little-endian.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-struct Value(#[serde(with = "postcard::fixint::le")] i64);
-
+laid_out! {
 /// One effect; all zero where there is none.
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Clone, Copy)]
 struct EffectMessage {
     tag: u8,
     axis: u8,
     reserved: [u8; 6],
-    parameters: [Value; MAX_PARAMETERS],
+    parameters: [i64; MAX_PARAMETERS],
 }
-
-impl EffectMessage {
-    const LEN: usize = 8 + 8 * MAX_PARAMETERS;
 }
 
 /// Writes the effects to the beginning of `bytes`, which are [`LEN`] zeros; gives their number.
@@ -37,10 +31,9 @@ pub(super) fn write(terms: &Terms, bytes: &mut [u8]) -> u8 {
             tag: term.entry().tag,
             axis: term.axis() as u8,
             reserved: [0; 6],
-            parameters: term.parameters().map(|value| Value(value.raw())),
+            parameters: term.parameters().map(|value| value.raw()),
         };
-        // A message always fills its place exactly.
-        let _ = postcard::to_slice(&message, place);
+        message.write(&mut Writer::new(place));
     }
     terms.list().len() as u8
 }
@@ -56,14 +49,9 @@ pub(super) fn read(header: &Header, count: u8, bytes: &[u8; LEN]) -> Result<Term
             unless_zero(offset, place)?;
             continue;
         }
-        // Every field has a fixed width and takes any bytes, so a whole place is always read.
-        let message: EffectMessage =
-            postcard::from_bytes(place).map_err(|_| Error::BlobLength {
-                seen: offset,
-                wanted: super::BLOB_LEN,
-            })?;
+        let message = EffectMessage::read(&mut Reader::new(place));
         unless_zero(offset + 2, &message.reserved)?;
-        let parameters = message.parameters.map(|value| Q::from_raw(value.0));
+        let parameters = message.parameters.map(Q::from_raw);
         // As many places as the list holds.
         let _ = stored.push((message.tag, message.axis, parameters));
     }

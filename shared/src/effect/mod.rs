@@ -200,7 +200,7 @@ pub struct Entry {
     pub state_bounds: &'static [Bound],
     /// [`Effect::FADING`].
     pub fading: Fading,
-    /// The law on the device.
+    /// The law on the device; no force for an effect that does not belong to the joint, which no model on a device can have.
     pub device: Law<Q>,
     /// The law that predicts.
     #[cfg(feature = "fit")]
@@ -223,6 +223,14 @@ pub struct Entry {
     pub about: About,
 }
 
+/// The law that the device evaluates: of effects that no model on it can have there is none.
+const fn device_law<E: Effect>() -> Law<Q> {
+    match E::SEAT {
+        Seat::Joint => E::law::<Q>,
+        Seat::JointOverTime | Seat::Instrument => |_, _, _| [Q::from_raw(0); 2],
+    }
+}
+
 impl PartialEq for Entry {
     fn eq(&self, other: &Self) -> bool {
         self.tag == other.tag
@@ -238,7 +246,7 @@ impl Entry {
             parameter_count: E::ABOUT.parameters.len() as u8,
             state_bounds: E::STATE_BOUNDS,
             fading: E::FADING,
-            device: E::law::<Q>,
+            device: device_law::<E>(),
             #[cfg(feature = "fit")]
             real: E::law::<f64>,
             #[cfg(feature = "fit")]

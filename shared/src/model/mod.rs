@@ -184,6 +184,12 @@ impl Model {
     /// # Errors
     /// [`Error::OutOfRange`] for a correction that is not usable, or of an axis that the model has not.
     pub fn correcting(mut self, corrections: [ForceCorrection; 2]) -> Result<Self, Error> {
+        self.correct(corrections)?;
+        Ok(self)
+    }
+
+    /// [`Self::correcting`] in place.
+    pub(crate) fn correct(&mut self, corrections: [ForceCorrection; 2]) -> Result<(), Error> {
         let axes = self.axes();
         for correction in &corrections {
             correction.check(axes)?;
@@ -198,7 +204,7 @@ impl Model {
             )?;
         }
         self.corrections = corrections;
-        Ok(self)
+        Ok(())
     }
 
     /// Brings a polynomial learnt in `f64` to fixed point.

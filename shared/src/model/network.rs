@@ -9,6 +9,7 @@
 //! sum leaves its 64 bits for the words at hand.
 
 use crate::error::Error;
+use crate::layout::laid_out;
 use crate::tanh::tanh_scaled;
 use heapless::Vec;
 
@@ -18,6 +19,7 @@ pub const NEURONS: usize = 40;
 /// The half that is part of every bias, so that the high word of the sum is the rounded one.
 pub(crate) const HALF: i64 = 1 << 31;
 
+laid_out! {
 /// One neuron as stored: what goes into its argument, and what its tanh weighs in each force.
 ///
 /// With s the scale of its argument, `steps` = 2³⁷/s, a weight is stored as 2·s·w and its bias as 2³²·s·b + 2³¹.
@@ -32,6 +34,7 @@ pub struct Neuron {
     /// Steps of the tanh table per unit of the argument's integer, in 2⁻³²; not 0.
     pub steps: u32,
 }
+}
 
 /// A network in fixed point, for one or two axes.
 ///
@@ -42,6 +45,16 @@ pub struct NetworkModel {
     pub(crate) axes: u8,
     pub(crate) neurons: Vec<Neuron, NEURONS>,
     pub(crate) output_bias: [i64; 2],
+}
+
+impl Neuron {
+    /// No neuron.
+    pub(crate) const NONE: Self = Self {
+        weights: [0; 4],
+        outputs: [0; 2],
+        bias: 0,
+        steps: 0,
+    };
 }
 
 impl NetworkModel {
@@ -79,10 +92,10 @@ impl NetworkModel {
     fn forces<const AXES: usize>(&self, u: &[i32; 4]) -> [i32; 2] {
         let [mut first, mut second] = self.output_bias;
         for neuron in &self.neurons {
-            // A loop keeps the order: written out, the bias is added to two products instead of them to it.
-            let mut argument = neuron.bias;
-            for (&word, &input) in neuron.weights.iter().zip(u).take(2 * AXES) {
-                argument += product(word, input);
+            let ([a, b, c, d], [x, v, phi, omega]) = (neuron.weights, *u);
+            let mut argument = neuron.bias + product(a, x) + product(b, v);
+            if AXES == 2 {
+                argument += product(c, phi) + product(d, omega);
             }
             let value = tanh_scaled((argument >> 32) as i32, neuron.steps);
             let [v, w] = neuron.outputs;

@@ -10,6 +10,7 @@
 
 use crate::error::Error;
 use crate::fixed::{mul_high_add, q31_powers};
+use crate::layout::laid_out;
 
 /// Blocks of a two-axis polynomial, one for each x^i·ẋ^j; block number 4·i + j.
 pub const BLOCKS: usize = 16;
@@ -19,6 +20,7 @@ pub const MAX_OUTPUT_SHIFT: u8 = 3;
 /// 32 that their product loses.
 pub const SUM_PLACES: u32 = 29;
 
+laid_out! {
 /// The terms of one x^i·ẋ^j as stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(align(8))]
@@ -27,6 +29,7 @@ pub struct Block {
     pub words: [i32; 16],
     /// What brings the block's scale to that of the axis: a Q31 number, not negative. 0 for one axis.
     pub gain: i32,
+}
 }
 
 /// The blocks of one axis.
@@ -93,11 +96,13 @@ impl PolynomialModel {
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
         let [first, second] = &self.blocks;
-        let [a, b, c, d] = u.map(q31_powers);
+        let [x, v, phi, omega] = *u;
+        let (a, b) = (q31_powers(x), q31_powers(v));
         if self.axes == 1 {
             let [block, ..] = first;
             return [block_sum(&block.words, &a, &b), 0];
         }
+        let (c, d) = (q31_powers(phi), q31_powers(omega));
         let outer = monomials(&a, &b);
         let [s, t] = self.shifts;
         [
@@ -225,11 +230,21 @@ fn output(sum: i64, shift: u8) -> i32 {
     (high << up) + carried as i32 + rounding as i32
 }
 
+/// Half of a Q31 number, rounded half up.
+#[inline(always)]
+fn halved(a: i32) -> i32 {
+    (a >> 1) + (a & 1)
+}
+
+/// The product of two Q31 numbers in Q30.
+#[inline(always)]
+fn product(a: i32, b: i32) -> i32 {
+    mul_high_add(a, b, 0)
+}
+
 /// x^i·ẋ^j in Q30, in the order of the blocks; 1 is exact, and so is every size at most 2³⁰.
 #[inline(always)]
 fn monomials(x: &[i32; 3], v: &[i32; 3]) -> [i32; BLOCKS] {
-    let halved = |a: i32| (a >> 1) + (a & 1);
-    let product = |a: i32, b: i32| mul_high_add(a, b, 0);
     let [a, b, c] = *x;
     let [d, e, f] = *v;
     [
@@ -279,26 +294,34 @@ fn add_four_blocks(
     row: &[i32; 3],
     column: &[i32; 3],
 ) -> i64 {
-    let term = |block: &Block, &monomial: &i32| {
-        let weight = mul_high_add(monomial, block.gain, 0);
-        i64::from(block_sum(&block.words, row, column)) * i64::from(weight)
-    };
-    sum + term(b0, m0) + term(b1, m1) + term(b2, m2) + term(b3, m3)
+    let sum = add_block(sum, b0, *m0, row, column);
+    let sum = add_block(sum, b1, *m1, row, column);
+    let sum = add_block(sum, b2, *m2, row, column);
+    add_block(sum, b3, *m3, row, column)
+}
+
+/// `sum` and one block.
+#[inline(always)]
+fn add_block(sum: i64, block: &Block, monomial: i32, row: &[i32; 3], column: &[i32; 3]) -> i64 {
+    let weight = mul_high_add(monomial, block.gain, 0);
+    sum + i64::from(block_sum(&block.words, row, column)) * i64::from(weight)
 }
 
 /// Σ w_kl·row^k·column^l of one block, at the block's scale A.
 #[inline(always)]
 fn block_sum(words: &[i32; 16], row: &[i32; 3], column: &[i32; 3]) -> i32 {
-    let [p1, p2, p3] = *column;
     let [q1, q2, q3] = *row;
     let (rows, _) = words.as_chunks::<4>();
     let [r0, r1, r2, r3] = rows else {
         return 0;
     };
-    let row_sum = |&[w0, w1, w2, w3]: &[i32; 4]| {
-        mul_high_add(w3, p3, mul_high_add(w2, p2, mul_high_add(w1, p1, w0)))
-    };
-    let sum = mul_high_add(row_sum(r1), q1, row_sum(r0));
-    let sum = mul_high_add(row_sum(r2), q2, sum);
-    mul_high_add(row_sum(r3), q3, sum)
+    let sum = mul_high_add(row_sum(r1, column), q1, row_sum(r0, column));
+    let sum = mul_high_add(row_sum(r2, column), q2, sum);
+    mul_high_add(row_sum(r3, column), q3, sum)
+}
+
+/// Σ w_l·column^l of one row.
+#[inline(always)]
+fn row_sum(&[w0, w1, w2, w3]: &[i32; 4], &[p1, p2, p3]: &[i32; 3]) -> i32 {
+    mul_high_add(w3, p3, mul_high_add(w2, p2, mul_high_add(w1, p1, w0)))
 }

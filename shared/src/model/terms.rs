@@ -6,9 +6,9 @@
 use super::Header;
 #[cfg(feature = "fit")]
 use super::Output;
-use crate::effect::{Acts, Entry, Instrument, Kinematics, Parameters, Seat, States};
+use crate::effect::{Acts, Entry, Instrument, Kinematics, MAX_STATES, Parameters, Seat, States};
 #[cfg(feature = "fit")]
-use crate::effect::{Bound, Fading, MAX_STATES};
+use crate::effect::{Bound, Fading};
 use crate::error::Error;
 use crate::scalar::Scalar;
 use crate::scalar::q::Q;
@@ -38,6 +38,14 @@ pub struct Terms {
 pub struct Memory {
     states: [States<Q>; MAX_TERMS],
     before: Option<[Q; 2]>,
+}
+
+impl Memory {
+    /// At rest.
+    pub const NEW: Self = Self {
+        states: [[Q::from_raw(0); MAX_STATES]; MAX_TERMS],
+        before: None,
+    };
 }
 
 impl Term {

@@ -17,8 +17,9 @@ pub(super) struct Waiting {
 }
 
 /// A force in the monitor's units, rounded half up.
+#[inline(always)]
 fn force(value: i32, shift: u8) -> i32 {
-    let rounded = crate::fixed::round_shift(value.into(), u32::from(shift & 31)) as i32;
+    let rounded = crate::fixed::round_shift_32(value, u32::from(shift & 31));
     rounded.clamp(-MOST_FORCE, MOST_FORCE)
 }
 

@@ -2,13 +2,13 @@
 
 use super::limits::{CHANNELS, Limits};
 use super::verdict::Cause;
-use crate::pipeline::{RawAxis, RawSample};
+use crate::pipeline::RawSample;
 
 /// Kinds of fault that a driver or the chain reports for a single sample.
 pub(super) const KINDS: usize = 6;
 
 /// What went wrong with the sensors at one instant. In every word, bit 5·axis + channel stands for one channel, channels in
-/// the order of [`RawAxis`]: far and near displacement counter, body counter, accelerometer, force.
+/// the order of [`RawAxis`](crate::pipeline::RawAxis): far and near displacement counter, body counter, accelerometer, force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Faults {
     /// The converter stood at a rail of its code.
@@ -33,7 +33,7 @@ impl Faults {
 
     /// Whether anything went wrong.
     pub fn any(&self) -> bool {
-        self.kinds().iter().any(|&(_, channels)| channels != 0)
+        (self.saturated | self.out_of_range | self.checksum | self.time_out | self.missing) != 0
     }
 
     fn kinds(&self) -> [(Cause, u16); KINDS] {
@@ -69,6 +69,24 @@ struct Course {
     still: u8,
 }
 
+impl Course {
+    /// Takes the next count in.
+    #[inline(always)]
+    fn follow(&mut self, value: i32, started: bool) {
+        if !started {
+            self.first = value;
+        }
+        // Counters wrap, so what counts is the way from the first one.
+        let way = value.wrapping_sub(self.first);
+        if way < self.least {
+            self.least = way;
+        }
+        if way > self.most {
+            self.most = way;
+        }
+    }
+}
+
 /// What is kept of the sensors between samples.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SensorState {
@@ -93,11 +111,6 @@ pub(super) struct SensorFault {
     pub(super) rate: i32,
 }
 
-fn counts(raw: &RawAxis) -> [i32; CHANNELS] {
-    let [far, near] = raw.displacement;
-    [far, near, raw.body, raw.acceleration, raw.force]
-}
-
 impl SensorState {
     /// Takes one sample in.
     pub(super) fn sample(&mut self, limits: &Limits, raw: &RawSample, faults: &Faults) {
@@ -109,15 +122,13 @@ impl SensorState {
             }
         }
         for ((courses, raw), _) in self.courses.iter_mut().zip(raw).zip(&limits.axes) {
-            for (course, value) in courses.iter_mut().zip(counts(raw)) {
-                if !self.started {
-                    course.first = value;
-                }
-                // Counters wrap, so what counts is the way from the first one.
-                let way = value.wrapping_sub(course.first);
-                course.least = course.least.min(way);
-                course.most = course.most.max(way);
-            }
+            let [far, near, body, acceleration, force] = courses;
+            let [of_far, of_near] = raw.displacement;
+            far.follow(of_far, self.started);
+            near.follow(of_near, self.started);
+            body.follow(raw.body, self.started);
+            acceleration.follow(raw.acceleration, self.started);
+            force.follow(raw.force, self.started);
         }
         self.started = true;
     }

@@ -85,18 +85,15 @@ impl Channel {
         Self::new(quantity, late, wait, COUNTER_SAMPLES - 1).map(Some)
     }
 
-    fn counts<const LENGTH: usize>(&self, values: &Delay<LENGTH>) -> [i32; 4] {
-        [0, 1, 2, 3].map(|place| values.delayed(self.oldest.saturating_sub(place)))
-    }
-
     /// The channel's code at the chain's instant.
+    #[inline(always)]
     pub(super) fn read(&self, values: &Delay) -> i32 {
-        mix(&self.weights, self.counts(values))
+        mix(&self.weights, values.four(self.oldest))
     }
 
     /// The counter's count at the chain's instant, also where it wraps in between.
     fn read_counter(&self, values: &Delay<COUNTER_SAMPLES>) -> i32 {
-        let counts = self.counts(values);
+        let counts = values.four(self.oldest);
         let [_, near, ..] = counts;
         let steps = counts.map(|count| count.wrapping_sub(near));
         near.wrapping_add(mix(&self.weights, steps))

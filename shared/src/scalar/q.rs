@@ -88,7 +88,8 @@ impl Neg for Q {
 
 impl Mul for Q {
     type Output = Self;
-    #[inline]
+    // Laws multiply in more than a hundred places: written into each, products alone would take the device 7 KiB.
+    #[inline(never)]
     fn mul(self, other: Self) -> Self {
         // Schoolbook on 32-bit halves: a 128-bit product would be a library call on the device.
         let (a, b) = (self.raw >> PLACES, other.raw >> PLACES);
@@ -138,6 +139,15 @@ impl Scalar for Q {
     }
     fn decay(self) -> Self {
         elementary::decay(self)
+    }
+    fn decay_of_either_sign(self) -> [Self; 2] {
+        // One of the two is exactly 1, which takes as long to compute as the other.
+        let decay = elementary::decay(self.abs());
+        if self.raw < 0 {
+            [Self::one(), decay]
+        } else {
+            [decay, Self::one()]
+        }
     }
     fn power(self, exponent: Self) -> Self {
         elementary::power(self, exponent)
