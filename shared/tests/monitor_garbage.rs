@@ -112,7 +112,7 @@ proptest! {
     fn garbage_neither_stops_the_monitor_nor_leaves_its_words(
         limits in limits(),
         pieces in prop::collection::vec(
-            (words(), any::<[u8; 3]>(), any::<[u16; 5]>(), 1_usize..200),
+            (words(), any::<[u8; 3]>(), any::<[u16; 6]>(), 1_usize..200),
             1..20,
         ),
     ) {
@@ -137,11 +137,11 @@ proptest! {
                 acceleration,
                 force,
             });
-            let [too_high, out_of_range, checksum, time_out, missing] = faults;
+            let [too_high, out_of_range, checksum, time_out, missing, reference_lost] = faults;
             let faults = if which & 8 == 0 {
                 Faults::default()
             } else {
-                Faults { saturated: too_high, out_of_range, checksum, time_out, missing }
+                Faults { saturated: too_high, out_of_range, checksum, time_out, missing, reference_lost }
             };
             let output = (which & 16 == 0).then_some(&output);
             for _ in 0..repeats {

@@ -58,7 +58,7 @@ pub struct Subject {
 
 fn options(rig: &RigParameters, seed: u64, duration_s: f64, level: f64) -> SimulationOptions {
     SimulationOptions {
-        rig: rig.clone(),
+        rig: *rig,
         seed,
         duration_s,
         sample_rate_hz: RATE_HZ,
@@ -186,7 +186,7 @@ impl Subject {
             joint: self.healthy(),
         };
         let mut y = BodyState::zeros();
-        let mut columns = vec![Vec::with_capacity(rows); 8];
+        let mut columns = vec![Vec::new(); 8];
         for row in 0..rows {
             if let Some((after_s, worn)) = later
                 && row as f64 >= after_s * RATE_HZ

@@ -30,6 +30,8 @@ const LEFT_OVER: f64 = 0.1;
 
 /// Beside an effect that is named this much above the floor counts,
 const NEAR_FLOOR: f64 = 1.15;
+/// or this much where the axis never rests and the floor is a guess,
+const NEAR_GUESSED_FLOOR: f64 = 1.6;
 /// when this part of the error's power that was above it before is left,
 const BESIDE: f64 = 0.05;
 /// or this part on records that were not learnt from,
@@ -124,8 +126,13 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     let left_beside = |axis: usize, records: &Records<'_>, (before, after, floor): Errors, part| {
         let applied = records.applied_rms(axis) / records.references.force[axis];
         let wrong = ALWAYS_WRONG * applied.max(1.0);
+        let near = if floors[axis].at_rest {
+            NEAR_FLOOR
+        } else {
+            NEAR_GUESSED_FLOOR
+        };
         last.terms[base.len()..].iter().any(|t| t.acts_on(axis))
-            && after > NEAR_FLOOR * floor
+            && after > near * floor
             && above(after, floor.hypot(wrong)) > part * above(before, floor)
     };
     let unexplained = (0..study.axes.len()).any(|axis| {
