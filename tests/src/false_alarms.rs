@@ -30,7 +30,7 @@ pub struct Sum {
     pub rig: u64,
     /// Which axis.
     pub axis: usize,
-    /// Which of [`SUMS`].
+    /// Which sum: the error's own, or those for more and less stiffness and friction.
     pub side: usize,
     /// Heights of its excursions, as parts of the threshold, highest first.
     pub peaks: Vec<f64>,

@@ -33,7 +33,8 @@ impl Faults {
 
     /// Whether anything went wrong.
     pub fn any(&self) -> bool {
-        (self.saturated | self.out_of_range | self.checksum | self.time_out | self.missing) != 0
+        let of_samples = self.saturated | self.out_of_range | self.checksum;
+        (of_samples | self.time_out | self.missing | self.reference_lost) != 0
     }
 
     fn kinds(&self) -> [(Cause, u16); KINDS] {
