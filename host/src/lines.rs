@@ -3,7 +3,7 @@
 //! Hum of the mains begins every record with another phase, so only its frequency carries over from one record to the next.
 //! Its law is evaluated twice, a quarter of a turn apart, and least squares on the two says how much of it a record holds.
 
-use crate::model::effects::{Course, law_parameters};
+use crate::model::course::{Course, law_parameters};
 use jointwatch_shared::effect::about::Shape;
 use jointwatch_shared::model::terms::InSi;
 use std::f64::consts::TAU;

@@ -1,5 +1,6 @@
 //! A learnt model as the host keeps it: `model.json`.
 
+pub mod course;
 pub mod effects;
 mod evaluator;
 mod network;

@@ -3,7 +3,7 @@
 use crate::corrections::{Corrections, of_the_joint};
 use crate::error::{Error, Result};
 use crate::model::check_states;
-use crate::model::effects::{Course, add_forces};
+use crate::model::course::{Course, add_forces};
 use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
 use crate::motion::{Filters, Motion};
 use crate::output;

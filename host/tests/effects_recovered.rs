@@ -3,7 +3,8 @@
 //! The table is walked, nothing is named but the parameters that trade with one another by nature.
 
 use jointwatch::fit::effects::{EffectsFit, fit_effects};
-use jointwatch::model::effects::{Bound, Course, add_forces};
+use jointwatch::model::course::{Course, add_forces};
+use jointwatch::model::effects::Bound;
 use jointwatch::motion::{Filters, Motion};
 use jointwatch::study::{Axis, AxisKind, Convention};
 use jointwatch_shared::effect::about::{Role, Tie};

@@ -5,7 +5,7 @@
 //! noise that grows with one over the frequency.
 
 use crate::lines;
-use crate::model::effects::{Course, add_forces};
+use crate::model::course::{Course, add_forces};
 use crate::motion::Motion;
 use crate::signal::fir::apply;
 use crate::signal::spectrum::Accumulator;

@@ -1,6 +1,6 @@
 //! A model evaluated state by state, as a simulation needs it: one point at a time, without allocating.
 
-use super::effects::law_parameters;
+use super::course::law_parameters;
 use super::{InputRange, Network, Polynomial, exponents};
 use crate::corrections::of_the_joint;
 use crate::error::Result;

@@ -6,7 +6,8 @@
 
 use crate::corrections::of_the_joint;
 use crate::lines::{self, QUARTER};
-use crate::model::effects::{Bound, Course, add_forces, law_parameters};
+use crate::model::course::{Course, add_forces, law_parameters};
+use crate::model::effects::Bound;
 use crate::motion::Motion;
 use crate::signal::fir::{apply_every, shut_from_hz};
 use crate::study::{Axis, Convention};

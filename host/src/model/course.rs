@@ -1,0 +1,252 @@
+//! Laws of effects, evaluated along a record.
+
+use crate::motion::Motion;
+use crate::study::Convention;
+use jointwatch_shared::effect::{Entry, Instrument, Kinematics, Law, Parameters, States};
+use jointwatch_shared::model::terms::InSi;
+use jointwatch_shared::scalar::Scalar;
+use std::borrow::Cow;
+
+/// What laws are evaluated along: a record, row by row, in SI.
+#[derive(Clone, Debug)]
+pub struct Course<'a> {
+    /// Displacement and velocity of each axis.
+    states: Vec<&'a [f64]>,
+    /// Time between rows, s.
+    period_s: f64,
+    /// What effects of the instrument need besides; none where there are no such effects.
+    instruments: Option<Instruments<'a>>,
+}
+
+#[derive(Clone, Debug)]
+struct Instruments<'a> {
+    acceleration: Vec<&'a [f64]>,
+    /// As the channels read it, before ground springs and dampers take their share.
+    force: Vec<Cow<'a, [f64]>>,
+    force_rate: Vec<Vec<f64>>,
+    /// What the channels read, while something that is predicted stands in its place.
+    logged: Option<Vec<Cow<'a, [f64]>>>,
+    /// 1 or −1 per axis, as its convention says.
+    signs: Vec<f64>,
+}
+
+impl<'a> Course<'a> {
+    /// A motion of the joint, of whose instruments nothing is known.
+    pub fn of_states(states: &[&'a [f64]], period_s: f64) -> Self {
+        Self {
+            states: states.to_vec(),
+            period_s,
+            instruments: None,
+        }
+    }
+
+    /// A record with everything that was measured; `conventions` has one entry per axis.
+    pub fn of_motion(motion: &'a Motion, conventions: &[Convention]) -> Self {
+        let slices = |series: &'a [Vec<f64>]| series.iter().map(Vec::as_slice).collect();
+        let period_s = 1.0 / motion.sample_rate_hz;
+        let applied = (0..motion.force.len()).map(|axis| motion.applied_force(axis));
+        let force: Vec<Cow<'a, [f64]>> = applied.collect();
+        Self {
+            states: slices(&motion.states),
+            period_s,
+            instruments: Some(Instruments {
+                acceleration: slices(&motion.acceleration),
+                force_rate: force.iter().map(|f| rate(f, period_s)).collect(),
+                force,
+                logged: None,
+                signs: conventions.iter().map(|c| c.sign()).collect(),
+            }),
+        }
+    }
+
+    /// Puts the force that a model predicts at every row, N or N·m, in the place of what the force channels read: the applied force
+    /// that `joint`, the force of the joint per axis, and an inertia per axis ask for, `F = s·r + m·a`.
+    ///
+    /// What an instrument does wrong grows with the true force. The measured one also holds whatever the model lacks, and
+    /// would explain that by itself.
+    pub fn predict(&mut self, joint: &[Vec<f64>], inertia: &[f64]) {
+        let Some(said) = &mut self.instruments else {
+            return;
+        };
+        if said.logged.is_none() {
+            said.logged = Some(said.force.clone());
+        }
+        for (axis, force) in joint.iter().enumerate() {
+            let (sign, inertia) = (said.signs[axis], inertia[axis]);
+            let rows = force.iter().zip(said.acceleration[axis]);
+            let applied: Vec<f64> = rows.map(|(r, a)| sign * r + inertia * a).collect();
+            said.force_rate[axis] = rate(&applied, self.period_s);
+            said.force[axis] = applied.into();
+        }
+    }
+
+    /// Puts back what the force channels read.
+    pub fn as_logged(&mut self) {
+        let Some(said) = &mut self.instruments else {
+            return;
+        };
+        if let Some(logged) = said.logged.take() {
+            said.force_rate = logged.iter().map(|f| rate(f, self.period_s)).collect();
+            said.force = logged;
+        }
+    }
+
+    /// What the force channel of an axis reads; nothing where nothing is known of the instruments.
+    pub fn applied(&self, axis: usize) -> &[f64] {
+        let said = self.instruments.as_ref();
+        said.map_or(&[], |said| &said.force[axis])
+    }
+
+    /// Displacement of an axis, m or rad.
+    pub fn displacement(&self, axis: usize) -> &'a [f64] {
+        self.states[2 * axis]
+    }
+
+    /// Time between rows, s.
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// Rows.
+    pub fn rows(&self) -> usize {
+        self.states.first().map_or(0, |series| series.len())
+    }
+
+    /// Evaluates a law of an effect on `axis` along the record, in the record's order, from internal states of 0; `phase` is the
+    /// record's own, in turns, for an effect that has one; `each` is given the row and the force on the own and the other axis.
+    pub fn along<S: Scalar>(
+        &self,
+        law: Law<S>,
+        parameters: &Parameters<S>,
+        axis: usize,
+        phase: f64,
+        lift: impl Fn(f64) -> S,
+        mut each: impl FnMut(usize, [S; 2]),
+    ) {
+        // Cut to one length beforehand, so that no row is checked against it.
+        let rows = self.rows();
+        let state = |series: usize| self.states.get(series).map(|series| &series[..rows]);
+        let (own, other) = (2 * axis, 2 * (1 - axis));
+        let (Some(displacements), Some(velocities)) = (state(own), state(own + 1)) else {
+            return;
+        };
+        let others = state(other).zip(state(other + 1));
+        let instruments = self
+            .instruments
+            .as_ref()
+            .map(|said| said.beside(axis, rows));
+        let mut memory: States<S> = [S::zero(); _];
+        let mut before = None;
+        for row in 0..rows {
+            let displacement = lift(displacements[row]);
+            let [other_displacement, other_velocity] =
+                others.map_or([S::zero(); 2], |(x, v)| [lift(x[row]), lift(v[row])]);
+            let silent = Instrument {
+                time: lift(row as f64 * self.period_s),
+                phase: lift(phase),
+                ..Instrument::silent()
+            };
+            let at = Kinematics {
+                displacement,
+                velocity: lift(velocities[row]),
+                step: displacement - before.unwrap_or(displacement),
+                other_displacement,
+                other_velocity,
+                period: lift(self.period_s),
+                instrument: instruments
+                    .as_ref()
+                    .map_or(silent, |said| said.at(row, silent, &lift)),
+            };
+            before = Some(displacement);
+            each(row, law(parameters, &at, &mut memory));
+        }
+    }
+}
+
+impl Instruments<'_> {
+    /// The channels that matter to an axis.
+    fn beside(&self, axis: usize, rows: usize) -> Channels<'_> {
+        Channels {
+            sign: self.signs[axis],
+            acceleration: &self.acceleration[axis][..rows],
+            force: &self.force[axis][..rows],
+            force_rate: &self.force_rate[axis][..rows],
+            other_force: self.force.get(1 - axis).map(|force| &force[..rows]),
+        }
+    }
+}
+
+/// What instruments say beside one axis, all equally long.
+struct Channels<'a> {
+    sign: f64,
+    acceleration: &'a [f64],
+    force: &'a [f64],
+    force_rate: &'a [f64],
+    other_force: Option<&'a [f64]>,
+}
+
+impl Channels<'_> {
+    /// One row, with the time and phase that are known without them.
+    fn at<S: Scalar>(
+        &self,
+        row: usize,
+        silent: Instrument<S>,
+        lift: &impl Fn(f64) -> S,
+    ) -> Instrument<S> {
+        let signed = |series: &[f64]| lift(self.sign * series[row]);
+        Instrument {
+            acceleration: signed(self.acceleration),
+            force: signed(self.force),
+            force_rate: signed(self.force_rate),
+            other_force: self.other_force.map_or(S::zero(), signed),
+            ..silent
+        }
+    }
+}
+
+/// A law's parameters in SI, as the law takes them.
+pub fn law_parameters(entry: &Entry, values: &[f64]) -> Parameters<f64> {
+    let mut parameters = Parameters::default();
+    let listed = entry.parameters().iter().zip(values);
+    for (place, (parameter, value)) in parameters.iter_mut().zip(listed) {
+        *place = parameter.as_law_takes_it(*value);
+    }
+    parameters
+}
+
+/// The derivative of a force channel, per second.
+fn rate(force: &[f64], period_s: f64) -> Vec<f64> {
+    let last = force.len().saturating_sub(1);
+    let at = |row: usize| force[row.min(last)];
+    // Fourth order inside; the ends fall outside the low-pass's support.
+    let slope = |row: usize| {
+        let near = at(row + 1) - at(row.saturating_sub(1));
+        let far = at(row + 2) - at(row.saturating_sub(2));
+        (8.0 * near - far) / (12.0 * period_s)
+    };
+    (0..force.len()).map(slope).collect()
+}
+
+/// Adds the forces of effects to those of every axis, N or N·m, row by row along a record.
+///
+/// `forces` has one series per axis, as long as the record. An effect whose size and phase are the record's own is left out:
+/// it is found in what the others leave (`crate::lines`).
+pub fn add_forces(terms: &[InSi], course: &Course<'_>, forces: &mut [Vec<f64>]) {
+    for term in terms.iter().filter(|term| !term.entry.is_per_record()) {
+        let parameters = law_parameters(term.entry, &term.values);
+        let axis = usize::from(term.axis);
+        course.along(
+            term.entry.real,
+            &parameters,
+            axis,
+            0.0,
+            |v| v,
+            |row, [own, other]| {
+                forces[axis][row] += own;
+                if let Some(force) = forces.get_mut(1 - axis) {
+                    force[row] += other;
+                }
+            },
+        );
+    }
+}
