@@ -59,8 +59,7 @@ pub(crate) struct Round {
 pub(crate) struct Search {
     /// The models, from the one that was brought to the one that lacks nothing more.
     pub(crate) rounds: Vec<Round>,
-    /// What seemed to be missing last, but made the error on records that were not learnt from larger: the effect, and RMS error
-    /// over RMS force per axis without and with it.
+    /// What seemed to be missing last, but made the error on records that were not learnt from larger.
     pub(crate) refuted: Option<Refuted>,
     /// Per axis, whether the last model lacks a force that is linear in the past displacement.
     pub(crate) lacks_memory: Vec<bool>,
@@ -69,7 +68,9 @@ pub(crate) struct Search {
 /// An effect that other records speak against.
 pub(crate) struct Refuted {
     pub(crate) bound: Bound,
-    /// RMS error over RMS force on its axis in the records that were not learnt from, without and with it.
+    /// The axis on which it makes the error larger.
+    pub(crate) axis: usize,
+    /// RMS error over RMS force there in the records that were not learnt from, without and with it.
     pub(crate) errors: [f64; 2],
 }
 
@@ -207,16 +208,12 @@ impl Searcher<'_> {
         };
         let best = first.gain.sum;
         // Only where the first of them acts: beside what another axis leaves everything looks alike.
-        let weights: Vec<f64> = round.solution.weights.clone();
-        let own = weights.into_iter().enumerate();
-        let own: Vec<f64> = own
-            .map(|(axis, weight)| {
-                let acts = first.candidate.bound.acts_on(axis);
-                if acts { weight } else { 0.0 }
-            })
+        let acts = |j: &Judged, axis: usize| j.candidate.bound.acts_on(axis);
+        let weights = round.solution.weights.iter().enumerate();
+        let own: Vec<f64> = weights
+            .map(|(axis, weight)| if acts(first, axis) { *weight } else { 0.0 })
             .collect();
         let rivals = round.ranked.iter().enumerate();
-        let acts = |j: &Judged, axis: usize| j.candidate.bound.acts_on(axis);
         let meets = |j: &Judged| (0..self.axes.len()).any(|a| acts(j, a) && acts(first, a));
         let rivals =
             rivals.filter(|(_, j)| j.is_missing() && j.gain.sum >= CLOSE * best && meets(j));
@@ -279,8 +276,9 @@ impl Searcher<'_> {
             own.find(|(_, (before, after))| *after > (1.0 + WORSE) * before)
         });
         Ok(match worse {
-            Some((_, (before, after))) => Chosen::Refuted(Refuted {
+            Some((axis, (before, after))) => Chosen::Refuted(Refuted {
                 bound,
+                axis,
                 errors: [before, after],
             }),
             None => Chosen::Added(terms, solution.into()),

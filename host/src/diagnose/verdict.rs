@@ -149,12 +149,17 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             || (floors[axis].acts_at_rest && floor[axis].min(learnt_floor) > DISCREPANCY)
     });
     let unexplained = unexplained || (refuted.is_some() && found.is_empty());
-    if let Some(Refuted { bound, errors }) = refuted {
+    if let Some(Refuted {
+        bound,
+        axis,
+        errors,
+    }) = refuted
+    {
         notes.push(format!(
             "{} explains the training records better, but on the validation records the relative error of axis {} would go from {:.4} \
              to {:.4} with it, so it is not added: what it does there is not this effect",
             bound.name(&names),
-            names[bound.axis],
+            names[axis],
             errors[0],
             errors[1]
         ));
