@@ -15,6 +15,7 @@ use crate::identify::Prepared;
 use crate::model::effects::Bound;
 use crate::model_file::{AxisError, Base, JudgedOn, ModelFile, NoBase};
 use crate::motion::Motion;
+use crate::signal::mixed_acceleration;
 use crate::study::Study;
 
 /// What is left above the floor, as a multiple of it, may be this much before something must be missing.
@@ -50,10 +51,16 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     model.check_fits(study)?;
     let prepared = Prepared::with_filters(study, model.filters.clone())?;
     model.check_motion(study, &prepared.motions)?;
-    let training = prepared.training(study);
-    let validation = prepared.validation(study);
     let low_pass = &model.filters.band;
     let mut notes = Vec::new();
+    // The search listens to the better of two instruments; errors are told of the accelerations that were logged, as everywhere.
+    let mut judged = Prepared {
+        filters: model.filters.clone(),
+        motions: prepared.motions.clone(),
+    };
+    let _crossovers = mixed_acceleration::mix(study, &model.filters, &mut judged.motions);
+    let training = judged.training(study);
+    let validation = judged.validation(study);
     let (base, values) = base_of(study, model, &mut notes)?;
 
     let held = Records::new(
@@ -82,23 +89,28 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
              rest: give a record of another run the role \"validate\" for an error that counts"
                 .into(),
         );
+        let training = prepared.training(study);
         before = held_out_errors(study, &training, model, first)?;
         after = held_out_errors(study, &training, model, last)?;
         JudgedOn::HeldOutBlocks
     } else {
+        let validation = prepared.validation(study);
+        let held = Records::new(&study.axes, &validation, low_pass);
         before = errors(&held, first);
         after = errors(&held, last);
         JudgedOn::Validation
     };
 
-    let all: Vec<&Motion> = prepared.motions.iter().collect();
     let (terms, inertia) = last.solution.in_si(&last.terms, &study.axes);
-    let floors = noise::floors(&study.axes, &all, low_pass, &terms, &inertia);
-    let floor: Vec<f64> = floors
-        .iter()
-        .enumerate()
-        .map(|(axis, floor)| floor.rms / held.references.force[axis])
-        .collect();
+    let floors_of = |motions: &[Motion]| -> (Vec<noise::Floor>, Vec<f64>) {
+        let all: Vec<&Motion> = motions.iter().collect();
+        let floors = noise::floors(&study.axes, &all, low_pass, &terms, &inertia);
+        let shares = floors.iter().zip(&held.references.force);
+        let shares = shares.map(|(floor, force)| floor.rms / force).collect();
+        (floors, shares)
+    };
+    let (floors, floor) = floors_of(&judged.motions);
+    let (_, floor_as_logged) = floors_of(&prepared.motions);
     for (axis, floor) in study.axes.iter().zip(&floors) {
         if !floor.at_rest {
             notes.push(format!(
@@ -201,7 +213,7 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         relative_error_before: per_axis(&before),
         relative_error_after: per_axis(&after),
         absorbed,
-        noise_floor: per_axis(&floor),
+        noise_floor: per_axis(&floor_as_logged),
         ranked: in_words_ranked(first, &found, study),
         found,
         places: comparison.places,

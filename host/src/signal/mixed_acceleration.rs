@@ -1,0 +1,145 @@
+//! The acceleration of a body as two instruments know it: its encoder at low frequencies, its accelerometer at high ones.
+//!
+//! White noise of density `A` on the accelerometer and `P` on the position, which differentiation makes `P·ω⁴`, are equal at
+//! the crossover `ω_c = (A/P)^¼`. Weighting each instrument with the inverse of its variance gives the encoder `1/(1 + (ω/ω_c)⁴)` and the
+//! accelerometer the rest: a Butterworth low-pass of second order run forwards and backwards. An accelerometer's noise that grows with one
+//! over the frequency lies where the encoder is listened to.
+
+use super::fir::apply;
+use super::spectrum::Accumulator;
+use crate::motion::{Filters, Motion};
+use crate::study::Study;
+use std::f64::consts::{PI, SQRT_2, TAU};
+
+/// Rows per window of the spectra.
+const SEGMENT: usize = 2048;
+/// Where both noise floors are read, as shares of the sample rate: above the motion, below an anti-aliasing filter's end.
+const FLOOR: [f64; 2] = [0.40, 0.48];
+/// Lines that are averaged before the quietest place is taken.
+const SMOOTHED: usize = 16;
+/// A crossover below this leaves the accelerometer alone, Hz.
+const LOWEST_HZ: f64 = 4.0;
+/// The highest crossover, as a share of the sample rate; above it the encoder is all that is listened to.
+const HIGHEST: f64 = 0.4;
+
+/// Replaces the logged accelerations of motions by the mix with what the body's encoder says, on every axis whose records all have both.
+///
+/// The encoder's part is scaled to the accelerometer's gain, so that the mix has one gain at all frequencies. `study` is the one that the
+/// motions were made of. Returns the crossover per axis, Hz; none where the logged acceleration stays as it is.
+pub(crate) fn mix(study: &Study, filters: &Filters, motions: &mut [Motion]) -> Vec<Option<f64>> {
+    (0..study.axes.len())
+        .map(|axis| mix_axis(study, filters, motions, axis))
+        .collect()
+}
+
+fn mix_axis(
+    study: &Study,
+    filters: &Filters,
+    motions: &mut [Motion],
+    axis: usize,
+) -> Option<f64> {
+    let rate = study.sample_rate_hz;
+    let mut derived = Vec::with_capacity(motions.len());
+    for motion in motions.iter() {
+        let channels = &study.records[motion.record].axes[axis];
+        channels.acceleration.as_ref()?;
+        derived.push(apply(channels.body_position.as_ref()?, &filters.acceleration));
+    }
+    let positions = motions.iter().filter_map(|m| {
+        let channels = &study.records[m.record].axes[axis];
+        channels.body_position.as_deref()
+    });
+    let logged = motions.iter().map(|m| m.acceleration[axis].as_slice());
+    let noise = quietest(positions, rate, [FLOOR[0] * rate, FLOOR[1] * rate])?;
+    let above = quietest(logged.clone(), rate, [FLOOR[0] * rate, FLOOR[1] * rate])?;
+    // What the two differ by below holds both noises and no motion; the accelerometer cannot be noisier than that.
+    let differences: Vec<Vec<f64>> = logged
+        .zip(&derived)
+        .map(|(a, d)| a.iter().zip(d).map(|(a, d)| a - d).collect())
+        .collect();
+    let within = quietest(
+        differences.iter().map(Vec::as_slice),
+        rate,
+        [0.0, filters.state_band_hz],
+    )?;
+    let crossover = ((above.min(within) / noise.max(f64::MIN_POSITIVE)).powf(0.25) / TAU)
+        .min(HIGHEST * rate);
+    if crossover < LOWEST_HZ {
+        return None;
+    }
+    let low_pass = ForwardsAndBackwards::new(crossover, rate);
+    let (mut both, mut encoder) = (0.0, 0.0);
+    let mut parts = Vec::with_capacity(motions.len());
+    for (motion, mut derived) in motions.iter().zip(derived) {
+        let mut logged = motion.acceleration[axis].clone();
+        low_pass.run(&mut logged);
+        low_pass.run(&mut derived);
+        both += logged.iter().zip(&derived).map(|(a, d)| a * d).sum::<f64>();
+        encoder += derived.iter().map(|d| d * d).sum::<f64>();
+        parts.push((logged, derived));
+    }
+    let gain = if encoder > 0.0 { both / encoder } else { 1.0 };
+    for (motion, (logged, derived)) in motions.iter_mut().zip(parts) {
+        let low = logged.iter().zip(&derived);
+        for (a, (l, d)) in motion.acceleration[axis].iter_mut().zip(low) {
+            *a += gain * d - l;
+        }
+    }
+    Some(crossover)
+}
+
+/// The least density between two frequencies, unit²/Hz, over all series; none without a window or a line.
+fn quietest<'a>(
+    series: impl Iterator<Item = &'a [f64]> + Clone,
+    rate: f64,
+    [from_hz, to_hz]: [f64; 2],
+) -> Option<f64> {
+    let shortest = series.clone().map(<[f64]>::len).min()?;
+    let mut sum = Accumulator::new(rate, SEGMENT.min(shortest));
+    series.for_each(|s| sum.add(s));
+    let spectrum = sum.finish();
+    // Lines 0 and 1 hold what is left of a mean under the window.
+    let lines = spectrum.density.iter().enumerate().skip(2);
+    let lines: Vec<f64> = lines
+        .filter(|(line, _)| (from_hz..=to_hz).contains(&(*line as f64 * spectrum.resolution_hz)))
+        .map(|(_, density)| *density)
+        .collect();
+    let pieces = lines.chunks(SMOOTHED).filter(|p| p.len() == SMOOTHED);
+    pieces
+        .map(|piece| piece.iter().sum::<f64>() / SMOOTHED as f64)
+        .reduce(f64::min)
+}
+
+/// A Butterworth low-pass of second order, run forwards and backwards: no phase, gain `1/(1 + (f/f_c)⁴)`.
+struct ForwardsAndBackwards {
+    gain: f64,
+    back: [f64; 2],
+}
+
+impl ForwardsAndBackwards {
+    fn new(crossover_hz: f64, rate: f64) -> Self {
+        let k = (PI * crossover_hz / rate).tan();
+        let norm = 1.0 / (1.0 + SQRT_2 * k + k * k);
+        Self {
+            gain: k * k * norm,
+            back: [2.0 * (k * k - 1.0) * norm, (1.0 - SQRT_2 * k + k * k) * norm],
+        }
+    }
+
+    fn run(&self, series: &mut [f64]) {
+        self.once(series.iter_mut());
+        self.once(series.iter_mut().rev());
+    }
+
+    /// Begins as if the first value had always been there.
+    fn once<'a>(&self, series: impl Iterator<Item = &'a mut f64>) {
+        let mut past: Option<[f64; 4]> = None;
+        for value in series {
+            let [x1, x2, y1, y2] = past.unwrap_or([*value; 4]);
+            let x = *value;
+            let y = self.gain * (x + 2.0 * x1 + x2) - self.back[0] * y1 - self.back[1] * y2;
+            past = Some([x, x1, y, y1]);
+            *value = y;
+        }
+    }
+}
