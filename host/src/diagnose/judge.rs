@@ -11,7 +11,12 @@ use crate::study::Axis;
 
 /// What an effect has to add to the force of its axis, RMS beside RMS, to be called missing: any model of a real joint is
 /// wrong by some thousandths, and that is no missing effect.
-const LEAST_SHARE: f64 = 0.0045;
+const LEAST_SHARE: f64 = 0.0041;
+/// Beside a model to which nothing was added yet it may add less, down to this, if it explains nearly everything that is left: faults of a
+/// model look like this or that effect, but never quite.
+const LEAST_SHARE_OF_ALL: f64 = 0.002;
+/// That is nearly everything.
+const NEARLY_ALL: f64 = 0.75;
 /// By less than this, RMS beside RMS, one model is not better than another: noise and small faults decide.
 pub(super) const WRONG_BY: f64 = 0.006;
 /// The part of the residual's held-out power that it has to take away.
@@ -44,6 +49,8 @@ pub(crate) struct Judged {
     pub(crate) power_after: f64,
     /// RMS force of its axis, N or N·m.
     pub(crate) reference_force: f64,
+    /// Whether nothing was added to the model before.
+    pub(crate) is_first: bool,
     /// Names of laws that do the same on these records.
     pub(crate) equivalent: Vec<&'static str>,
 }
@@ -51,7 +58,8 @@ pub(crate) struct Judged {
 impl Judged {
     /// Whether it is missing, rather than a way to fit noise or a model's small faults.
     pub(crate) fn is_missing(&self) -> bool {
-        self.share >= LEAST_SHARE && self.part >= LEAST_PART && self.gain.is_sure()
+        let all = self.is_first && self.share >= LEAST_SHARE_OF_ALL && self.part >= NEARLY_ALL;
+        (self.share >= LEAST_SHARE || all) && self.part >= LEAST_PART && self.gain.is_sure()
     }
 }
 
@@ -62,6 +70,7 @@ pub(super) fn judge(
     terms: &[Bound],
     solution: &Solution,
     axes: &[Axis],
+    is_first: bool,
 ) -> Result<(Vec<Judged>, Vec<Bound>)> {
     let within = tolerances::within(records, axes, terms, solution);
     let columns = |records: &Records<'_>| tolerances::columns(records, &within);
@@ -99,7 +108,8 @@ pub(super) fn judge(
         .filter_map(|candidate| {
             let columns = beside.columns_of(&candidate);
             let with = held_out(records, &beside, Some(&columns), axes.len())?;
-            Some((worth(records, solution, candidate, &with, &without), with))
+            let judged = worth(records, solution, candidate, &with, &without);
+            Some((Judged { is_first, ..judged }, with))
         })
         .collect();
     // What is not missing may explain more than what is: a model's small faults grow with the records' length.
@@ -137,6 +147,7 @@ fn worth(
         part: most.part,
         share: most.share,
         candidate,
+        is_first: false,
         gain: with.better_than(without),
         equivalent: Vec::new(),
     }

@@ -2,7 +2,9 @@
 //!
 //! The library's linear forces with memory are few: a Maxwell element, a late or wrongly scaled force channel. Any other one, a
 //! feedback with a delay or a chain of several elements, looks much like one of them and is named for it, since what
-//! they leave of it is small. No linear law can leave anything that the displacements of the last moments explain together.
+//! they leave of it is small. No linear law can leave anything that the displacements of the last moments explain together. Two
+//! things are asked, therefore: whether they explain much of what is left; and, where a law with memory was found, whether they explain more
+//! than a right one would leave, beside what it explains itself, however small that is.
 
 use super::candidates::Beside;
 use super::held_out::held_out;
@@ -18,13 +20,24 @@ const MOMENTS: usize = 14;
 const APART_S: f64 = 0.002;
 /// They have to explain this part of what is left over.
 const LEAST_PART: f64 = 0.45;
+/// The library's laws with memory, which others are taken for,
+const WITH_MEMORY: [&str; 2] = ["maxwell", "time_delay"];
+/// and RMS beside RMS what past displacements add at most to what was found when one of them is right;
+const OF_EXPLAINED: f64 = 0.03;
+/// it counts from this part of the force on
+const LEAST_BESIDE: f64 = 0.001;
+/// and with so many standard errors.
+const SURE: f64 = 3.5;
 
-/// Per axis, whether past displacements explain what a solved model leaves over, on blocks that were not fitted to.
+/// Per axis, whether past displacements explain what a solved model leaves over, on blocks that were not fitted to. `explained` is
+/// what the effects that were found explain, RMS beside the RMS force of the axis.
 pub(super) fn is_left(
     records: &Records<'_>,
     terms: &[Bound],
     solution: &Solution,
     within: &[Bound],
+    found: &[Bound],
+    explained: &[f64],
 ) -> Vec<bool> {
     let axes = solution.weights.len();
     let mut left = vec![false; axes];
@@ -42,10 +55,18 @@ pub(super) fn is_left(
             continue;
         };
         let worth = with.worth(&without, axis, records, solution);
-        let least = WRONG_BY.max(of_a_delay(records, terms, solution, axis));
-        *left = worth.share >= least
-            && worth.part >= LEAST_PART
-            && with.better_than(&without).is_sure();
+        let of_delay = of_a_delay(records, terms, solution, axis);
+        let least = WRONG_BY.max(of_delay);
+        let gain = with.better_than(&without);
+        let much = worth.share >= least && worth.part >= LEAST_PART && gain.is_sure();
+        let taken_for = |f: &Bound| f.axis == axis && WITH_MEMORY.contains(&f.entry.about.name);
+        let least_beside = LEAST_BESIDE
+            .max(OF_EXPLAINED * explained[axis])
+            .max(of_delay);
+        let beside = found.iter().any(taken_for)
+            && worth.share >= least_beside
+            && gain.sum > SURE * gain.error;
+        *left = much || beside;
     }
     left
 }

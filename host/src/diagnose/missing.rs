@@ -174,6 +174,8 @@ pub(crate) fn search(
         &round.terms,
         &round.solution,
         &round.within,
+        &round.terms[searcher.base..],
+        &searcher.explained(rounds.first().unwrap_or(&round), &round),
     );
     rounds.push(round);
     Ok(Search {
@@ -184,12 +186,28 @@ pub(crate) fn search(
 }
 
 impl Searcher<'_> {
+    /// What the effects explain by which a round's model is wider than another's, RMS beside the RMS force of each axis.
+    fn explained(&self, before: &Round, after: &Round) -> Vec<f64> {
+        let rows = self.records.rows_per_axis();
+        let power = |round: &Round| -> Vec<f64> {
+            let axes = round.solution.solved.residual.chunks_exact(rows);
+            axes.map(|left| left.iter().map(|e| e * e).sum::<f64>() / rows as f64)
+                .collect()
+        };
+        let forces = self.records.references.force.iter();
+        let fell = power(before).into_iter().zip(power(after)).zip(forces);
+        fell.map(|((before, after), force)| (before - after).max(0.0).sqrt() / force)
+            .collect()
+    }
+
     /// A solved model with its candidates.
     fn judged(&mut self, terms: Vec<Bound>, solution: Solution) -> Result<Round> {
         let (model, inertia) = solution.in_si(&terms, self.axes);
         self.records.predict(&model, &inertia);
         self.excerpt.predict(&model, &inertia);
-        let (ranked, within) = judge(&self.records, &self.excerpt, &terms, &solution, self.axes)?;
+        let is_first = terms.len() == self.base;
+        let (records, excerpt) = (&self.records, &self.excerpt);
+        let (ranked, within) = judge(records, excerpt, &terms, &solution, self.axes, is_first)?;
         Ok(Round {
             terms,
             solution,

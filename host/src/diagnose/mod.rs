@@ -2,6 +2,7 @@
 
 mod absorbed;
 mod answer;
+mod at_rest;
 mod base;
 mod candidates;
 pub mod data_checks;

@@ -4,6 +4,7 @@
 //! spectrum of the residual beside the motion's frequencies stands in for it: above them for white noise, below them for
 //! noise that grows with one over the frequency.
 
+use super::at_rest;
 use crate::lines;
 use crate::model::course::{Course, add_forces};
 use crate::motion::Motion;
@@ -112,13 +113,18 @@ pub(crate) fn floors_under(
                 let sum: f64 = quiet.iter().flatten().map(|e| e * e).sum();
                 let rms = (sum / rows as f64).sqrt();
                 let tail = from_tail(
-                    at_rest.map(|record| residuals[record][axis].as_slice()),
+                    at_rest
+                        .clone()
+                        .map(|record| residuals[record][axis].as_slice()),
                     low_pass,
                 );
+                let rate = motions.first().map_or(1.0, |m| m.sample_rate_hz);
+                let band_hz = 0.5 * rate * low_pass.iter().map(|t| t * t).sum::<f64>();
+                let at_rest = at_rest.map(|record| residuals[record][axis].as_slice());
                 return Floor {
                     rms,
                     at_rest: true,
-                    acts_at_rest: rms > ACTS * tail,
+                    acts_at_rest: rms > ACTS * tail || at_rest::acts(at_rest, rate, band_hz),
                 };
             }
             let of_axis = residuals.iter().map(|record| record[axis].as_slice());

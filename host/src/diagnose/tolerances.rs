@@ -15,7 +15,7 @@ use jointwatch_shared::effect::Entry;
 
 /// Gains, zeros and inertias are trusted to this: three standard deviations of what calibrations within 0.15 % of a force channel, an
 /// accelerometer and an inertia make together. A zero's is a share of the RMS applied force.
-const TRUSTED: f64 = 0.006;
+const TRUSTED: f64 = 0.0078;
 
 /// The effects of instruments that the records of a model show no more of than may be.
 pub(super) fn within(

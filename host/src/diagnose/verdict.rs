@@ -110,7 +110,7 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         (floors, shares)
     };
     let (floors, floor) = floors_of(&judged.motions);
-    let (_, floor_as_logged) = floors_of(&prepared.motions);
+    let (as_logged, floor_as_logged) = floors_of(&prepared.motions);
     for (axis, floor) in study.axes.iter().zip(&floors) {
         if !floor.at_rest {
             notes.push(format!(
@@ -133,18 +133,20 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         (after > limit || (floors[axis].at_rest && after > known))
             && above(after, floor) > LEFT_OVER * above(before, floor)
     };
+    let near = |axis: usize| {
+        if floors[axis].at_rest {
+            NEAR_FLOOR
+        } else {
+            NEAR_GUESSED_FLOOR
+        }
+    };
     // An effect that is named explains nearly everything that can be seen. Gains are wrong by a part of the applied force, which
     // can be many times what the joint gives back.
     let left_beside = |axis: usize, records: &Records<'_>, (before, after, floor): Errors, part| {
         let applied = records.applied_rms(axis) / records.references.force[axis];
         let wrong = ALWAYS_WRONG * applied.max(1.0);
-        let near = if floors[axis].at_rest {
-            NEAR_FLOOR
-        } else {
-            NEAR_GUESSED_FLOOR
-        };
         last.terms[base.len()..].iter().any(|t| t.acts_on(axis))
-            && after > near * floor
+            && after > near(axis) * floor
             && above(after, floor.hypot(wrong)) > part * above(before, floor)
     };
     let unexplained = (0..study.axes.len()).any(|axis| {
@@ -158,9 +160,19 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
                 && left_beside(axis, &learnt, seen, BESIDE))
             || left_beside(axis, &held, unseen, NOT_BORNE_OUT)
             || lacks_memory[axis]
-            || (floors[axis].acts_at_rest && floor[axis].min(learnt_floor) > DISCREPANCY)
+            // An accelerometer's noise is flat, but only half of it is in the mix.
+            || (as_logged[axis].acts_at_rest && floor[axis].min(learnt_floor) > DISCREPANCY)
     });
-    let unexplained = unexplained || (refuted.is_some() && found.is_empty());
+    // What other records speak against is something all the same, unless it was in the noise.
+    let stands_out = |axis: usize, after: f64, floor: f64| after > near(axis) * floor;
+    let spoken_against = refuted.as_ref().is_some_and(|refuted| {
+        let axis = refuted.axis;
+        let learnt_floor = floors[axis].rms / learnt.references.force[axis];
+        found.is_empty()
+            && stands_out(axis, held_after[axis], floor[axis])
+            && stands_out(axis, learnt_after[axis], learnt_floor)
+    });
+    let unexplained = unexplained || spoken_against;
     if let Some(Refuted {
         bound,
         axis,

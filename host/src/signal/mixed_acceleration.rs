@@ -32,18 +32,16 @@ pub(crate) fn mix(study: &Study, filters: &Filters, motions: &mut [Motion]) -> V
         .collect()
 }
 
-fn mix_axis(
-    study: &Study,
-    filters: &Filters,
-    motions: &mut [Motion],
-    axis: usize,
-) -> Option<f64> {
+fn mix_axis(study: &Study, filters: &Filters, motions: &mut [Motion], axis: usize) -> Option<f64> {
     let rate = study.sample_rate_hz;
     let mut derived = Vec::with_capacity(motions.len());
     for motion in motions.iter() {
         let channels = &study.records[motion.record].axes[axis];
         channels.acceleration.as_ref()?;
-        derived.push(apply(channels.body_position.as_ref()?, &filters.acceleration));
+        derived.push(apply(
+            channels.body_position.as_ref()?,
+            &filters.acceleration,
+        ));
     }
     let positions = motions.iter().filter_map(|m| {
         let channels = &study.records[m.record].axes[axis];
@@ -62,8 +60,8 @@ fn mix_axis(
         rate,
         [0.0, filters.state_band_hz],
     )?;
-    let crossover = ((above.min(within) / noise.max(f64::MIN_POSITIVE)).powf(0.25) / TAU)
-        .min(HIGHEST * rate);
+    let crossover =
+        ((above.min(within) / noise.max(f64::MIN_POSITIVE)).powf(0.25) / TAU).min(HIGHEST * rate);
     if crossover < LOWEST_HZ {
         return None;
     }
@@ -122,7 +120,10 @@ impl ForwardsAndBackwards {
         let norm = 1.0 / (1.0 + SQRT_2 * k + k * k);
         Self {
             gain: k * k * norm,
-            back: [2.0 * (k * k - 1.0) * norm, (1.0 - SQRT_2 * k + k * k) * norm],
+            back: [
+                2.0 * (k * k - 1.0) * norm,
+                (1.0 - SQRT_2 * k + k * k) * norm,
+            ],
         }
     }
 
