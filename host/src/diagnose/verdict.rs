@@ -58,7 +58,16 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         filters: model.filters.clone(),
         motions: prepared.motions.clone(),
     };
-    let _crossovers = mixed_acceleration::mix(study, &model.filters, &mut judged.motions);
+    let crossovers = mixed_acceleration::mix(study, &model.filters, &mut judged.motions);
+    for (axis, crossover) in study.axes.iter().zip(crossovers) {
+        if let Some(hz) = crossover {
+            notes.push(format!(
+                "axis {}: below {hz:.0} Hz the search takes the acceleration from the body's position, which is less noisy there than the \
+                 accelerometer",
+                axis.name
+            ));
+        }
+    }
     let training = judged.training(study);
     let validation = judged.validation(study);
     let (base, values) = base_of(study, model, &mut notes)?;

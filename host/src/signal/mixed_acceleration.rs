@@ -144,3 +144,91 @@ impl ForwardsAndBackwards {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::motions;
+    use crate::sim::{Simulation, SimulationOptions, simulate};
+
+    const RATE: f64 = 2000.0;
+
+    /// A tone behind the low-pass, as a part of what it was.
+    fn passed(crossover_hz: f64, hz: f64) -> f64 {
+        let tone = |row: usize| (TAU * hz * row as f64 / RATE).sin();
+        let mut series: Vec<f64> = (0..20_000).map(tone).collect();
+        ForwardsAndBackwards::new(crossover_hz, RATE).run(&mut series);
+        let middle = 8_000..12_000;
+        let both: f64 = middle.clone().map(|row| series[row] * tone(row)).sum();
+        both / middle.map(|row| tone(row) * tone(row)).sum::<f64>()
+    }
+
+    #[test]
+    fn the_encoder_has_the_weight_of_its_variance() {
+        for (crossover, hz) in [(50.0, 10.0), (50.0, 50.0), (50.0, 100.0), (20.0, 5.0)] {
+            let warped = |f: f64| (PI * f / RATE).tan();
+            let expected = 1.0 / (1.0 + (warped(hz) / warped(crossover)).powi(4));
+            let seen = passed(crossover, hz);
+            assert!((seen - expected).abs() < 2e-3, "{seen} {expected}");
+        }
+    }
+
+    #[test]
+    fn the_mix_is_nearer_to_the_truth_than_the_accelerometer() {
+        for (snr_db, part) in [(30.0, 0.15), (50.0, 0.8)] {
+            let options = SimulationOptions {
+                seed: 7,
+                snr_db: Some(snr_db),
+                ..SimulationOptions::default()
+            };
+            let Simulation { study, truth, .. } = simulate(&options).unwrap();
+            let filters = Filters::design(&study).unwrap();
+            let logged = motions(&study, &filters).unwrap();
+            let mut mixed = logged.clone();
+            let crossovers = mix(&study, &filters, &mut mixed);
+            for (axis, crossover) in crossovers.iter().enumerate() {
+                let whole = truth[0].motion(0, study.sample_rate_hz);
+                let error = |motion: &Motion| {
+                    let rows = motion.acceleration[axis].iter();
+                    let right = &whole.acceleration[axis][motion.first_row..];
+                    let error: Vec<f64> = rows.zip(right).map(|(a, t)| a - t).collect();
+                    let passed = apply(&error, &filters.band);
+                    let square: f64 = passed.iter().map(|e| e * e).sum();
+                    (square / passed.len() as f64).sqrt()
+                };
+                let (before, after) = (error(&logged[0]), error(&mixed[0]));
+                println!(
+                    "{snr_db} dB, axis {axis}: {before:.4} to {after:.4}, crossover {crossover:?} Hz"
+                );
+                assert!(after < part * before, "{after} of {before}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_has_no_second_instrument_stays_as_it_was_logged() {
+        let mut study = simulate(&SimulationOptions::default()).unwrap().study;
+        study.records[0].axes[0].body_position = None;
+        let filters = Filters::design(&study).unwrap();
+        let logged = motions(&study, &filters).unwrap();
+        let mut mixed = logged.clone();
+        assert_eq!(mix(&study, &filters, &mut mixed)[0], None);
+        for (l, m) in logged.iter().zip(&mixed) {
+            assert_eq!(l.acceleration[0], m.acceleration[0]);
+        }
+    }
+
+    #[test]
+    fn a_constant_stays_and_the_quietest_place_of_a_spectrum_is_found() {
+        let mut constant = vec![3.0; 500];
+        ForwardsAndBackwards::new(30.0, RATE).run(&mut constant);
+        assert!(constant.iter().all(|v| (v - 3.0).abs() < 1e-9));
+        // A tone in one place, nothing elsewhere.
+        let tone: Vec<f64> = (0..8192)
+            .map(|row| (TAU * 100.0 * row as f64 / RATE).sin())
+            .collect();
+        let series = || [tone.as_slice()].into_iter();
+        assert!(quietest(series(), RATE, [400.0, 900.0]).is_some_and(|d| d < 1e-9));
+        assert!(quietest(series(), RATE, [99.0, 101.0]).is_none());
+    }
+}
