@@ -3,13 +3,14 @@
 use super::subject::{polynomial, run, said, same_bits};
 use jointwatch::emulate::bench::{Run, Scenario};
 use jointwatch::emulate::board::{DropOuts, Injection, Place, Trouble};
+use jointwatch_firmware::sensor::presence::BACK_WITHIN;
 use jointwatch_shared::monitor::{Cause, State};
 
 /// Samples after the end of a fault in which every count is right again, unless its chip was given up meanwhile.
 const RECOVERY: u64 = 64;
 
-/// The same with a chip that was given up: its wait is doubled with every try.
-const RECOVERY_OF_GIVEN_UP: u64 = 2048;
+/// The same with a chip that was given up.
+const RECOVERY_OF_GIVEN_UP: u64 = BACK_WITHIN as u64;
 
 /// Nothing was concluded about the joint, which is healthy.
 fn no_damage(run: &Run) {
