@@ -14,7 +14,6 @@ mod evaluation;
 mod progress;
 mod sampling;
 mod server;
-mod snapshot;
 mod start;
 mod watch;
 

@@ -3,6 +3,8 @@
 
 #[path = "app/bench.rs"]
 mod bench;
+#[path = "app/flash.rs"]
+mod flash;
 
 use bench::{Bench, RATE_HZ, Slot, content, reference_rig, sealed, signed};
 use jointwatch_firmware::sensor::acquire::CHIPS;
@@ -160,6 +162,7 @@ fn every_bad_slot_has_its_event_and_the_other_one_steps_in() {
 fn a_rig_block_that_is_missing_damaged_or_of_another_rig_leaves_raw_counts() {
     let mut one_axis = reference_rig(None);
     one_axis.rig.axes.truncate(1);
+    one_axis.rig.axes[0].force_cross = 0.0;
     one_axis.wiring.axes.truncate(1);
     let mut damaged = jointwatch_shared::rig_block::encode(&reference_rig(None)).unwrap();
     damaged[100] ^= 1;

@@ -286,7 +286,7 @@ fn a_replayed_record_is_what_a_device_would_send() {
     let rate = json[0]["rig"]["sample_rate_hz"].as_f64().unwrap();
     let statuses = json.iter().filter(|line| line["message"] == "status");
     for (number, status) in statuses.enumerate() {
-        assert_eq!(status["sample"], (number + 1) as u64 * (rate / 10.0) as u64);
+        assert_eq!(status["sample"], 1 + number as u64 * (rate / 10.0) as u64);
     }
 }
 

@@ -27,6 +27,7 @@ pub mod selftest;
 pub mod selftest_chain;
 pub mod selftest_network;
 pub mod slot;
+pub mod snapshot;
 pub mod tanh;
 pub mod telemetry;
 pub mod units;

@@ -37,7 +37,7 @@ const BAND: [i32; 9] = {
 };
 
 /// Lengths of derivatives and low-pass of the digest's rig.
-const SHORT_TAPS: [usize; 2] = [VELOCITY.len(), BAND.len()];
+pub const SHORT_TAPS: [usize; 2] = [VELOCITY.len(), BAND.len()];
 
 /// Lengths of derivatives and low-pass of a rig that is sampled at 1 kHz and judged up to 70 Hz.
 pub const USUAL_TAPS: [usize; 2] = [41, 129];
@@ -54,11 +54,12 @@ fn taps<const MOST: usize>(taps: &[i32], shift: i8, length: usize) -> Taps<MOST>
     Taps { taps: all, shift }
 }
 
-/// A rig with every path of the chain in use: x with an accelerometer, phi with a derived acceleration, both held to ground.
+/// A rig that the reference models fit, with every path of the chain in use: x with an accelerometer, phi with a derived acceleration, both
+/// held to ground. The lengths of its derivatives and of its low-pass are odd and at most 129 and 257.
 ///
 /// # Errors
 /// None; the type is that of the calls it makes.
-fn reference_rig([derivative, band]: [usize; 2]) -> Result<Rig, Error> {
+pub fn reference_rig([derivative, band]: [usize; 2]) -> Result<Rig, Error> {
     let axis = RigAxis {
         displacement_step: 1.0 / 3200.0,
         displacement_difference: true,

@@ -1,43 +1,14 @@
 //! Whatever the counts, the residuals, the faults and the limits, the monitor goes on, and says only what it can mean.
 
-use heapless::Vec as Bounded;
 use jointwatch_shared::monitor::limits::{AxisLimits, CHANNELS, Cusum, Limits, TwoSided};
 use jointwatch_shared::monitor::{CHANNEL_NAMES, Faults, Monitor, MonitorState, State, Window};
 use jointwatch_shared::pipeline::{Chain, Output, RawAxis};
-use jointwatch_shared::rig::{ChannelDelays, Rig, RigAxis, Taps};
 use jointwatch_shared::selftest::reference_model;
+use jointwatch_shared::selftest_chain::{SHORT_TAPS, reference_rig};
 use proptest::prelude::*;
 
-fn taps<const MOST: usize>(values: &[i32], shift: i8) -> Taps<MOST> {
-    Taps {
-        taps: Bounded::from_slice(values).expect("a few"),
-        shift,
-    }
-}
-
-/// A rig that fits the reference model: central differences at 32 Hz and the shortest low-pass.
 fn chain() -> Chain {
-    let axis = RigAxis {
-        displacement_step: 1.0 / 3200.0,
-        displacement_difference: true,
-        body_step: 0.0,
-        acceleration_step: 1e-4,
-        force_step: 3e3,
-        inertia: 1e8,
-        inertia_minus_force: true,
-        ground_stiffness: 0.0,
-        ground_damping: 0.0,
-        force_cross: 0.0,
-        force_delay_samples: 0.0,
-        delays: ChannelDelays::default(),
-    };
-    let rig = Rig {
-        sample_rate_hz: 32.0,
-        axes: [axis.clone(), axis].into_iter().collect(),
-        velocity: taps(&[16 << 25, 0, -(16 << 25)], 25),
-        acceleration: taps(&[1 << 29, -(1 << 30), 1 << 29], 19),
-        band: taps(&[1 << 28, 1 << 29, 1 << 28], 30),
-    };
+    let rig = reference_rig(SHORT_TAPS).expect("a sound rig");
     Chain::new(reference_model(), &rig).expect("a rig that fits")
 }
 

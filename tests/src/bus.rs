@@ -2,6 +2,8 @@
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use jointwatch::emulate::board::{Board, Place};
+use jointwatch_firmware::sensor::acquire::Sensors;
+use jointwatch_shared::wiring::Wiring;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -19,6 +21,21 @@ impl ChipSelect {
             place,
         }
     }
+}
+
+/// The firmware's drivers on an emulated board.
+pub type Chips = Sensors<ChipSelect, ChipSelect, ChipSelect, ChipSelect>;
+
+/// The firmware's drivers for a board that is wired so.
+pub fn chips(board: &Rc<RefCell<Board>>, wiring: &Wiring) -> Chips {
+    let to = |place| ChipSelect::of(board, Some(place));
+    Sensors::new(
+        wiring,
+        ChipSelect::of(board, None),
+        std::array::from_fn(|n| to(Place::Counter(n))),
+        to(Place::Converter),
+        std::array::from_fn(|n| to(Place::Accelerometer(n))),
+    )
 }
 
 impl ErrorType for ChipSelect {

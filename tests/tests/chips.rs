@@ -1,14 +1,12 @@
 //! The firmware's drivers against chips written from the datasheets alone: each tells the other's mistakes.
 
 use jointwatch::emulate::board::{Board, DropOuts, Injection, Place, Trouble};
-use jointwatch_firmware::sensor::acquire::{Acquired, CHIPS, CONVERTER, Sensors};
-use jointwatch_firmware::sensor::presence::Health;
+use jointwatch_firmware::sensor::acquire::{Acquired, CHIPS, CONVERTER};
+use jointwatch_firmware::sensor::presence::{BACK_WITHIN, Health};
 use jointwatch_shared::wiring::{AxisWiring, Counter, Readings, Signed, SignedDirection, Wiring};
-use jointwatch_tests::bus::ChipSelect;
+use jointwatch_tests::bus::{Chips, chips};
 use std::cell::RefCell;
 use std::rc::Rc;
-
-type Chips = Sensors<ChipSelect, ChipSelect, ChipSelect, ChipSelect>;
 
 /// Every setting different, so that one that lands in the wrong place is seen.
 fn wiring() -> Wiring {
@@ -69,14 +67,7 @@ impl Bench {
         let wiring = wiring();
         let board = Board::new(&wiring, 2000.0, 11).with_troubles(injections, drop_outs);
         let board = Rc::new(RefCell::new(board));
-        let to = |place| ChipSelect::of(&board, Some(place));
-        let sensors = Sensors::new(
-            &wiring,
-            ChipSelect::of(&board, None),
-            std::array::from_fn(|n| to(Place::Counter(n))),
-            to(Place::Converter),
-            std::array::from_fn(|n| to(Place::Accelerometer(n))),
-        );
+        let sensors = chips(&board, &wiring);
         let mut rest = Readings::default();
         for (place, counter) in rest.counters.iter_mut().zip(wiring.counters) {
             *place = counter.map_or(0, |counter| counter.start);
@@ -156,7 +147,7 @@ fn every_trouble_of_every_chip_is_noticed_where_it_can_be_and_passes() {
             };
             let mut bench = Bench::started(vec![injection], None);
             let mut seen = Vec::new();
-            for n in 64..2500_u64 {
+            for n in 64..1000_u64 {
                 let acquired = bench.sample(&readings(n as i32));
                 for (other, health) in acquired.health.into_iter().enumerate() {
                     if other != chip {
@@ -166,7 +157,7 @@ fn every_trouble_of_every_chip_is_noticed_where_it_can_be_and_passes() {
                 if samples.contains(&n) && !seen.contains(&acquired.health[chip]) {
                     seen.push(acquired.health[chip]);
                 }
-                if n > 1500 {
+                if n >= samples.end + u64::from(BACK_WITHIN) {
                     assert!(
                         acquired.health[chip].usable(),
                         "{place:?} after {trouble:?}: {:?} at {n}",
@@ -206,13 +197,13 @@ fn transfers_that_drop_out_do_no_lasting_harm() {
             unusable += u32::from(!bench.sample(&readings(n)).usable());
         }
         assert!(f64::from(unusable) > 300.0 * part, "{unusable} at {part}");
-        // The longest wait of a chip that was given up is 4096 samples.
-        for n in 1064..7000 {
+        let back = 1064 + i32::from(BACK_WITHIN);
+        for n in 1064..back {
             bench.sample(&readings(n));
         }
-        let acquired = bench.sample(&readings(7000));
+        let acquired = bench.sample(&readings(back));
         assert!(acquired.usable(), "{part}: {:?}", acquired.health);
-        assert_eq!(acquired.readings.channels, readings(7000).channels);
+        assert_eq!(acquired.readings.channels, readings(back).channels);
         println!("{part}: {unusable} of 1000 samples were not usable");
     }
 }

@@ -1,6 +1,8 @@
 //! A signed model over a line that loses and damages bytes, from the host's upload to the firmware's own slots.
 
-use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+#[path = "../../firmware/tests/app/flash.rs"]
+mod flash;
+
 use jointwatch::error::Error;
 use jointwatch::signing::{PrivateKey, SignedModel};
 use jointwatch::upload::{Patience, Uploaded, upload};
@@ -15,42 +17,10 @@ use std::collections::VecDeque;
 use std::io::{Read, Result, Write};
 use std::time::Duration;
 
-/// Two flash sectors that never fail.
-struct Flash(Vec<u8>);
-
+/// A sector of the device's flash, which holds a slot.
 const SECTOR: usize = 128 * 1024;
 
-impl ErrorType for Flash {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-    fn read(&mut self, offset: u32, into: &mut [u8]) -> std::result::Result<(), NorFlashErrorKind> {
-        let from = offset as usize;
-        into.copy_from_slice(&self.0[from..from + into.len()]);
-        Ok(())
-    }
-    fn capacity(&self) -> usize {
-        self.0.len()
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = SECTOR;
-    fn erase(&mut self, from: u32, to: u32) -> std::result::Result<(), NorFlashErrorKind> {
-        self.0[from as usize..to as usize].fill(0xFF);
-        Ok(())
-    }
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> std::result::Result<(), NorFlashErrorKind> {
-        for (place, byte) in self.0[offset as usize..].iter_mut().zip(bytes) {
-            assert_eq!(*place, 0xFF, "programmed twice");
-            *place = *byte;
-        }
-        Ok(())
-    }
-}
+type Flash = flash::Flash<SECTOR>;
 
 /// The device behind its line: what is written to it is heard, answered, and both ways suffer.
 struct Device {
@@ -77,7 +47,7 @@ fn trust(key: [u8; 32]) -> Trust<Key> {
 impl Device {
     fn new(loss: f64, bit_errors: f64, seed: u64) -> Self {
         println!("seed {seed}");
-        let mut store = Store::new(Flash(vec![0xFF; 2 * SECTOR]), trust(PUBLIC_KEY));
+        let mut store = Store::new(flash::Flash(vec![0xFF; 2 * SECTOR]), trust(PUBLIC_KEY));
         assert!(store.start(&mut [0; BLOB_LEN]).model.is_none());
         Self {
             store,
@@ -95,7 +65,7 @@ impl Device {
     fn restart(&mut self) -> Option<Place> {
         let flash = std::mem::replace(
             &mut self.store,
-            Store::new(Flash(Vec::new()), trust(PUBLIC_KEY)),
+            Store::new(flash::Flash(Vec::new()), trust(PUBLIC_KEY)),
         )
         .into_flash();
         self.store = Store::new(flash, trust(PUBLIC_KEY));

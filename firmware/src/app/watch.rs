@@ -2,15 +2,13 @@
 
 use super::channels::Places;
 use super::evaluation::Evaluated;
-use super::snapshot::Recorder;
 use crate::sensor::acquire::CHIPS;
 use crate::sensor::presence::Health;
 use crate::store::Trial;
 use heapless::{Deque, Vec};
-use jointwatch_shared::monitor::{
-    Cause, Faults, Monitor, MonitorState, State, Verdict as Said, Window,
-};
+use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, Verdict as Said, Window};
 use jointwatch_shared::pipeline::{Output, RawSample};
+use jointwatch_shared::snapshot::Recorder;
 use jointwatch_shared::telemetry::{
     Answered, AxisStatus, Counters, Event, MAX_FRAME, Report, Request, STATUS_HZ, Sample,
     SensorStatus, Slot, Status, Verdict,
@@ -22,8 +20,6 @@ const MISSING_AFTER: u8 = 64;
 const EVENTS: usize = 16;
 /// Bits that a byte takes on the line.
 const BITS: u32 = 10;
-/// Residuals per second in a snapshot.
-const SNAPSHOT_HZ: u32 = 250;
 
 /// One sample for the host, when it asked for a stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -126,7 +122,7 @@ impl Watch {
         // Between 1 and 10,000, as the start has checked.
         self.rate_hz = (rate_hz + 0.5) as u32;
         self.status_every = (self.rate_hz / STATUS_HZ).max(1);
-        self.recorder = Recorder::new((self.rate_hz / SNAPSHOT_HZ) as u16);
+        self.recorder = Recorder::new(self.rate_hz);
         self.places = places;
         for event in events {
             self.tell(*event);
@@ -199,9 +195,7 @@ impl Watch {
             return;
         }
         self.tell(Event::Verdict(said.into()));
-        if said.state == State::Alarm && before.state != State::Alarm {
-            self.recorder.alarm();
-        }
+        self.recorder.verdict(&before, &said);
     }
 
     /// Counts what went wrong with each chip, and tells when one falls silent or comes back.
@@ -276,7 +270,7 @@ impl Watch {
             self.status_left = self.status_every;
             return Some(Report::Status(self.status()));
         }
-        self.recorder.next().map(Report::Snapshot)
+        self.recorder.piece().map(Report::Snapshot)
     }
 
     fn status(&mut self) -> Status {

@@ -1,4 +1,4 @@
-//! Whether a chip is there: it is set up, watched, given up after repeated failure, and tried again ever more rarely.
+//! Whether a chip is there: it is set up, watched, given up after repeated failure, and tried again more and more rarely.
 //!
 //! ```text
 //!           restart            set-up                    many failures in a row
@@ -6,20 +6,25 @@
 //!    ▲                    │ refused: twice the wait
 //!    └────────────────────┘
 //! ```
-//! Time is counted in samples. A visit makes at most one attempt, so that a missing chip costs little of each sample.
+//! Time is counted in samples. A visit makes at most one attempt, and one at a chip that does not answer is about as long on the bus as
+//! a reading: a reset in one sample, and in another a converter's two frames, an accelerometer's four bytes, or three times two bytes of
+//! a counter. So waiting for long saves little, and keeps a chip that is back from being heard.
 
 use super::{Fault, Found, Sensor};
 
 /// Samples from the first failed attempt to the next; doubled with each that follows.
 pub const FIRST_WAIT: u16 = 16;
-/// The longest wait: 4 s at 1 kHz.
-pub const LONGEST_WAIT: u16 = 4096;
+/// The longest wait: a quarter of a second at 1 kHz.
+pub const LONGEST_WAIT: u16 = 256;
 /// Samples that a chip gets between its reset and its set-up.
 pub const TIME_TO_START: u16 = 16;
 /// Failures in a row after which a chip that ran is set up again.
 pub const FAILURES_ALLOWED: u8 = 8;
 /// Readings in a row without anything new after which a chip counts as silent.
 pub const STALE_ALLOWED: u8 = 8;
+/// Samples after which a chip that answers again gives new codes, however long it was away: a set-up that began before it was back and is
+/// refused, the longest wait, another set-up, and what a chip may take until it has something new.
+pub const BACK_WITHIN: u16 = 2 * (TIME_TO_START + 1) + LONGEST_WAIT + 1 + STALE_ALLOWED as u16 + 1;
 
 /// How a sensor did at one instant; what a user is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,10 +1,8 @@
 //! A device on the bench: slots in memory, a line that keeps everything, chips that answer zeros.
 
+use super::flash;
 use ed25519_compact::{KeyPair, Seed};
 use embedded_hal::spi::{ErrorType as SpiError, Operation, SpiDevice};
-use embedded_storage::nor_flash::{
-    ErrorType as FlashError, NorFlash, NorFlashErrorKind, ReadNorFlash,
-};
 use heapless::spsc::{Consumer, Producer, Queue};
 use jointwatch_firmware::app::{
     Evaluated, Evaluator, Frame, Line, Room, Sampler, Server, Setup, Streamed, Watch, begin,
@@ -18,8 +16,8 @@ use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
 use jointwatch_shared::pipeline::RawSample;
-use jointwatch_shared::rig::{ChannelDelays, Rig, RigAxis, Taps};
 use jointwatch_shared::rig_block::{self, RigBlock};
+use jointwatch_shared::selftest_chain::{self, SHORT_TAPS};
 use jointwatch_shared::slot::{
     ContentCrc, MARKED, RIG_OFFSET, SEAL_LEN, SEAL_OFFSET, SEALED_OFFSET, Seal, signed_prefix,
 };
@@ -33,6 +31,9 @@ use std::convert::Infallible;
 pub(crate) const RATE_HZ: u64 = 32;
 /// A slot of the bench's flash.
 const SECTOR: usize = 8448;
+
+/// Both slots.
+type Flash = flash::Flash<SECTOR>;
 
 /// What a slot holds.
 #[derive(Clone)]
@@ -90,46 +91,7 @@ pub(crate) fn sealed(model: &Model, rig: &[u8]) -> Slot {
 
 /// A rig that the reference models fit, with limits for the model of this checksum.
 pub(crate) fn reference_rig(limits_for: Option<u32>) -> RigBlock {
-    let axis = RigAxis {
-        displacement_step: 1.0 / 3200.0,
-        displacement_difference: true,
-        body_step: 1.0 / 3200.0,
-        acceleration_step: 1e-4,
-        force_step: 3e3,
-        inertia: 1e8,
-        inertia_minus_force: true,
-        ground_stiffness: 0.0,
-        ground_damping: 0.0,
-        force_cross: 0.0,
-        force_delay_samples: 0.75,
-        delays: ChannelDelays::default(),
-    };
-    let taps = |taps: &[i32], shift| Taps {
-        taps: taps.iter().copied().collect(),
-        shift,
-    };
-    let rig = Rig {
-        sample_rate_hz: RATE_HZ as f64,
-        axes: [axis.clone(), axis].into_iter().collect(),
-        velocity: taps(&[-89_478_485, 715_827_883, 0, -715_827_883, 89_478_485], 25),
-        acceleration: taps(
-            &[
-                -44_739_243,
-                715_827_883,
-                -1_342_177_280,
-                715_827_883,
-                -44_739_243,
-            ],
-            19,
-        ),
-        band: Taps {
-            taps: [1, 2, 3, 2, 1]
-                .map(|n| n * ((1 << 30) / 9))
-                .into_iter()
-                .collect(),
-            shift: 30,
-        },
-    };
+    let rig = selftest_chain::reference_rig(SHORT_TAPS).expect("a sound rig");
     let counter = |place| Signed {
         place,
         negative: false,
@@ -139,9 +101,10 @@ pub(crate) fn reference_rig(limits_for: Option<u32>) -> RigBlock {
         near: Some(counter(2 * n + 1)),
         body: Some(counter(2 * n + 1)),
         force: counter(n),
+        // That of phi is derived.
         acceleration: [
-            Some(SignedDirection {
-                chip: n,
+            (n == 0).then_some(SignedDirection {
+                chip: 0,
                 direction: 0,
                 negative: false,
             }),
@@ -181,42 +144,6 @@ pub(crate) fn reference_rig(limits_for: Option<u32>) -> RigBlock {
             false_alarm_hours: 720,
             axes: [axis(), axis()].into_iter().collect(),
         }),
-    }
-}
-
-/// Both slots.
-struct Flash(Vec<u8>);
-
-impl FlashError for Flash {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, into: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        into.copy_from_slice(&self.0[offset as usize..][..into.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.len()
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = SECTOR;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        self.0[from as usize..to as usize].fill(0xFF);
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        let places = self.0[offset as usize..].iter_mut();
-        places.zip(bytes).for_each(|(to, from)| *to &= from);
-        Ok(())
     }
 }
 
@@ -278,7 +205,7 @@ impl Bench {
                 sector[..slot.len()].copy_from_slice(&slot);
             }
         }
-        Self::power(Flash(bytes))
+        Self::power(flash::Flash(bytes))
     }
 
     fn power(flash: Flash) -> Self {

@@ -44,8 +44,8 @@ pub(crate) struct Replay {
     /// Mean time between the monitor's false alarms, in days.
     #[arg(long, value_name = "DAYS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=36_500), requires = "monitor", conflicts_with = "rig")]
     pub(super) false_alarm_days: u32,
-    /// Write the frames that the device would send, streaming every sample, for `jointwatch monitor`; needs --record in a
-    /// study of several.
+    /// Write the frames that the device would send, streaming every sample, for `jointwatch monitor`, the residual around an alarm
+    /// among them; needs --record in a study of several.
     #[arg(long, value_name = "FILE")]
     pub(super) frames: Option<PathBuf>,
 }
@@ -96,7 +96,7 @@ impl Replay {
             output::write_whole(path, as_csv(replayed, &study, &model).as_bytes())?;
         }
         if let Some(path) = &self.frames {
-            let (record, replayed) = only("--frames")?;
+            let (record, _) = only("--frames")?;
             let limits = watched.as_ref().map(|w| Ok(w.basis.limits()));
             let limits = limits.unwrap_or_else(|| match &block {
                 Some((_, block)) => rig_block::usable_limits(block, &model),
@@ -111,7 +111,7 @@ impl Replay {
                 Some((_, block)) => rig_block::checksum(block)?,
                 None => 0,
             };
-            let bytes = frames::of(&set_up, record, replayed, &model, monitor, rig_crc);
+            let bytes = frames::of(&set_up, record, &model, monitor, rig_crc);
             output::write_whole(path, &bytes)?;
         }
         let summaries: Vec<RecordReplay> = replayed.into_iter().map(|r| r.summary).collect();

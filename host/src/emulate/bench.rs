@@ -7,7 +7,7 @@ use super::link::{Host, Memory, Next};
 use crate::error::Result;
 use crate::telemetry::listen::Tally;
 use crate::upload::Uploaded;
-use jointwatch_shared::telemetry::{Event, Hello, Status, UploadReply};
+use jointwatch_shared::telemetry::{Event, Hello, Snapshot, Status, UploadReply};
 use jointwatch_shared::wiring::{Readings, Wiring};
 use serde::Serialize;
 
@@ -102,6 +102,8 @@ pub struct Run {
     pub statuses: Vec<Status>,
     /// Events, in order.
     pub events: Vec<Event>,
+    /// Pieces of snapshots, in order.
+    pub snapshots: Vec<Snapshot>,
     /// Answers to an upload, in order.
     pub uploads: Vec<UploadReply>,
     /// The first samples whose counts were not what the chips were fed.
@@ -185,6 +187,7 @@ impl<'a> Bench<'a> {
             hellos: self.judge.hellos,
             statuses: self.judge.statuses,
             events: self.judge.events,
+            snapshots: self.judge.snapshots,
             uploads: self.judge.uploads,
             wrong: self.judge.wrong,
             instructions: self.instructions,

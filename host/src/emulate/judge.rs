@@ -5,7 +5,7 @@ use crate::telemetry::listen::{Heard, Listener, Tally};
 use jointwatch_shared::model::Model;
 use jointwatch_shared::pipeline::{Chain, ChainState, RawAxis, RawSample};
 use jointwatch_shared::telemetry::{
-    Event, Hello, Occasion, Report, Sample, SampleOutput, Status, UploadReply,
+    Event, Hello, Occasion, Report, Sample, SampleOutput, Snapshot, Status, UploadReply,
 };
 use serde::Serialize;
 
@@ -74,6 +74,8 @@ pub struct Judge<'a> {
     pub statuses: Vec<Status>,
     /// Events, in order.
     pub events: Vec<Event>,
+    /// Pieces of snapshots, in order.
+    pub snapshots: Vec<Snapshot>,
     /// Answers to an upload, in order.
     pub uploads: Vec<UploadReply>,
     /// Counts that were not what the chips were fed: the sample and what the device said, the first of them.
@@ -100,6 +102,7 @@ impl<'a> Judge<'a> {
             hellos: Vec::new(),
             statuses: Vec::new(),
             events: Vec::new(),
+            snapshots: Vec::new(),
             uploads: Vec::new(),
             wrong: Vec::new(),
         }
@@ -130,7 +133,8 @@ impl<'a> Judge<'a> {
                 Report::Event(event) => self.events.push(event),
                 Report::Upload(reply) => self.uploads.push(reply),
                 Report::Sample(sample) => self.sample(&sample),
-                Report::Snapshot(_) | Report::Answer(_) => {}
+                Report::Snapshot(piece) => self.snapshots.push(piece),
+                Report::Answer(_) => {}
             }
         }
     }

@@ -51,6 +51,12 @@ pub(super) fn healthy(
     let middle = mean(&mine);
     let uncertainty = (long_run_variance(&validation).0 / mine.len() as f64).sqrt();
     let largest = all.iter().map(|s| mean(s)).fold(middle, f64::max);
+    // Where every record is short, those of validation are together long enough.
+    let all = if all.is_empty() {
+        validation.clone()
+    } else {
+        all
+    };
     let from = Evidence {
         side,
         shift,
@@ -76,7 +82,7 @@ struct Evidence<'a> {
     log_rarity: f64,
     /// In control, with its uncertainty.
     mean: f64,
-    /// Every record with enough judged blocks.
+    /// Every record with enough judged blocks, or all of validation.
     all: &'a [&'a Vec<f64>],
     validation: &'a [&'a Vec<f64>],
 }
@@ -105,23 +111,23 @@ impl Evidence<'_> {
 
     /// The threshold when a block adds `most` at most, and the root of the increments' long-run variance.
     fn threshold(&self, drift: f64, most: f64) -> (f64, f64) {
-        let increments = |records: &[&Vec<f64>], middle: &dyn Fn(&[f64]) -> f64| -> Vec<Vec<f64>> {
-            let moved = |record: &&Vec<f64>| {
-                let by = self.mean - middle(record) - drift;
-                record.iter().map(|y| (y + by).min(most)).collect()
-            };
-            records.iter().map(moved).collect()
+        let moved = |record: &&Vec<f64>| -> Vec<f64> {
+            let by = self.mean - mean(record) - drift;
+            record.iter().map(|y| (y + by).min(most)).collect()
         };
-        let flat: Vec<f64> = self.validation.iter().copied().flatten().copied().collect();
-        let together = mean(&flat);
-        let judged = increments(self.validation, &|_| together);
-        let (variance, length) = long_run_variance(&judged.iter().collect::<Vec<_>>());
+        let increments: Vec<Vec<f64>> = self.all.iter().map(moved).collect();
+        // The device's sum takes steps down as they come. One whose steps down are held as those up are is never below it, so what is
+        // true of how rarely that one rises is true of the device's; and a model that is now and then wrong by far the other way, as a
+        // polynomial is, does not count for one that wanders.
+        let held = |record: &Vec<f64>| record.iter().map(|z| z.max(-most)).collect();
+        let held: Vec<Vec<f64>> = increments.iter().map(held).collect();
+        let (variance, length) = long_run_variance(&held.iter().collect::<Vec<_>>());
+        let flat: Vec<f64> = held.into_iter().flatten().collect();
         // Independent values that the blocks are worth; a variance from n of them is off by √(2/n) of itself.
         let worth = (flat.len() as f64 / length).max(2.0);
         let variance = variance * (1.0 + CAUTION * (2.0 / worth).sqrt());
-        let gaussian = 2.0 * (drift - self.mean) / variance.max(1e-9);
-        let pooled = increments(self.all, &mean);
-        let pooled: Vec<&Vec<f64>> = pooled.iter().collect();
+        let gaussian = -2.0 * mean(&flat) / variance.max(1e-9);
+        let pooled: Vec<&Vec<f64>> = increments.iter().collect();
         let groups: &[usize] = if self.side == 0 {
             &GROUPS_OF_ERROR
         } else {

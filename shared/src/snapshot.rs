@@ -1,12 +1,15 @@
 //! The residual around an alarm: always recorded, kept when an alarm comes, and sent in pieces.
 
+use crate::monitor::{State, Verdict};
+use crate::telemetry::{SNAPSHOT_PIECE, Snapshot};
 use heapless::Vec;
-use jointwatch_shared::telemetry::{SNAPSHOT_PIECE, Snapshot};
 
 /// Residuals of a snapshot.
-pub(super) const LENGTH: usize = 64;
+const LENGTH: usize = 64;
 /// How many of them follow the alarm.
 const AFTER: u8 = LENGTH as u8 / 2;
+/// Residuals per second; each sample's where there are fewer.
+const PER_SECOND: u32 = 250;
 /// Pieces of a whole snapshot.
 const PIECES: u8 = LENGTH.div_ceil(SNAPSHOT_PIECE) as u8;
 
@@ -50,7 +53,7 @@ impl Ring {
 
 /// Records residuals and keeps those around the last alarm.
 #[derive(Clone, Debug)]
-pub(super) struct Recorder {
+pub struct Recorder {
     every: u16,
     /// Samples until the next one is recorded.
     left: u16,
@@ -65,10 +68,10 @@ pub(super) struct Recorder {
 }
 
 impl Recorder {
-    /// Records every so many samples.
-    pub(super) fn new(every: u16) -> Self {
+    /// For a rig of this sample rate, Hz.
+    pub fn new(rate_hz: u32) -> Self {
         Self {
-            every: every.max(1),
+            every: ((rate_hz / PER_SECOND) as u16).max(1),
             left: 0,
             ring: Ring::EMPTY,
             ending: None,
@@ -80,7 +83,7 @@ impl Recorder {
     }
 
     /// Takes the residual of one sample.
-    pub(super) fn sample(&mut self, residual: [i32; 2]) {
+    pub fn sample(&mut self, residual: [i32; 2]) {
         if self.left > 0 {
             self.left -= 1;
             return;
@@ -101,15 +104,17 @@ impl Recorder {
         }
     }
 
-    /// The sample that was taken last raised an alarm; nothing new while another snapshot is still being recorded.
-    pub(super) fn alarm(&mut self) {
-        if self.ending.is_none() && self.ring.filled > 0 {
+    /// The verdict over the sample that was taken last, and the one before it: keeps what is around an alarm that begins; nothing new
+    /// while another snapshot is still being recorded.
+    pub fn verdict(&mut self, before: &Verdict, said: &Verdict) {
+        let begins = said.state == State::Alarm && before.state != State::Alarm;
+        if begins && self.ending.is_none() && self.ring.filled > 0 {
             self.ending = Some((AFTER, self.every - 1 - self.left));
         }
     }
 
     /// Sends the last one again; false when there is none.
-    pub(super) fn again(&mut self) -> bool {
+    pub fn again(&mut self) -> bool {
         if self.alarm > 0 {
             self.piece = 0;
         }
@@ -117,7 +122,7 @@ impl Recorder {
     }
 
     /// The next piece that is to be sent.
-    pub(super) fn next(&mut self) -> Option<Snapshot> {
+    pub fn piece(&mut self) -> Option<Snapshot> {
         let pieces = self.kept.filled.div_ceil(SNAPSHOT_PIECE as u8);
         if self.piece >= pieces {
             return None;
