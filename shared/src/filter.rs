@@ -111,16 +111,11 @@ impl Counters {
 }
 
 /// What a derivative's taps make of the steps of a counter, oldest step first: sums of taps, which sum to zero.
-pub fn weights_of_steps(taps: &Taps) -> Vec<i32, MAX_STEPS> {
+pub fn weights_of_steps(taps: &[i32]) -> Vec<i32, MAX_STEPS> {
     let mut weights = Vec::new();
     let mut sum = 0_i32;
     // taps[i] multiplies x[n−i]. From the oldest value on, the sums are those of all other taps, with the other sign.
-    for &tap in taps
-        .taps
-        .iter()
-        .rev()
-        .take(taps.taps.len().saturating_sub(1))
-    {
+    for &tap in taps.iter().rev().take(taps.len().saturating_sub(1)) {
         // Half of Σ|tap| < 2³² at most, because the taps of one sign are as many as those of the other.
         sum = sum.wrapping_sub(tap);
         // One step less than there are taps.
@@ -283,7 +278,7 @@ mod tests {
             counters.begin([count(0), 0]);
             (0..10).for_each(|n| counters.push([count(n), -n * n], 1));
             assert_eq!(counters.middle(), [count(8), -64]);
-            let derivative = |taps| counters.derivative(&weights_of_steps(taps));
+            let derivative = |taps: &Taps| counters.derivative(&weights_of_steps(&taps.taps));
             assert_eq!(derivative(&first), [2 * (6 * 8 + 5), -32]);
             assert_eq!(derivative(&second), [2 * 6, -4]);
         }
@@ -309,7 +304,7 @@ mod tests {
             let wanted: i128 = products
                 .map(|(tap, x)| i128::from(*tap) * i128::from(*x))
                 .sum();
-            let seen = counters.derivative(&weights_of_steps(&taps));
+            let seen = counters.derivative(&weights_of_steps(&taps.taps));
             assert_eq!(seen.map(i128::from), [wanted; 2], "{taps:?}");
         }
     }

@@ -19,6 +19,7 @@
 
 mod axis;
 mod channel;
+pub(crate) mod numbers;
 mod term;
 
 use crate::error::Error;
@@ -163,16 +164,24 @@ impl Chain {
                 rig,
             )?);
         }
-        let mut kinds = axes.iter().map(|axis| axis.acceleration);
-        Ok(Self {
-            damped: axes.iter().any(AxisChain::is_damped),
-            derived: kinds.any(|kind| kind == Acceleration::Derived),
+        let mut chain = Self {
+            damped: false,
+            derived: false,
             axes,
-            velocity: weights_of_steps(&rig.velocity),
-            acceleration: weights_of_steps(&rig.acceleration),
+            velocity: weights_of_steps(&rig.velocity.taps),
+            acceleration: weights_of_steps(&rig.acceleration.taps),
             band: rig.band.clone(),
             settling: Settling::of(rig),
-        })
+        };
+        chain.find_slopes();
+        Ok(chain)
+    }
+
+    /// Finds out which derivatives of the bodies the axes ask for.
+    fn find_slopes(&mut self) {
+        self.damped = self.axes.iter().any(AxisChain::is_damped);
+        let mut kinds = self.axes.iter().map(|axis| axis.acceleration);
+        self.derived = kinds.any(|kind| kind == Acceleration::Derived);
     }
 
     /// One or two.
@@ -198,6 +207,18 @@ impl Chain {
     /// By how many samples the residual in the common band lags behind the newest sample.
     pub fn band_delay(&self) -> usize {
         self.delay() + self.band.taps.len() / 2
+    }
+
+    /// Taps of either derivative.
+    pub(crate) fn derivative_taps(&self) -> usize {
+        self.velocity.len() + 1
+    }
+
+    /// Whether its filters are the rig's.
+    pub(crate) fn has_filters_of(&self, rig: &Rig) -> bool {
+        self.velocity == weights_of_steps(&rig.velocity.taps)
+            && self.acceleration == weights_of_steps(&rig.acceleration.taps)
+            && self.band == rig.band
     }
 
     /// The taps of the low-pass over the residual.

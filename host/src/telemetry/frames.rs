@@ -33,7 +33,11 @@ pub fn of(
             blob::checksum(&blob::encode(model)),
             false,
         )),
-        rig: Some(RigIdentity::new(&set_up.rig, &set_up.chain, rig_crc)),
+        rig: Some(RigIdentity::new(
+            set_up.rig.sample_rate_hz,
+            &set_up.chain,
+            rig_crc,
+        )),
     }));
 
     let counts = set_up.counts(record);

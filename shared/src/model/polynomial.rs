@@ -8,7 +8,7 @@
 //! The gain lets a block of small coefficients use all 32 bits beside a block of large ones. `docs/numerics.md` derives
 //! the scales, the bounds and the error; [`PolynomialModel::check`] proves the bounds for the words at hand.
 
-use crate::error::Error;
+use crate::error::{Checks, Error};
 use crate::fixed::{mul_high_add, q31_powers};
 use crate::layout::laid_out;
 
@@ -120,20 +120,18 @@ impl PolynomialModel {
     /// [`Error::OutOfRange`] for axes, orders and shifts, [`Error::Coefficient`] for a word outside the orders or
     /// the axes or for a block with a gain that is not its, [`Error::Overflow`] for the sum that could overflow.
     pub fn check(&self) -> Result<(), Error> {
-        Error::unless_within("number of axes", f64::from(self.axes), 1.0, 2.0)?;
+        let mut checks = Checks::new();
+        checks.whole("number of axes", i32::from(self.axes), 1, 2);
         for (input, &order) in self.orders.iter().enumerate() {
-            let most = if input < 2 * self.axes() { 3.0 } else { 0.0 };
-            Error::unless_within("order of the polynomial", f64::from(order), 0.0, most)?;
+            let most = if input < 2 * self.axes() { 3 } else { 0 };
+            checks.whole("order of the polynomial", i32::from(order), 0, most);
         }
+        let most = if self.axes == 2 { MAX_OUTPUT_SHIFT } else { 0 };
         for &shift in &self.shifts {
-            let most = if self.axes == 2 { MAX_OUTPUT_SHIFT } else { 0 };
-            Error::unless_within(
-                "output shift of the polynomial",
-                f64::from(shift),
-                0.0,
-                f64::from(most),
-            )?;
+            let quantity = "output shift of the polynomial";
+            checks.whole(quantity, i32::from(shift), 0, i32::from(most));
         }
+        checks.done()?;
         self.check_words_outside()?;
         for (axis, (blocks, &shift)) in self.blocks.iter().zip(&self.shifts).enumerate() {
             self.check_sums(axis, blocks, shift)?;
