@@ -111,17 +111,28 @@ impl Counters {
 }
 
 /// What a derivative's taps make of the steps of a counter, oldest step first: sums of taps, which sum to zero.
-pub fn weights_of_steps(taps: &[i32]) -> Vec<i32, MAX_STEPS> {
+pub fn weights_of_steps(
+    taps: impl DoubleEndedIterator<Item = i32> + ExactSizeIterator,
+) -> Vec<i32, MAX_STEPS> {
     let mut weights = Vec::new();
+    put_weights_of_steps(taps, &mut weights);
+    weights
+}
+
+/// [`weights_of_steps`] in their place, which is empty.
+pub(crate) fn put_weights_of_steps(
+    taps: impl DoubleEndedIterator<Item = i32> + ExactSizeIterator,
+    weights: &mut Vec<i32, MAX_STEPS>,
+) {
+    let steps = taps.len().saturating_sub(1);
     let mut sum = 0_i32;
     // taps[i] multiplies x[n−i]. From the oldest value on, the sums are those of all other taps, with the other sign.
-    for &tap in taps.iter().rev().take(taps.len().saturating_sub(1)) {
+    for tap in taps.rev().take(steps) {
         // Half of Σ|tap| < 2³² at most, because the taps of one sign are as many as those of the other.
         sum = sum.wrapping_sub(tap);
         // One step less than there are taps.
         let _ = weights.push(sum);
     }
-    weights
 }
 
 /// The longest delay of a channel that is not filtered: half of [`MAX_TAPS`], rounded down.
@@ -278,7 +289,8 @@ mod tests {
             counters.begin([count(0), 0]);
             (0..10).for_each(|n| counters.push([count(n), -n * n], 1));
             assert_eq!(counters.middle(), [count(8), -64]);
-            let derivative = |taps: &Taps| counters.derivative(&weights_of_steps(&taps.taps));
+            let derivative =
+                |taps: &Taps| counters.derivative(&weights_of_steps(taps.taps.iter().copied()));
             assert_eq!(derivative(&first), [2 * (6 * 8 + 5), -32]);
             assert_eq!(derivative(&second), [2 * 6, -4]);
         }
@@ -304,7 +316,7 @@ mod tests {
             let wanted: i128 = products
                 .map(|(tap, x)| i128::from(*tap) * i128::from(*x))
                 .sum();
-            let seen = counters.derivative(&weights_of_steps(&taps.taps));
+            let seen = counters.derivative(&weights_of_steps(taps.taps.iter().copied()));
             assert_eq!(seen.map(i128::from), [wanted; 2], "{taps:?}");
         }
     }

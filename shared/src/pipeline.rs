@@ -128,6 +128,22 @@ impl Default for ChainState {
 }
 
 impl Chain {
+    /// A chain of no axes and no filters, into which a rig block is read.
+    pub const fn empty() -> Self {
+        Self {
+            axes: heapless::Vec::new(),
+            velocity: heapless::Vec::new(),
+            acceleration: heapless::Vec::new(),
+            band: Taps {
+                taps: heapless::Vec::new(),
+                shift: 0,
+            },
+            settling: Settling { wait: 0, before: 0 },
+            damped: false,
+            derived: false,
+        }
+    }
+
     /// Builds the chain from SI values.
     ///
     /// # Errors
@@ -168,8 +184,8 @@ impl Chain {
             damped: false,
             derived: false,
             axes,
-            velocity: weights_of_steps(&rig.velocity.taps),
-            acceleration: weights_of_steps(&rig.acceleration.taps),
+            velocity: weights_of_steps(rig.velocity.taps.iter().copied()),
+            acceleration: weights_of_steps(rig.acceleration.taps.iter().copied()),
             band: rig.band.clone(),
             settling: Settling::of(rig),
         };
@@ -216,8 +232,8 @@ impl Chain {
 
     /// Whether its filters are the rig's.
     pub(crate) fn has_filters_of(&self, rig: &Rig) -> bool {
-        self.velocity == weights_of_steps(&rig.velocity.taps)
-            && self.acceleration == weights_of_steps(&rig.acceleration.taps)
+        self.velocity == weights_of_steps(rig.velocity.taps.iter().copied())
+            && self.acceleration == weights_of_steps(rig.acceleration.taps.iter().copied())
             && self.band == rig.band
     }
 

@@ -88,9 +88,18 @@ enum Shape {
     SymmetricSumZero,
 }
 
+/// The taps of a filter, wherever they stand, from either end.
+pub(crate) trait TapsFromEitherEnd:
+    DoubleEndedIterator<Item = i32> + ExactSizeIterator + Clone
+{
+}
+
+impl<I: DoubleEndedIterator<Item = i32> + ExactSizeIterator + Clone> TapsFromEitherEnd for I {}
+
 /// What the arithmetic of the filters relies on, of taps of at most so many; `wrong` names length and shape.
+#[inline(never)]
 fn check_taps(
-    taps: &[i32],
+    taps: impl TapsFromEitherEnd,
     most: usize,
     shape: Shape,
     [wrong_length, wrong_shape]: [&'static str; 2],
@@ -105,7 +114,7 @@ fn check_taps(
     checks.whole(wrong_length, length as i32, least as i32, most as i32);
     let sign = if shape == Shape::Antisymmetric { -1 } else { 1 };
     let (mut skewed, mut sum, mut sizes) = (0_i64, 0_i64, 0_u64);
-    for (&a, &b) in taps.iter().zip(taps.iter().rev()) {
+    for (a, b) in taps.clone().zip(taps.rev()) {
         skewed |= i64::from(a) - sign * i64::from(b);
         sum += i64::from(a);
         sizes += u64::from(a.unsigned_abs());
@@ -117,13 +126,15 @@ fn check_taps(
     checks.long(quantity, sizes, 1, u64::from(u32::MAX));
 }
 
-/// The three filters together.
-pub(crate) fn check_filters(
-    velocity: &[i32],
-    acceleration: &[i32],
-    band: &Taps<MAX_BAND_TAPS>,
+/// The three filters together: both derivatives and the low-pass, with its shift.
+pub(crate) fn check_filters<T: TapsFromEitherEnd>(
+    [velocity, acceleration, band]: [T; 3],
+    band_shift: i8,
     checks: &mut Checks,
 ) {
+    let (wanted, seen) = (velocity.len() as i32, acceleration.len() as i32);
+    let quantity = "taps of the acceleration filter, against the velocity filter";
+    checks.whole(quantity, seen, wanted, wanted);
     let of_velocity = [
         "taps of the velocity filter (an odd number)",
         "asymmetry of the velocity filter",
@@ -145,11 +156,8 @@ pub(crate) fn check_filters(
         "taps of the band filter (an odd number)",
         "asymmetry of the band filter",
     ];
-    check_taps(&band.taps, MAX_BAND_TAPS, Shape::Symmetric, of_band, checks);
-    checks.whole("shift of the band filter", i32::from(band.shift), 1, 62);
-    let (wanted, seen) = (velocity.len() as i32, acceleration.len() as i32);
-    let quantity = "taps of the acceleration filter, against the velocity filter";
-    checks.whole(quantity, seen, wanted, wanted);
+    check_taps(band, MAX_BAND_TAPS, Shape::Symmetric, of_band, checks);
+    checks.whole("shift of the band filter", i32::from(band_shift), 1, 62);
 }
 
 impl Rig {
@@ -165,8 +173,13 @@ impl Rig {
     pub fn check(&self) -> Result<(), Error> {
         let mut checks = Checks::new();
         checks.within("sample rate in Hz", self.sample_rate_hz, 1.0, 1e6);
-        let (velocity, acceleration) = (&self.velocity.taps, &self.acceleration.taps);
-        check_filters(velocity, acceleration, &self.band, &mut checks);
+        let filters: [&[i32]; 3] = [
+            &self.velocity.taps,
+            &self.acceleration.taps,
+            &self.band.taps,
+        ];
+        let filters = filters.map(|taps| taps.iter().copied());
+        check_filters(filters, self.band.shift, &mut checks);
         checks.whole("axes of the rig", self.axes.len() as i32, 1, 2);
         for axis in &self.axes {
             self.check_axis(axis, &mut checks);

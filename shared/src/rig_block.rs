@@ -56,7 +56,7 @@ pub struct RigBlock {
     pub model_checksum: u32,
 }
 
-/// What of a rig block runs on the device.
+/// What of a rig block runs on the device, beside its chain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OnBoard {
     /// Samples per second, in Hz, to be told.
@@ -65,8 +65,6 @@ pub struct OnBoard {
     pub sample_rate_uhz: u64,
     /// Which chip gives which count, and how the chips are set.
     pub wiring: Wiring,
-    /// Counts to forces.
-    pub chain: Chain,
     /// The checksum of the model blob that the chain is for.
     pub model_checksum: u32,
     /// What is normal.
@@ -290,14 +288,14 @@ pub fn encode(block: &RigBlock) -> Result<[u8; RIG_BLOCK_LEN], Error> {
 /// # Errors
 /// As [`on_board`]; then the fields and the quantities of the SI values.
 pub fn decode(bytes: &[u8]) -> Result<RigBlock, Refusal> {
+    let mut chain = Chain::empty();
     let OnBoard {
         sample_rate_hz,
         sample_rate_uhz,
         wiring,
-        chain,
         model_checksum,
         limits,
-    } = on_board(bytes)?;
+    } = on_board(bytes, &mut chain)?;
     let part = bytes.get(SI_OFFSET..PADDING_OFFSET).unwrap_or_default();
     let message = SiMessage::read(&mut Reader::new(part));
     let rig = message.rig(sample_rate_hz, bytes, &chain, &wiring)?;
@@ -317,14 +315,15 @@ pub fn decode(bytes: &[u8]) -> Result<RigBlock, Refusal> {
     Ok(block)
 }
 
-/// What runs on the device, out of the bytes of a rig block, as far as the device uses it.
+/// What runs on the device, out of the bytes of a rig block; the chain is put into its place, which is [`Chain::empty`], and is of use only
+/// when nothing is refused. (A device has no room on its stack to hand a chain round.)
 ///
 /// # Errors
 /// [`Refusal`]: length, magic, version and checksum first, in this order, then each field, then each quantity.
 ///
 /// Not inlined: a device's stack holds what it needs only meanwhile.
 #[inline(never)]
-pub fn on_board(bytes: &[u8]) -> Result<OnBoard, Refusal> {
+pub fn on_board(bytes: &[u8], chain: &mut Chain) -> Result<OnBoard, Refusal> {
     let wrong_length = Refusal::Length { seen: bytes.len() };
     let bytes: &[u8; RIG_BLOCK_LEN] = bytes.try_into().map_err(|_| wrong_length)?;
     let (content, &checksum) = bytes.split_last_chunk::<4>().ok_or(wrong_length)?;
@@ -352,7 +351,7 @@ pub fn on_board(bytes: &[u8]) -> Result<OnBoard, Refusal> {
         limits.check()?;
     }
     wiring.check()?;
-    let chain = message.chain(part(TAPS_OFFSET, LIMITS_OFFSET))?;
+    message.put_chain(part(TAPS_OFFSET, LIMITS_OFFSET), chain)?;
     let mut checks = Checks::new();
     check_together(chain.axes(), &wiring, limits.as_ref(), &mut checks);
     let (rate, [least, most]) = (message.sample_rate_uhz, RATES_UHZ);
@@ -362,7 +361,6 @@ pub fn on_board(bytes: &[u8]) -> Result<OnBoard, Refusal> {
         sample_rate_hz: message.sample_rate_hz,
         sample_rate_uhz: message.sample_rate_uhz,
         wiring,
-        chain,
         model_checksum: message.model_checksum,
         limits,
     })

@@ -22,6 +22,7 @@ use jointwatch::upload::Patience;
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::{Cause, State};
+use jointwatch_shared::rig_block::RigBlock;
 use jointwatch_shared::slot::{ContentCrc, signed_prefix};
 use jointwatch_shared::telemetry::{
     Counters, Decoder, Event, Kind, MAX_FRAME, Report, Request, Restart, Signature, UploadReply,
@@ -168,8 +169,7 @@ fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
         let memory = run.memory.expect("the device counts");
         let size = size::of(image()).unwrap();
         println!("{:?}\n{memory:?} {size:?}", run.instructions);
-        // Of memory the flash alone is beyond what was aimed at, 96 KiB: `docs/firmware.md` says what takes it.
-        assert!(size.flash <= 120 * 1024, "{size:?}");
+        assert!(size.flash <= 92 * 1024, "{size:?}");
         assert!(memory.variables <= 24 * 1024, "{memory:?}");
         assert!(
             4 * memory.stack_peak <= 3 * memory.stack_reserved,
@@ -399,9 +399,20 @@ fn patience() -> Patience {
     }
 }
 
+/// The same rig with the other model on it.
+fn other_block(device: &Device<'_>) -> RigBlock {
+    let RigBlock {
+        rig,
+        wiring,
+        limits,
+        ..
+    } = device.block.clone();
+    RigBlock::new(rig, wiring, limits, &subject().physical).unwrap()
+}
+
 /// The other model for the same rig, signed.
 fn other(device: &Device<'_>) -> SignedModel {
-    let rig = rig_block::encode(&device.block).unwrap();
+    let rig = rig_block::encode(&other_block(device)).unwrap();
     let model = blob::encode(&subject().physical);
     SignedModel::sign(&model, &rig, &PrivateKey::development()).unwrap()
 }
@@ -421,7 +432,7 @@ fn a_good_model_is_uploaded_and_runs_after_the_restart() {
     let successor = Device::new(
         &subject().simulation.study,
         &subject().physical,
-        Some(device.block.clone()),
+        Some(other_block(&device)),
     )
     .unwrap();
     let slot = device.slot().unwrap().to_bytes();
@@ -451,7 +462,7 @@ fn a_restart_in_the_middle_of_an_upload_leaves_the_old_model_and_the_upload_begi
     let successor = Device::new(
         &subject().simulation.study,
         &subject().physical,
-        Some(device.block.clone()),
+        Some(other_block(&device)),
     )
     .unwrap();
     let mut scenario = uploading(other(&device));
@@ -598,7 +609,7 @@ fn what_no_honest_host_sends_is_refused_by_the_device_itself() {
     let mut corrupt = good.clone();
     corrupt[7] ^= 64;
     let mut newer = good.clone();
-    newer[4] = 2;
+    newer[4] = 3;
     let long = vec![0; 8196];
     for (content, announced, wanted) in [
         (corrupt.clone(), crc(&good), "Checksum"),

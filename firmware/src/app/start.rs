@@ -12,7 +12,7 @@ use jointwatch_shared::blob::{self, BLOB_LEN};
 use jointwatch_shared::error::Error;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::{Cause, Monitor};
-use jointwatch_shared::pipeline::ChainState;
+use jointwatch_shared::pipeline::{Chain, ChainState};
 use jointwatch_shared::rig_block::{self, OnBoard, Refusal};
 use jointwatch_shared::telemetry::{
     Event, Hello, ModelFault, ModelIdentity, Occasion, PROTOCOL_VERSION, Restart, RigIdentity, Slot,
@@ -176,14 +176,18 @@ fn with_rig(
     begun: &mut Begun,
     (evaluator, state): (&'static mut MaybeUninit<Evaluator>, &'static mut ChainState),
 ) -> Result<(), Unused> {
+    let evaluator = evaluator.write(Evaluator {
+        chain: Chain::empty(),
+        model,
+        state,
+    });
     let OnBoard {
         sample_rate_hz: hz,
         sample_rate_uhz: uhz,
         wiring,
-        chain,
         model_checksum,
         limits,
-    } = rig_block::on_board(bytes).map_err(Unused::Refused)?;
+    } = rig_block::on_board(bytes, &mut evaluator.chain).map_err(Unused::Refused)?;
     let [least, most] = Rate::UHZ;
     if !(least..=most).contains(&uhz) {
         return Err(Unused::Refused(Refusal::Value(Error::OutOfRange {
@@ -193,24 +197,21 @@ fn with_rig(
             most: most as f64,
         })));
     }
-    if model_checksum != checksum || chain.axes() != model.axes() {
+    let chain = &evaluator.chain;
+    if model_checksum != checksum || chain.axes() != evaluator.model.axes() {
         return Err(Unused::Mismatch);
     }
     let judge = match limits {
         None => Err(Cause::NoLimits),
         Some(limits) if limits.model_checksum != checksum => Err(Cause::OtherModel),
-        Some(limits) => Ok(Monitor::new(limits, &chain).map_err(|_| Unused::Mismatch)?),
+        Some(limits) => Ok(Monitor::new(limits, chain).map_err(|_| Unused::Mismatch)?),
     };
     let crc = bytes.last_chunk().copied().map_or(0, u32::from_le_bytes);
-    begun.hello.rig = Some(RigIdentity::new(hz, &chain, crc));
+    begun.hello.rig = Some(RigIdentity::new(hz, chain, crc));
     begun.rate = Rate { hz, uhz };
     begun.wiring = wiring;
     begun.watch.judge(judge);
-    begun.evaluator = Some(evaluator.write(Evaluator {
-        chain,
-        model,
-        state,
-    }));
+    begun.evaluator = Some(evaluator);
     Ok(())
 }
 

@@ -5,11 +5,10 @@ use super::axis::{Acceleration, AxisChain};
 use super::channel::{Channel, Settling};
 use super::term::Term;
 use crate::error::{Checks, Error};
-use crate::filter::weights_of_steps;
+use crate::filter::put_weights_of_steps;
 use crate::layout::laid_out;
-use crate::rig::{MAX_BAND_TAPS, MAX_COUNTER_DELAY, Taps, check_filters};
+use crate::rig::{MAX_COUNTER_DELAY, TapsFromEitherEnd, check_filters};
 use crate::scale::Scale;
-use heapless::Vec;
 
 laid_out! {
 /// A chain but for its filters.
@@ -63,49 +62,47 @@ impl Numbers {
         }
     }
 
-    /// The chain of so many axes with these filters.
+    /// Puts them into a chain that is empty, of so many axes and with these filters: both derivatives and the low-pass with its shift.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] names the first number that the arithmetic is not proven for, or that is not written in its one form.
-    pub(crate) fn chain(
+    pub(crate) fn put<T: TapsFromEitherEnd>(
         &self,
         axes: u8,
-        velocity: &[i32],
-        acceleration: &[i32],
-        band: Taps<MAX_BAND_TAPS>,
-    ) -> Result<Chain, Error> {
+        filters: [T; 3],
+        band_shift: i8,
+        chain: &mut Chain,
+    ) -> Result<(), Error> {
         let mut checks = Checks::new();
-        let checks = &mut checks;
         checks.whole("number of axes", i32::from(axes), 1, 2);
-        check_filters(velocity, acceleration, &band, checks);
+        check_filters(filters.clone(), band_shift, &mut checks);
+        let (wait, before) = (i32::from(self.wait), i32::from(self.before));
         let most = MOST_SETTLING;
-        checks.whole("samples that counters wait", i32::from(self.wait), 0, most);
-        let before = i32::from(self.before);
+        checks.whole("samples that counters wait", wait, 0, most);
         checks.whole("samples before the first output", before, 0, most);
-        let mut chain = Chain {
-            axes: Vec::new(),
-            velocity: weights_of_steps(velocity),
-            acceleration: weights_of_steps(acceleration),
-            band,
-            settling: Settling {
-                wait: usize::from(self.wait),
-                before: usize::from(self.before),
-            },
-            damped: false,
-            derived: false,
+        let [velocity, acceleration, band] = filters;
+        put_weights_of_steps(velocity, &mut chain.velocity);
+        put_weights_of_steps(acceleration, &mut chain.acceleration);
+        for tap in band {
+            // No more than it holds, as was checked.
+            let _ = chain.band.taps.push(tap);
+        }
+        chain.band.shift = band_shift;
+        chain.settling = Settling {
+            wait: usize::from(self.wait),
+            before: usize::from(self.before),
         };
         for (number, axis) in (0..).zip(&self.axes) {
             if number < axes {
                 // Two at most, as the array that is walked.
-                let _ = chain.axes.push(axis.chain(checks));
+                let _ = chain.axes.push(axis.chain(&mut checks));
             } else {
                 let wrong = i32::from(*axis != AxisNumbers::default());
                 checks.whole("numbers of an axis that is not there", wrong, 0, 0);
             }
         }
         chain.find_slopes();
-        core::mem::replace(checks, Checks::new()).done()?;
-        Ok(chain)
+        checks.done()
     }
 }
 

@@ -5,7 +5,7 @@ use crate::error::Checks;
 use crate::layout::{Field, laid_out};
 use crate::pipeline::Chain;
 use crate::pipeline::numbers::Numbers;
-use crate::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
+use crate::rig::{MAX_BAND_TAPS, MAX_TAPS};
 use crate::wiring::{
     ACCELEROMETERS, Accelerometer, AxisWiring, COUNTERS, Converter, Counter, Signed,
     SignedDirection, Wiring,
@@ -189,15 +189,9 @@ impl Message {
         }
     }
 
-    /// The chain, with its filters from the bytes of the taps.
+    /// Puts the numbers and the filters, from the bytes of the taps, into an empty chain.
     #[inline(never)]
-    pub(super) fn chain(&self, taps: &[u8]) -> Result<Chain, Refusal> {
-        let mut seen = Seen::new();
-        let reserved = NUMBERS_OFFSET + 2;
-        seen.zeros(reserved, &self.chain.reserved);
-        let (places, _) = taps.as_chunks::<4>();
-        let (velocity, places) = places.split_at_checked(MAX_TAPS).unwrap_or_default();
-        let (acceleration, band) = places.split_at_checked(MAX_TAPS).unwrap_or_default();
+    pub(super) fn put_chain(&self, taps: &[u8], chain: &mut Chain) -> Result<(), Refusal> {
         let mut checks = Checks::new();
         for (count, most) in [
             (self.derivative_taps, MAX_TAPS),
@@ -207,30 +201,27 @@ impl Message {
             checks.whole(quantity, i32::from(count), 1, most as i32);
         }
         checks.done()?;
-        let offset = Self::LEN;
-        let mut of_velocity: Vec<i32, MAX_TAPS> = Vec::new();
-        let mut of_acceleration: Vec<i32, MAX_TAPS> = Vec::new();
-        let mut of_band = Taps {
-            taps: Vec::new(),
-            shift: self.band_shift,
-        };
-        let derivative = self.derivative_taps;
-        seen.taps(offset, velocity, derivative, |tap| {
-            let _ = of_velocity.push(tap);
-        });
-        let offset = offset + 4 * MAX_TAPS;
-        seen.taps(offset, acceleration, derivative, |tap| {
-            let _ = of_acceleration.push(tap);
-        });
-        let offset = offset + 4 * MAX_TAPS;
-        seen.taps(offset, band, self.band_taps, |tap| {
-            let _ = of_band.taps.push(tap);
-        });
+        let mut seen = Seen::new();
+        seen.zeros(NUMBERS_OFFSET + 2, &self.chain.reserved);
+        let (places, _) = taps.as_chunks::<4>();
+        let (velocity, places) = places.split_at_checked(MAX_TAPS).unwrap_or_default();
+        let (acceleration, band) = places.split_at_checked(MAX_TAPS).unwrap_or_default();
+        let mut offset = Self::LEN;
+        let counts = [self.derivative_taps, self.derivative_taps, self.band_taps];
+        let mut filters = [velocity, acceleration, band];
+        for (filter, count) in filters.iter_mut().zip(counts) {
+            let places = *filter;
+            let count = usize::from(count);
+            let (used, unused) = places.split_at_checked(count).unwrap_or_default();
+            seen.zeros(offset + 4 * count, unused.as_flattened());
+            *filter = used;
+            offset += 4 * places.len();
+        }
         seen.done()?;
-        let chain = self
-            .chain
-            .chain(self.axes, &of_velocity, &of_acceleration, of_band)?;
-        Ok(chain)
+        let tap = |place: &[u8; 4]| i32::from_le_bytes(*place);
+        let filters = filters.map(|places| places.iter().map(tap));
+        self.chain.put(self.axes, filters, self.band_shift, chain)?;
+        Ok(())
     }
 
     /// The wiring; what it holds is checked by the caller.
@@ -291,18 +282,6 @@ impl Message {
             accelerometers,
             axes,
         }
-    }
-}
-
-impl Seen {
-    /// The taps of a filter at the beginning of its places; the others have to be empty.
-    fn taps(&mut self, offset: usize, places: &[[u8; 4]], length: u16, mut tap: impl FnMut(i32)) {
-        let length = usize::from(length);
-        let (used, unused) = places.split_at_checked(length).unwrap_or_default();
-        for place in used {
-            tap(i32::from_le_bytes(*place));
-        }
-        self.zeros(offset + 4 * length, unused.as_flattened());
     }
 }
 
