@@ -180,24 +180,17 @@ impl Chain {
                 rig,
             )?);
         }
-        let mut chain = Self {
-            damped: false,
-            derived: false,
+        let [damped, derived] = slopes(&axes);
+        // Put together where it is handed back: the smallest device has no room on its stack for two.
+        Ok(Self {
+            damped,
+            derived,
             axes,
             velocity: weights_of_steps(rig.velocity.taps.iter().copied()),
             acceleration: weights_of_steps(rig.acceleration.taps.iter().copied()),
             band: rig.band.clone(),
             settling: Settling::of(rig),
-        };
-        chain.find_slopes();
-        Ok(chain)
-    }
-
-    /// Finds out which derivatives of the bodies the axes ask for.
-    fn find_slopes(&mut self) {
-        self.damped = self.axes.iter().any(AxisChain::is_damped);
-        let mut kinds = self.axes.iter().map(|axis| axis.acceleration);
-        self.derived = kinds.any(|kind| kind == Acceleration::Derived);
+        })
     }
 
     /// One or two.
@@ -337,6 +330,15 @@ impl Chain {
             _ => [Seen::default(); 2],
         }
     }
+}
+
+/// Which derivatives of the bodies axes ask for: the slope, for a damper, and the curvature.
+fn slopes(axes: &[AxisChain]) -> [bool; 2] {
+    let mut kinds = axes.iter().map(|axis| axis.acceleration);
+    [
+        axes.iter().any(AxisChain::is_damped),
+        kinds.any(|kind| kind == Acceleration::Derived),
+    ]
 }
 
 /// 1 when the value stands at one of its rails.

@@ -1,9 +1,9 @@
 //! The chain's numbers as a rig block holds them: what the host made of SI values, and what the device checks before it computes.
 
-use super::Chain;
 use super::axis::{Acceleration, AxisChain};
 use super::channel::{Channel, Settling};
 use super::term::Term;
+use super::{Chain, slopes};
 use crate::error::{Checks, Error};
 use crate::filter::put_weights_of_steps;
 use crate::layout::laid_out;
@@ -101,7 +101,7 @@ impl Numbers {
                 checks.whole("numbers of an axis that is not there", wrong, 0, 0);
             }
         }
-        chain.find_slopes();
+        [chain.damped, chain.derived] = slopes(&chain.axes);
         checks.done()
     }
 }
