@@ -9,7 +9,7 @@
 //! the scales, the bounds and the error; [`PolynomialModel::check`] proves the bounds for the words at hand.
 
 use crate::error::{Checks, Error};
-use crate::fixed::{mul_high_add, q31_powers};
+use crate::fixed::{in_order, mul_high_add, q31_powers};
 use crate::layout::laid_out;
 
 /// Blocks of a two-axis polynomial, one for each x^i·ẋ^j; block number 4·i + j.
@@ -100,7 +100,7 @@ impl PolynomialModel {
         let (a, b) = (q31_powers(x), q31_powers(v));
         if self.axes == 1 {
             let [block, ..] = first;
-            return [block_sum(&block.words, &a, &b), 0];
+            return [block_sum(&block.words, a, b), 0];
         }
         let (c, d) = (q31_powers(phi), q31_powers(omega));
         let outer = monomials(&a, &b);
@@ -277,6 +277,8 @@ fn sum_of_blocks(blocks: &Blocks, outer: &[i32; BLOCKS], row: &[i32; 3], column:
     let ([b0, b1, b2, b3], [m0, m1, m2, m3]) = (blocks, outer) else {
         return 0;
     };
+    // Not by reference: they would be loaded anew for every row.
+    let (row, column) = (*row, *column);
     let sum = add_four_blocks(0, b0, m0, row, column);
     let sum = add_four_blocks(sum, b1, m1, row, column);
     let sum = add_four_blocks(sum, b2, m2, row, column);
@@ -289,8 +291,8 @@ fn add_four_blocks(
     sum: i64,
     [b0, b1, b2, b3]: &[Block; 4],
     [m0, m1, m2, m3]: &[i32; 4],
-    row: &[i32; 3],
-    column: &[i32; 3],
+    row: [i32; 3],
+    column: [i32; 3],
 ) -> i64 {
     let sum = add_block(sum, b0, *m0, row, column);
     let sum = add_block(sum, b1, *m1, row, column);
@@ -300,26 +302,31 @@ fn add_four_blocks(
 
 /// `sum` and one block.
 #[inline(always)]
-fn add_block(sum: i64, block: &Block, monomial: i32, row: &[i32; 3], column: &[i32; 3]) -> i64 {
+fn add_block(sum: i64, block: &Block, monomial: i32, row: [i32; 3], column: [i32; 3]) -> i64 {
+    let block_sum = block_sum(&block.words, row, column);
     let weight = mul_high_add(monomial, block.gain, 0);
-    sum + i64::from(block_sum(&block.words, row, column)) * i64::from(weight)
+    in_order();
+    sum + i64::from(block_sum) * i64::from(weight)
 }
 
 /// Σ w_kl·row^k·column^l of one block, at the block's scale A.
 #[inline(always)]
-fn block_sum(words: &[i32; 16], row: &[i32; 3], column: &[i32; 3]) -> i32 {
-    let [q1, q2, q3] = *row;
+fn block_sum(words: &[i32; 16], row: [i32; 3], column: [i32; 3]) -> i32 {
+    let [q1, q2, q3] = row;
     let (rows, _) = words.as_chunks::<4>();
     let [r0, r1, r2, r3] = rows else {
         return 0;
     };
-    let sum = mul_high_add(row_sum(r1, column), q1, row_sum(r0, column));
+    let sum = row_sum(r0, column);
+    let sum = mul_high_add(row_sum(r1, column), q1, sum);
     let sum = mul_high_add(row_sum(r2, column), q2, sum);
     mul_high_add(row_sum(r3, column), q3, sum)
 }
 
 /// Σ w_l·column^l of one row.
 #[inline(always)]
-fn row_sum(&[w0, w1, w2, w3]: &[i32; 4], &[p1, p2, p3]: &[i32; 3]) -> i32 {
-    mul_high_add(w3, p3, mul_high_add(w2, p2, mul_high_add(w1, p1, w0)))
+fn row_sum(&[w0, w1, w2, w3]: &[i32; 4], [p1, p2, p3]: [i32; 3]) -> i32 {
+    let sum = mul_high_add(w3, p3, mul_high_add(w2, p2, mul_high_add(w1, p1, w0)));
+    in_order();
+    sum
 }
