@@ -14,6 +14,7 @@ pub mod board;
 pub mod clock;
 pub mod key;
 pub mod sensor;
+pub mod signature;
 pub mod store;
 pub mod suite;
 

@@ -26,7 +26,7 @@ fn model() -> &'static Model {
 }
 
 fn good() -> Slot {
-    signed(model(), Some(&reference_rig(None)))
+    signed(model(), Some(&reference_rig(model(), None)))
 }
 
 fn events(reports: &[Report]) -> Vec<Event> {
@@ -102,7 +102,7 @@ fn an_empty_device_says_that_it_has_no_model_and_streams_raw_counts() {
 fn what_is_streamed_is_what_the_chain_computes() {
     let mut bench = Bench::start([good(), Slot::Empty]);
     bench.ask(&Request::Stream { every: 1 });
-    let rig = reference_rig(None).rig;
+    let rig = reference_rig(model(), None).rig;
     let chain = Chain::new(model(), &rig).expect("a rig that fits");
     let mut state = ChainState::default();
     let mut outputs = 0;
@@ -159,16 +159,14 @@ fn every_bad_slot_has_its_event_and_the_other_one_steps_in() {
 }
 
 #[test]
-fn a_rig_block_that_is_missing_damaged_or_of_another_rig_leaves_raw_counts() {
-    let mut one_axis = reference_rig(None);
-    one_axis.rig.axes.truncate(1);
-    one_axis.rig.axes[0].force_cross = 0.0;
-    one_axis.wiring.axes.truncate(1);
-    let mut damaged = jointwatch_shared::rig_block::encode(&reference_rig(None)).unwrap();
+fn a_rig_block_that_is_missing_damaged_or_for_another_model_leaves_raw_counts() {
+    let mut of_another = reference_rig(model(), None);
+    of_another.model_checksum ^= 1;
+    let mut damaged = jointwatch_shared::rig_block::encode(&reference_rig(model(), None)).unwrap();
     damaged[100] ^= 1;
     for (slot, event) in [
         (signed(model(), None), Event::NoRig),
-        (signed(model(), Some(&one_axis)), Event::Mismatch),
+        (signed(model(), Some(&of_another)), Event::Mismatch),
         (
             sealed(model(), &damaged),
             Event::RigRefused {
@@ -187,7 +185,7 @@ fn a_rig_block_that_is_missing_damaged_or_of_another_rig_leaves_raw_counts() {
 
 #[test]
 fn limits_of_another_model_are_not_used() {
-    let of = |checksum| signed(model(), Some(&reference_rig(Some(checksum))));
+    let of = |checksum| signed(model(), Some(&reference_rig(model(), Some(checksum))));
     let own = blob::checksum(&blob::encode(model()));
     for (checksum, cause) in [(own, Cause::Starting), (own ^ 1, Cause::OtherModel)] {
         let mut bench = Bench::start([of(checksum), Slot::Empty]);
@@ -321,7 +319,10 @@ fn upload(bench: &mut Bench, slot: &Slot, signature: Option<Signature>) -> Vec<U
 #[test]
 fn a_new_model_is_taken_over_the_line_tried_after_a_restart_and_kept() {
     let mut bench = Bench::start([good(), Slot::Empty]);
-    let new = signed(reference_network(), Some(&reference_rig(None)));
+    let new = signed(
+        reference_network(),
+        Some(&reference_rig(reference_network(), None)),
+    );
     let replies = upload(&mut bench, &new, None);
     assert_eq!(
         replies.last(),
@@ -362,7 +363,10 @@ fn a_new_model_is_taken_over_the_line_tried_after_a_restart_and_kept() {
 #[test]
 fn a_model_that_does_not_live_through_its_trial_is_given_up() {
     let mut bench = Bench::start([good(), Slot::Empty]);
-    let new = signed(reference_network(), Some(&reference_rig(None)));
+    let new = signed(
+        reference_network(),
+        Some(&reference_rig(reference_network(), None)),
+    );
     upload(&mut bench, &new, new.signature());
     let mut bench = bench.restart().restart();
     bench.sample(RawSample::default());
@@ -375,7 +379,7 @@ fn a_model_that_does_not_live_through_its_trial_is_given_up() {
 #[test]
 fn an_alarm_brings_the_residual_from_before_and_after_it() {
     let own = blob::checksum(&blob::encode(model()));
-    let slot = signed(model(), Some(&reference_rig(Some(own))));
+    let slot = signed(model(), Some(&reference_rig(model(), Some(own))));
     let mut bench = Bench::start([slot, Slot::Empty]);
     bench.ask(&Request::Stream { every: 1 });
     let mut residuals = Vec::new();

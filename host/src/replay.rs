@@ -7,6 +7,7 @@ use crate::motion::{self, Filters, Motion, low_pass};
 use crate::signal;
 use crate::study::{Channels, Convention, Record, Study};
 use crate::wired::Wired;
+use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::model::corrections::ForceCorrection;
 use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawAxis, RawSample};
@@ -194,28 +195,6 @@ impl SetUp {
         let filters = filters(study, model)?;
         let converters = rig(study, model, &filters)?;
         let rig = corrected(&converters, model.corrections());
-        Self::with(study, model, filters, rig, Sensors::Plain(converters))
-    }
-
-    /// The device with the rig block that it holds, fed with the records of a study.
-    ///
-    /// # Errors
-    /// As [`SetUp::new`], and [`crate::error::Kind::Data`] when the block is for another rate or other filters, and when
-    /// its wiring cannot give a record.
-    pub fn of_block(study: &Study, model: &Model, block: &RigBlock) -> Result<Self> {
-        let filters = filters(study, model)?;
-        let wired = Wired::new(study, model, &filters, block)?;
-        let sensors = Sensors::Wired(wired);
-        Self::with(study, model, filters, block.rig.clone(), sensors)
-    }
-
-    fn with(
-        study: &Study,
-        model: &Model,
-        filters: Filters,
-        rig: Rig,
-        sensors: Sensors,
-    ) -> Result<Self> {
         let chain = Chain::new(model, &rig).map_err(|e| {
             Error::data(format!(
                 "{}: this rig cannot run on the device's integers ({e}); check the study's units, encoder_step, and what corrects \
@@ -225,8 +204,29 @@ impl SetUp {
         })?;
         Ok(Self {
             rig,
-            sensors,
+            sensors: Sensors::Plain(converters),
             chain,
+            filters,
+        })
+    }
+
+    /// The device with the rig block that it holds, fed with the records of a study.
+    ///
+    /// # Errors
+    /// As [`SetUp::new`], and [`crate::error::Kind::Data`] when the block is for another model, and when
+    /// its wiring cannot give a record.
+    pub fn of_block(study: &Study, model: &Model, block: &RigBlock) -> Result<Self> {
+        if block.model_checksum != blob::checksum(&blob::encode(model)) {
+            return Err(Error::data(
+                "the rig block is for another model, and a device would not use it; export it for this model with `export --rig`",
+            ));
+        }
+        let filters = filters(study, model)?;
+        let wired = Wired::new(study, model, &filters, block)?;
+        Ok(Self {
+            rig: block.rig.clone(),
+            sensors: Sensors::Wired(wired),
+            chain: block.chain.clone(),
             filters,
         })
     }

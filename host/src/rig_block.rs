@@ -12,7 +12,6 @@ use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits};
 use jointwatch_shared::monitor::{Cause, OCTAVE, SHARE};
-use jointwatch_shared::pipeline::Chain;
 use jointwatch_shared::rig::{Rig, RigAxis};
 use jointwatch_shared::rig_block::{self, RIG_BLOCK_LEN, RIG_BLOCK_MAGIC, RigBlock};
 use jointwatch_shared::wiring::{
@@ -75,20 +74,13 @@ fn finished(path: &Path, converters: Rig, wiring: Wiring, model: &Model) -> Resu
         // The board's own skew, besides what the model knows of the channel.
         axis.force_delay_samples += read.force_delay_samples;
     }
-    let block = RigBlock {
-        rig,
-        wiring,
-        limits: None,
-    };
     let refuse = |e: jointwatch_shared::error::Error| {
         Error::data(format!(
             "{}: the device cannot hold this rig ({e}); check the counts, gains and skews, and their units",
             path.display()
         ))
     };
-    block.check().map_err(refuse)?;
-    Chain::new(model, &block.rig).map_err(refuse)?;
-    Ok(block)
+    RigBlock::new(rig, wiring, None, model).map_err(refuse)
 }
 
 /// Puts the monitor's limits into a block: from the study's validation records, as this board's sensors would count them.

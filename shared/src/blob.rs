@@ -8,7 +8,7 @@ mod base;
 mod corrections;
 mod effects;
 
-use crate::error::Error;
+use crate::error::{Checks, Error};
 use crate::layout::{Field, Reader, Writer, laid_out};
 use crate::model::axis::{Axis, AxisKind, Convention, InputRange, NAME_LEN, Name, Validation};
 use crate::model::{Header, Model, Output};
@@ -19,11 +19,11 @@ use heapless::Vec;
 /// Bytes of a blob.
 pub const BLOB_LEN: usize = 4096;
 /// The format version that this program writes and reads.
-pub const BLOB_VERSION: u16 = 1;
+pub const BLOB_VERSION: u16 = 2;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
-/// Bytes of header, base, effects and corrections; what follows up to the checksum is zero.
-pub const MESSAGE_LEN: usize = corrections::OFFSET + corrections::LEN;
+/// Bytes of header, base, effects, corrections and origins; what follows up to the checksum is zero.
+pub const MESSAGE_LEN: usize = corrections::OFFSET + corrections::LEN + effects::ORIGINS_LEN;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
 
@@ -80,7 +80,9 @@ pub fn encode(model: &Model) -> [u8; BLOB_LEN] {
     let (base, rest) = rest.split_at_mut(base::LEN);
     let (terms, rest) = rest.split_at_mut(effects::LEN);
     let effects = effects::write(&model.terms, terms);
-    corrections::write(&model.corrections, rest);
+    let (corrections, rest) = rest.split_at_mut(corrections::LEN);
+    corrections::write(&model.corrections, corrections);
+    effects::write_origins(&model.terms, rest);
     Message::of(model, effects).write(&mut Writer::new(header));
     base::write(&model.base, base);
     let checksum = CRC.checksum(blob.get(..CHECKSUM_OFFSET).unwrap_or_default());
@@ -129,11 +131,12 @@ pub fn decode(blob: &[u8]) -> Result<Model, Error> {
     let message = Message::read(&mut Reader::new(header));
     let (base, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
     let (effects, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
-    let (corrections, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
+    let (corrections, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
+    let (origins, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
     unless_zero(MESSAGE_LEN, padding)?;
     let corrections = corrections::read(message.axes, corrections)?;
     message
-        .model(header, base, effects)?
+        .model(header, base, effects, origins)?
         .correcting(corrections)
 }
 
@@ -181,6 +184,7 @@ impl Message {
         header: &[u8; base::OFFSET],
         base: &[u8; base::LEN],
         effects: &[u8; effects::LEN],
+        origins: &[u8; effects::ORIGINS_LEN],
     ) -> Result<Model, Error> {
         let of_base = BaseHeader {
             tag: self.base,
@@ -196,7 +200,9 @@ impl Message {
             let _ = axes.push(axis.axis(number)?);
             let _ = outputs.push(axis.output());
         }
-        Error::unless_within("number of axes", f64::from(self.axes), 1.0, 2.0)?;
+        let mut checks = Checks::new();
+        checks.whole("number of axes", i32::from(self.axes), 1, 2);
+        checks.done()?;
         if self.axes == 1 {
             let offset = AXES_OFFSET + AxisMessage::LEN;
             unless_zero(offset, header.get(offset..).unwrap_or_default())?;
@@ -207,7 +213,7 @@ impl Message {
             state_band_hz: self.state_band_hz,
             axes,
         };
-        let terms = effects::read(&about, self.effects, effects)?;
+        let terms = effects::read(self.axes, self.effects, effects, origins)?;
         let base_shifts = [self.base_shifts & 15, self.base_shifts >> 4];
         Model::with_effects(about, outputs, base, base_shifts, terms)
     }

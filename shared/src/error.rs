@@ -173,16 +173,84 @@ impl Error {
         least: f64,
         most: f64,
     ) -> Result<(), Self> {
-        if seen >= least && seen <= most {
-            Ok(())
-        } else {
-            Err(Self::OutOfRange {
+        let mut checks = Checks::new();
+        checks.within(quantity, seen, least, most);
+        checks.done()
+    }
+}
+
+/// Many quantities held against their ranges, of which the first that is wrong is told.
+///
+/// A check gives no answer, so that a list of them costs the device a call each and not the handing on of an error; and real numbers
+/// are compared as the integers that their bits are, so that it needs no arithmetic on them.
+pub(crate) struct Checks(Result<(), Error>);
+
+impl Checks {
+    /// Nothing is wrong yet.
+    pub(crate) const fn new() -> Self {
+        Self(Ok(()))
+    }
+
+    /// A real number from `least` to `most`; a NaN never is.
+    #[inline(never)]
+    pub(crate) fn within(&mut self, quantity: &'static str, seen: f64, least: f64, most: f64) {
+        if order(seen) < order(least) || order(seen) > order(most) {
+            self.say(Error::OutOfRange {
                 quantity,
                 seen,
                 least,
                 most,
-            })
+            });
         }
+    }
+
+    /// A whole number from `least` to `most`.
+    #[inline(never)]
+    pub(crate) fn whole(&mut self, quantity: &'static str, seen: i32, least: i32, most: i32) {
+        if seen < least || seen > most {
+            self.say(Error::OutOfRange {
+                quantity,
+                seen: f64::from(seen),
+                least: f64::from(least),
+                most: f64::from(most),
+            });
+        }
+    }
+
+    /// A whole number of up to 53 bits from `least` to `most`; what is beyond counts as more than `most`.
+    #[inline(never)]
+    pub(crate) fn long(&mut self, quantity: &'static str, seen: u64, least: u64, most: u64) {
+        if seen < least || seen > most {
+            self.say(Error::OutOfRange {
+                quantity,
+                seen: seen as f64,
+                least: least as f64,
+                most: most as f64,
+            });
+        }
+    }
+
+    /// What is wrong, where that is known already.
+    #[inline(never)]
+    pub(crate) fn say(&mut self, error: Error) {
+        if self.0.is_ok() {
+            self.0 = Err(error);
+        }
+    }
+
+    /// The first that was wrong.
+    pub(crate) fn done(self) -> Result<(), Error> {
+        self.0
+    }
+}
+
+/// A real number's place among all others, as an integer; both zeros have one, and a NaN is beyond an infinity.
+fn order(x: f64) -> i64 {
+    let bits = x.to_bits().cast_signed();
+    if bits < 0 {
+        i64::MIN.wrapping_sub(bits)
+    } else {
+        bits
     }
 }
 
@@ -305,3 +373,24 @@ impl fmt::Display for Error {
 }
 
 impl core::error::Error for Error {}
+
+#[cfg(test)]
+mod tests {
+    use super::order;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_order_of_real_numbers_is_that_of_their_places(a: f64, b: f64) {
+            prop_assert_eq!(order(a).cmp(&order(b)), a.partial_cmp(&b).unwrap());
+        }
+    }
+
+    #[test]
+    fn zeros_are_one_and_a_nan_is_within_nothing() {
+        assert_eq!(order(0.0), order(-0.0));
+        let nan = f64::NAN;
+        assert!(order(nan.copysign(1.0)) > order(f64::INFINITY));
+        assert!(order(nan.copysign(-1.0)) < order(f64::NEG_INFINITY));
+    }
+}

@@ -5,7 +5,7 @@
 //! derivative sum to zero, so that Σ tapᵢ·x[n−i] = Σ Cᵢ·(x[n−i] − x[n−i−1]), where Cᵢ is the sum of the taps up to the i-th:
 //! the same number to the bit, and on the device one multiplication for each step of both axes, as for the low-pass.
 
-use crate::fixed::{round_shift, saturate};
+use crate::fixed::{in_order, round_shift, saturate};
 use crate::rig::{MAX_TAPS, Taps};
 use heapless::Vec;
 
@@ -111,22 +111,28 @@ impl Counters {
 }
 
 /// What a derivative's taps make of the steps of a counter, oldest step first: sums of taps, which sum to zero.
-pub fn weights_of_steps(taps: &Taps) -> Vec<i32, MAX_STEPS> {
+pub fn weights_of_steps(
+    taps: impl DoubleEndedIterator<Item = i32> + ExactSizeIterator,
+) -> Vec<i32, MAX_STEPS> {
     let mut weights = Vec::new();
+    put_weights_of_steps(taps, &mut weights);
+    weights
+}
+
+/// [`weights_of_steps`] in their place, which is empty.
+pub(crate) fn put_weights_of_steps(
+    taps: impl DoubleEndedIterator<Item = i32> + ExactSizeIterator,
+    weights: &mut Vec<i32, MAX_STEPS>,
+) {
+    let steps = taps.len().saturating_sub(1);
     let mut sum = 0_i32;
     // taps[i] multiplies x[n−i]. From the oldest value on, the sums are those of all other taps, with the other sign.
-    for &tap in taps
-        .taps
-        .iter()
-        .rev()
-        .take(taps.taps.len().saturating_sub(1))
-    {
+    for tap in taps.rev().take(steps) {
         // Half of Σ|tap| < 2³² at most, because the taps of one sign are as many as those of the other.
         sum = sum.wrapping_sub(tap);
         // One step less than there are taps.
         let _ = weights.push(sum);
     }
-    weights
 }
 
 /// The longest delay of a channel that is not filtered: half of [`MAX_TAPS`], rounded down.
@@ -201,25 +207,45 @@ pub fn low_pass<const MOST: usize>(taps: &Taps<MOST>, history: &History<MOST>) -
 
 /// `Σ weight·row` of both columns, modulo 2⁶⁴.
 ///
-/// Two columns and two rows at a time, twelve instructions; with three rows or more the compiler has too few registers.
+/// Eight rows at a time, nine instructions for two: as few as there can be but for the counting.
 #[inline(never)]
 fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
-    let (weight_pairs, last_weights) = weights.as_chunks::<2>();
-    let (row_pairs, last_rows) = rows.as_chunks::<2>();
-    let product = |weight: i32, value: i32| i64::from(weight) * i64::from(value);
-    let (mut first, mut second) = (0_i64, 0_i64);
-    for (&[v, w], &[[a, b], [c, d]]) in weight_pairs.iter().zip(row_pairs) {
-        first = first.wrapping_add(product(v, a));
-        second = second.wrapping_add(product(v, b));
-        // In this order the compiler needs an instruction less.
-        second = second.wrapping_add(product(w, d));
-        first = first.wrapping_add(product(w, c));
+    let (eight_weights, last_weights) = weights.as_chunks::<8>();
+    let (eight_rows, last_rows) = rows.as_chunks::<8>();
+    let mut eight_rows = eight_rows.iter();
+    let mut sums = (0, 0);
+    for [a, b, c, d, e, f, g, h] in eight_weights {
+        let Some([i, j, k, l, m, n, o, p]) = eight_rows.next() else {
+            break;
+        };
+        sums = add_two(sums, [a, b], [i, j]);
+        sums = add_two(sums, [c, d], [k, l]);
+        sums = add_two(sums, [e, f], [m, n]);
+        sums = add_two(sums, [g, h], [o, p]);
     }
-    if let ([w], [[a, b]]) = (last_weights, last_rows) {
-        first = first.wrapping_add(product(*w, *a));
-        second = second.wrapping_add(product(*w, *b));
+    for (weight, row) in last_weights.iter().zip(last_rows) {
+        sums = add(sums, *weight, *row);
     }
-    [first, second]
+    // Not an array before: it would be kept in memory, where it is handed back.
+    sums.into()
+}
+
+/// `sums` and two rows more. In order, or the compiler would load all rows before it multiplies, and had no registers left.
+#[inline(always)]
+fn add_two(sums: (i64, i64), [v, w]: [&i32; 2], [first, second]: [&[i32; 2]; 2]) -> (i64, i64) {
+    let sums = add(add(sums, *v, *first), *w, *second);
+    in_order();
+    sums
+}
+
+/// `sums` and a row more.
+#[inline(always)]
+fn add((first, second): (i64, i64), weight: i32, [a, b]: [i32; 2]) -> (i64, i64) {
+    let product = |value: i32| i64::from(weight) * i64::from(value);
+    (
+        first.wrapping_add(product(a)),
+        second.wrapping_add(product(b)),
+    )
 }
 
 /// `value · 2^−shift`, rounded half up and saturated to `i32`, for a shift from 0 to 62.
@@ -283,7 +309,8 @@ mod tests {
             counters.begin([count(0), 0]);
             (0..10).for_each(|n| counters.push([count(n), -n * n], 1));
             assert_eq!(counters.middle(), [count(8), -64]);
-            let derivative = |taps| counters.derivative(&weights_of_steps(taps));
+            let derivative =
+                |taps: &Taps| counters.derivative(&weights_of_steps(taps.taps.iter().copied()));
             assert_eq!(derivative(&first), [2 * (6 * 8 + 5), -32]);
             assert_eq!(derivative(&second), [2 * 6, -4]);
         }
@@ -309,7 +336,7 @@ mod tests {
             let wanted: i128 = products
                 .map(|(tap, x)| i128::from(*tap) * i128::from(*x))
                 .sum();
-            let seen = counters.derivative(&weights_of_steps(&taps));
+            let seen = counters.derivative(&weights_of_steps(taps.taps.iter().copied()));
             assert_eq!(seen.map(i128::from), [wanted; 2], "{taps:?}");
         }
     }

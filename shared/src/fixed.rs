@@ -21,6 +21,8 @@
 //! *Half up* means ⌊x + ½⌋: half an addition and a shift, the rounding of the multiplier's own `SMMLAR`. It shifts the
 //! mean by nothing but the ties, which are one case in 2³² here; rounding half to even would cost three instructions.
 
+use core::sync::atomic::{Ordering, compiler_fence};
+
 /// Half of the divisor 2ⁿ; what is added before a shift by `n` so that it rounds half up.
 #[inline(always)]
 const fn half(n: u32) -> i64 {
@@ -82,6 +84,13 @@ pub const fn mul_shift(a: i32, b: i32, n: u32) -> i64 {
 #[inline(always)]
 pub const fn mul_high_add(a: i32, b: i32, sum: i32) -> i32 {
     ((a as i64 * b as i64 + (1 << 31)) >> 32) as i32 + sum
+}
+
+/// What is loaded from memory before this is loaded before it, and what after it after it. No instruction: a word to the compiler, which
+/// otherwise loads what a whole kernel needs at once and then has no registers for it.
+#[inline(always)]
+pub fn in_order() {
+    compiler_fence(Ordering::SeqCst);
 }
 
 /// The nearest `i32` to `x`, and whether `x` had to be cut to fit.

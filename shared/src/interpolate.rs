@@ -7,7 +7,7 @@
 use crate::fixed::{round_shift, round_to_i64, saturate};
 
 /// Binary places of the integer weights.
-const PLACES: u32 = 29;
+pub(crate) const PLACES: u32 = 29;
 
 /// Where a channel is read: a whole number of samples, and the cubic's weights for the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -77,7 +77,7 @@ macro_rules! numbers {
     )*};
 }
 
-numbers!(u8, i8, u16, i32, u32, i64, f32, f64);
+numbers!(u8, i8, u16, i32, u32, i64, u64, f32, f64);
 
 impl<T: Field, const COUNT: usize> Field for [T; COUNT] {
     const LEN: usize = COUNT * T::LEN;

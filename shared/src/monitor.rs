@@ -28,7 +28,7 @@ pub use sensors::Faults;
 pub use sliding::Window;
 pub use verdict::{CHANNEL_NAMES, Cause, State, Verdict, Words};
 
-use crate::error::Error;
+use crate::error::{Checks, Error};
 use crate::pipeline::{Chain, Output, RawSample};
 use crate::rig::MAX_BAND_TAPS;
 use block::Waiting;
@@ -120,9 +120,10 @@ impl Monitor {
     /// [`Error`] names the limit that is not usable, or says that the limits are not for as many axes as the chain has.
     pub fn new(limits: Limits, chain: &Chain) -> Result<Self, Error> {
         limits.check()?;
-        let axes = chain.axes() as f64;
+        let (axes, mut checks) = (chain.axes() as i32, Checks::new());
         let quantity = "axes of the monitor's limits, against the rig's";
-        Error::unless_within(quantity, limits.axes.len() as f64, axes, axes)?;
+        checks.whole(quantity, limits.axes.len() as i32, axes, axes);
+        checks.done()?;
         let (derivative, band) = (2 * chain.delay() + 1, chain.band().taps.len());
         Ok(Self {
             log_block: limits.block.trailing_zeros(),

@@ -19,6 +19,7 @@
 
 mod axis;
 mod channel;
+pub(crate) mod numbers;
 mod term;
 
 use crate::error::Error;
@@ -127,6 +128,22 @@ impl Default for ChainState {
 }
 
 impl Chain {
+    /// A chain of no axes and no filters, into which a rig block is read.
+    pub const fn empty() -> Self {
+        Self {
+            axes: heapless::Vec::new(),
+            velocity: heapless::Vec::new(),
+            acceleration: heapless::Vec::new(),
+            band: Taps {
+                taps: heapless::Vec::new(),
+                shift: 0,
+            },
+            settling: Settling { wait: 0, before: 0 },
+            damped: false,
+            derived: false,
+        }
+    }
+
     /// Builds the chain from SI values.
     ///
     /// # Errors
@@ -163,13 +180,14 @@ impl Chain {
                 rig,
             )?);
         }
-        let mut kinds = axes.iter().map(|axis| axis.acceleration);
+        let [damped, derived] = slopes(&axes);
+        // Put together where it is handed back: the smallest device has no room on its stack for two.
         Ok(Self {
-            damped: axes.iter().any(AxisChain::is_damped),
-            derived: kinds.any(|kind| kind == Acceleration::Derived),
+            damped,
+            derived,
             axes,
-            velocity: weights_of_steps(&rig.velocity),
-            acceleration: weights_of_steps(&rig.acceleration),
+            velocity: weights_of_steps(rig.velocity.taps.iter().copied()),
+            acceleration: weights_of_steps(rig.acceleration.taps.iter().copied()),
             band: rig.band.clone(),
             settling: Settling::of(rig),
         })
@@ -198,6 +216,18 @@ impl Chain {
     /// By how many samples the residual in the common band lags behind the newest sample.
     pub fn band_delay(&self) -> usize {
         self.delay() + self.band.taps.len() / 2
+    }
+
+    /// Taps of either derivative.
+    pub(crate) fn derivative_taps(&self) -> usize {
+        self.velocity.len() + 1
+    }
+
+    /// Whether its filters are the rig's.
+    pub(crate) fn has_filters_of(&self, rig: &Rig) -> bool {
+        self.velocity == weights_of_steps(rig.velocity.taps.iter().copied())
+            && self.acceleration == weights_of_steps(rig.acceleration.taps.iter().copied())
+            && self.band == rig.band
     }
 
     /// The taps of the low-pass over the residual.
@@ -300,6 +330,15 @@ impl Chain {
             _ => [Seen::default(); 2],
         }
     }
+}
+
+/// Which derivatives of the bodies axes ask for: the slope, for a damper, and the curvature.
+fn slopes(axes: &[AxisChain]) -> [bool; 2] {
+    let mut kinds = axes.iter().map(|axis| axis.acceleration);
+    [
+        axes.iter().any(AxisChain::is_damped),
+        kinds.any(|kind| kind == Acceleration::Derived),
+    ]
 }
 
 /// 1 when the value stands at one of its rails.

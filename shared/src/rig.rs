@@ -1,6 +1,7 @@
 //! The rig as the device knows it: what one count of each sensor means, the inertia, and the filters' taps.
 
-use crate::error::Error;
+use crate::error::{Checks, Error};
+use crate::fixed::round_to_i64;
 use heapless::Vec;
 
 /// The most taps a derivative may have; odd, so that the delay is a whole number of samples.
@@ -87,126 +88,128 @@ enum Shape {
     SymmetricSumZero,
 }
 
-impl<const MOST: usize> Taps<MOST> {
-    fn check(&self, shape: Shape, wrong: [&'static str; 2]) -> Result<(), Error> {
-        let [wrong_length, wrong_shape] = wrong;
-        let length = self.taps.len();
-        if length.is_multiple_of(2) {
-            return Err(Error::OutOfRange {
-                quantity: wrong_length,
-                seen: length as f64,
-                least: 1.0,
-                most: MOST as f64,
-            });
-        }
-        let sign = if shape == Shape::Antisymmetric { -1 } else { 1 };
-        let pairs = self.taps.iter().zip(self.taps.iter().rev());
-        let skewed = pairs
-            .map(|(&a, &b)| (i64::from(a) - sign * i64::from(b)).unsigned_abs())
-            .max()
-            .unwrap_or(0);
-        Error::unless_within(wrong_shape, skewed as f64, 0.0, 0.0)?;
-        let sum: i64 = self.taps.iter().map(|&tap| i64::from(tap)).sum();
-        if shape == Shape::SymmetricSumZero {
-            Error::unless_within(wrong_shape, sum as f64, 0.0, 0.0)?;
-        }
-        // A sum over taps times 32-bit values must stay under 2⁶³.
-        let sizes: u64 = self
-            .taps
-            .iter()
-            .map(|tap| u64::from(tap.unsigned_abs()))
-            .sum();
-        Error::unless_within(
-            "sum of the sizes of a filter's taps",
-            sizes as f64,
-            1.0,
-            u32::MAX as f64,
-        )
+/// The taps of a filter, wherever they stand, from either end.
+pub(crate) trait TapsFromEitherEnd:
+    DoubleEndedIterator<Item = i32> + ExactSizeIterator + Clone
+{
+}
+
+impl<I: DoubleEndedIterator<Item = i32> + ExactSizeIterator + Clone> TapsFromEitherEnd for I {}
+
+/// What the arithmetic of the filters relies on, of taps of at most so many; `wrong` names length and shape.
+#[inline(never)]
+fn check_taps(
+    taps: impl TapsFromEitherEnd,
+    most: usize,
+    shape: Shape,
+    [wrong_length, wrong_shape]: [&'static str; 2],
+    checks: &mut Checks,
+) {
+    let length = taps.len();
+    let least = if length.is_multiple_of(2) {
+        length + 1
+    } else {
+        1
+    };
+    checks.whole(wrong_length, length as i32, least as i32, most as i32);
+    let sign = if shape == Shape::Antisymmetric { -1 } else { 1 };
+    let (mut skewed, mut sum, mut sizes) = (0_i64, 0_i64, 0_u64);
+    for (a, b) in taps.clone().zip(taps.rev()) {
+        skewed |= i64::from(a) - sign * i64::from(b);
+        sum += i64::from(a);
+        sizes += u64::from(a.unsigned_abs());
     }
+    let of_shape = skewed == 0 && (shape != Shape::SymmetricSumZero || sum == 0);
+    checks.whole(wrong_shape, i32::from(!of_shape), 0, 0);
+    // A sum over taps times 32-bit values must stay under 2⁶³.
+    let quantity = "sum of the sizes of a filter's taps";
+    checks.long(quantity, sizes, 1, u64::from(u32::MAX));
+}
+
+/// The three filters together: both derivatives and the low-pass, with its shift.
+pub(crate) fn check_filters<T: TapsFromEitherEnd>(
+    [velocity, acceleration, band]: [T; 3],
+    band_shift: i8,
+    checks: &mut Checks,
+) {
+    let (wanted, seen) = (velocity.len() as i32, acceleration.len() as i32);
+    let quantity = "taps of the acceleration filter, against the velocity filter";
+    checks.whole(quantity, seen, wanted, wanted);
+    let of_velocity = [
+        "taps of the velocity filter (an odd number)",
+        "asymmetry of the velocity filter",
+    ];
+    check_taps(
+        velocity,
+        MAX_TAPS,
+        Shape::Antisymmetric,
+        of_velocity,
+        checks,
+    );
+    let of_acceleration = [
+        "taps of the acceleration filter (an odd number)",
+        "asymmetry or sum of the acceleration filter",
+    ];
+    let shape = Shape::SymmetricSumZero;
+    check_taps(acceleration, MAX_TAPS, shape, of_acceleration, checks);
+    let of_band = [
+        "taps of the band filter (an odd number)",
+        "asymmetry of the band filter",
+    ];
+    check_taps(band, MAX_BAND_TAPS, Shape::Symmetric, of_band, checks);
+    checks.whole("shift of the band filter", i32::from(band_shift), 1, 62);
 }
 
 impl Rig {
+    /// The sample rate in 10⁻⁶ Hz, as the device computes with it.
+    pub fn sample_rate_uhz(&self) -> u64 {
+        round_to_i64(1e6 * self.sample_rate_hz).unsigned_abs()
+    }
+
     /// Checks what the arithmetic of the chain relies on.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] names the first quantity that is not usable.
     pub fn check(&self) -> Result<(), Error> {
-        let within = Error::unless_within;
-        within("sample rate in Hz", self.sample_rate_hz, 1.0, 1e6)?;
-        self.velocity.check(
-            Shape::Antisymmetric,
-            [
-                "taps of the velocity filter (an odd number)",
-                "asymmetry of the velocity filter",
-            ],
-        )?;
-        self.acceleration.check(
-            Shape::SymmetricSumZero,
-            [
-                "taps of the acceleration filter (an odd number)",
-                "asymmetry or sum of the acceleration filter",
-            ],
-        )?;
-        self.band.check(
-            Shape::Symmetric,
-            [
-                "taps of the band filter (an odd number)",
-                "asymmetry of the band filter",
-            ],
-        )?;
-        within(
-            "shift of the band filter",
-            f64::from(self.band.shift),
-            1.0,
-            62.0,
-        )?;
-        let (velocity, acceleration) = (
-            self.velocity.taps.len() as f64,
-            self.acceleration.taps.len() as f64,
-        );
-        within(
-            "taps of the acceleration filter, against the velocity filter",
-            acceleration,
-            velocity,
-            velocity,
-        )?;
-        within("axes of the rig", self.axes.len() as f64, 1.0, 2.0)?;
+        let mut checks = Checks::new();
+        checks.within("sample rate in Hz", self.sample_rate_hz, 1.0, 1e6);
+        let filters: [&[i32]; 3] = [
+            &self.velocity.taps,
+            &self.acceleration.taps,
+            &self.band.taps,
+        ];
+        let filters = filters.map(|taps| taps.iter().copied());
+        check_filters(filters, self.band.shift, &mut checks);
+        checks.whole("axes of the rig", self.axes.len() as i32, 1, 2);
         for axis in &self.axes {
-            within(
-                "displacement step",
-                axis.displacement_step,
-                f64::MIN_POSITIVE,
-                1e60,
-            )?;
-            within("force per count", axis.force_step, f64::MIN_POSITIVE, 1e60)?;
-            within("body step", axis.body_step, 0.0, 1e60)?;
-            within("acceleration step", axis.acceleration_step, 0.0, 1e60)?;
-            within("inertia", axis.inertia, 0.0, 1e60)?;
-            within("ground stiffness", axis.ground_stiffness, 0.0, 1e60)?;
-            within("ground damping", axis.ground_damping, 0.0, 1e60)?;
-            let most = if self.axes.len() == 2 { 1e60 } else { 0.0 };
-            within(
-                "cross-talk of the force channel",
-                axis.force_cross,
-                -most,
-                most,
-            )?;
-            // The chain says by how much it can make up for with its filters.
-            let most = MAX_TAPS as f64;
-            within(
-                "force delay in samples",
-                axis.force_delay_samples,
-                -most,
-                most,
-            )?;
-            let late = axis.delays.acceleration;
-            within("acceleration delay in samples", late, -most, most)?;
-            let most = MAX_COUNTER_DELAY;
-            let late = axis.delays.displacement;
-            within("displacement delay in samples", late, -most, most)?;
-            let most = if axis.body_step > 0.0 { most } else { 0.0 };
-            within("body delay in samples", axis.delays.body, -most, most)?;
+            self.check_axis(axis, &mut checks);
         }
-        Ok(())
+        checks.done()
+    }
+
+    fn check_axis(&self, axis: &RigAxis, checks: &mut Checks) {
+        let (step, force) = (axis.displacement_step, axis.force_step);
+        checks.within("displacement step", step, f64::MIN_POSITIVE, 1e60);
+        checks.within("force per count", force, f64::MIN_POSITIVE, 1e60);
+        checks.within("body step", axis.body_step, 0.0, 1e60);
+        checks.within("acceleration step", axis.acceleration_step, 0.0, 1e60);
+        checks.within("inertia", axis.inertia, 0.0, 1e60);
+        checks.within("ground stiffness", axis.ground_stiffness, 0.0, 1e60);
+        checks.within("ground damping", axis.ground_damping, 0.0, 1e60);
+        let most = if self.axes.len() == 2 { 1e60 } else { 0.0 };
+        let quantity = "cross-talk of the force channel";
+        checks.within(quantity, axis.force_cross, -most, most);
+        // The chain says by how much it can make up for with its filters.
+        let most = MAX_TAPS as f64;
+        let late = axis.force_delay_samples;
+        checks.within("force delay in samples", late, -most, most);
+        let late = axis.delays.acceleration;
+        checks.within("acceleration delay in samples", late, -most, most);
+        let most = MAX_COUNTER_DELAY;
+        let late = axis.delays.displacement;
+        checks.within("displacement delay in samples", late, -most, most);
+        let most = if axis.body_step > 0.0 { most } else { 0.0 };
+        let late = axis.delays.body;
+        checks.within("body delay in samples", late, -most, most);
     }
 }

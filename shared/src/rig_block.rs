@@ -1,24 +1,31 @@
 //! The rig as bytes: 4096 of them, the same layout in a file, on the wire and in flash beside the model.
 //!
-//! It holds what the device has to know besides the model: what each count is worth, how the chips are wired and set, the
-//! filters' taps, by how much channels are late, and the monitor's limits. `docs/rig-block.md` lists every byte. Decoding
-//! refuses whatever is not as the page says, and every quantity that the chain or a chip could not take.
+//! It holds what the device has to know besides the model: how the chips are wired and set, the filters' taps, the monitor's
+//! limits, and the chain's numbers, in which what a count is worth, inertia and delays are integers already ([`on_board`]).
+//! What a count is worth in SI follows for people and the host ([`decode`]); the device does not look at it. `docs/rig-block.md`
+//! lists every byte. Reading refuses whatever is not as the page says, and every quantity that the chain or a chip could not take.
 
+mod limits;
 mod message;
+mod si;
 
-use crate::blob::{BLOB_LEN, CRC};
-use crate::error::Error;
+use crate::blob::{self, BLOB_LEN, CRC};
+use crate::error::{Checks, Error};
 use crate::layout::{Field, Reader, Writer};
+use crate::model::Model;
 use crate::monitor::limits::Limits;
+use crate::pipeline::Chain;
 use crate::rig::{MAX_BAND_TAPS, MAX_TAPS, Rig};
 use crate::wiring::Wiring;
 use core::fmt;
+use limits::LimitsMessage;
 use message::Message;
+use si::SiMessage;
 
 /// Bytes of a rig block.
 pub const RIG_BLOCK_LEN: usize = 4096;
 /// The format version that this program writes and reads.
-pub const RIG_BLOCK_VERSION: u16 = 1;
+pub const RIG_BLOCK_VERSION: u16 = 2;
 /// The first four bytes.
 pub const RIG_BLOCK_MAGIC: [u8; 4] = *b"JWRB";
 /// Where a flash slot holds it: right behind the model blob, so that both are written and given up together.
@@ -30,11 +37,11 @@ pub const CHECKSUM_OFFSET: usize = RIG_BLOCK_LEN - 4;
 const TAPS_OFFSET: usize = Message::LEN;
 /// Where the monitor's limits begin.
 const LIMITS_OFFSET: usize = TAPS_OFFSET + 4 * (2 * MAX_TAPS + MAX_BAND_TAPS);
-/// Bytes for them; the rest of the block up to the checksum is zero.
-const LIMITS_LEN: usize = 256;
-const PADDING_OFFSET: usize = LIMITS_OFFSET + LIMITS_LEN;
+/// Where the SI values begin; the rest of the block up to the checksum is zero.
+const SI_OFFSET: usize = LIMITS_OFFSET + LimitsMessage::LEN;
+const PADDING_OFFSET: usize = SI_OFFSET + SiMessage::LEN;
 
-/// Everything that a device has to know of its rig.
+/// A rig with one model on it, in SI and in the device's numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigBlock {
     /// What a count is worth, inertia, filters, delays.
@@ -42,6 +49,25 @@ pub struct RigBlock {
     /// Which chip gives which count, and how the chips are set.
     pub wiring: Wiring,
     /// What is normal; `None` until validation records were evaluated, and the monitor then only watches the sensors.
+    pub limits: Option<Limits>,
+    /// What the device computes with: the rig's and the model's values as integers.
+    pub chain: Chain,
+    /// The checksum of the model blob that the chain is for.
+    pub model_checksum: u32,
+}
+
+/// What of a rig block runs on the device, beside its chain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OnBoard {
+    /// Samples per second, in Hz, to be told.
+    pub sample_rate_hz: f64,
+    /// The same in 10⁻⁶ Hz, to be computed with.
+    pub sample_rate_uhz: u64,
+    /// Which chip gives which count, and how the chips are set.
+    pub wiring: Wiring,
+    /// The checksum of the model blob that the chain is for.
+    pub model_checksum: u32,
+    /// What is normal.
     pub limits: Option<Limits>,
 }
 
@@ -85,8 +111,6 @@ pub enum Refusal {
         /// The value seen.
         seen: u8,
     },
-    /// The monitor's limits are not written as they should be.
-    Limits,
     /// A quantity is not usable.
     Value(Error),
 }
@@ -101,7 +125,6 @@ impl Refusal {
             Self::Checksum { .. } => "its checksum does not match",
             Self::Field { field, .. } => field,
             Self::Reserved { .. } => "a byte that has to be zero is not",
-            Self::Limits => "the monitor's limits cannot be read",
             Self::Value(Error::OutOfRange { quantity, .. }) => quantity,
             Self::Value(_) => "a quantity is not usable",
         }
@@ -145,9 +168,6 @@ impl fmt::Display for Refusal {
                     "byte {offset} of the rig block is {seen}, but has to be 0"
                 )
             }
-            Self::Limits => f.write_str(
-                "the limits of the monitor in the rig block cannot be read: export it again",
-            ),
             Self::Value(error) => error.fmt(f),
         }
     }
@@ -156,52 +176,82 @@ impl fmt::Display for Refusal {
 impl core::error::Error for Refusal {}
 
 impl RigBlock {
-    /// Checks every quantity, and that rig, wiring and limits are of one rig.
+    /// The block of a rig with a model on it.
+    ///
+    /// # Errors
+    /// [`Error`] names the first quantity that is not usable, or that the device's integers cannot hold.
+    pub fn new(
+        rig: Rig,
+        wiring: Wiring,
+        limits: Option<Limits>,
+        model: &Model,
+    ) -> Result<Self, Error> {
+        let chain = Chain::new(model, &rig)?;
+        let block = Self {
+            rig,
+            wiring,
+            limits,
+            chain,
+            model_checksum: blob::checksum(&blob::encode(model)),
+        };
+        block.check()?;
+        Ok(block)
+    }
+
+    /// Checks every quantity, and that rig, wiring, chain and limits are of one rig.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] names the first quantity that is not usable.
     pub fn check(&self) -> Result<(), Error> {
         self.rig.check()?;
         self.wiring.check()?;
-        let within = Error::unless_within;
-        let axes = self.rig.axes.len() as f64;
-        within(
-            "axes of the wiring",
-            self.wiring.axes.len() as f64,
-            axes,
-            axes,
-        )?;
+        let axes = self.rig.axes.len();
+        let mut checks = Checks::new();
+        check_together(axes, &self.wiring, self.limits.as_ref(), &mut checks);
+        checks.done()?;
         if let Some(limits) = &self.limits {
             limits.check()?;
-            within(
-                "axes of the monitor's limits",
-                limits.axes.len() as f64,
-                axes,
-                axes,
-            )?;
         }
-        let alike = |quantity, wired: bool, counted: bool| {
-            let wanted = f64::from(u8::from(counted));
-            within(quantity, f64::from(u8::from(wired)), wanted, wanted)
-        };
-        for (axis, wired) in self.rig.axes.iter().zip(&self.wiring.axes) {
+        let mut checks = Checks::new();
+        let (seen, wanted) = (self.chain.axes() as i32, axes as i32);
+        checks.whole("axes of the chain", seen, wanted, wanted);
+        let of_rig = self.chain.has_filters_of(&self.rig);
+        let quantity = "filters of the rig that are not those of the chain";
+        checks.whole(quantity, i32::from(!of_rig), 0, 0);
+        for (number, axis) in self.rig.axes.iter().enumerate() {
+            let wired = self.wiring.axes.get(number);
+            let mut alike = |quantity, wired: bool, counted: bool| {
+                let wanted = i32::from(counted);
+                checks.whole(quantity, i32::from(wired), wanted, wanted);
+            };
             alike(
                 "near counters wired, where the displacement is a difference",
-                wired.near.is_some(),
+                wired.is_some_and(|w| w.near.is_some()),
                 axis.displacement_difference,
-            )?;
+            );
             alike(
                 "body counters wired, where its counts are worth something",
-                wired.body.is_some(),
+                wired.is_some_and(|w| w.body.is_some()),
                 axis.body_step > 0.0,
-            )?;
+            );
             alike(
                 "accelerometers wired, where their codes are worth something",
-                wired.acceleration.iter().any(Option::is_some),
+                wired.is_some_and(|w| w.acceleration.iter().any(Option::is_some)),
                 axis.acceleration_step > 0.0,
-            )?;
+            );
         }
-        Ok(())
+        checks.done()
+    }
+}
+
+/// Checks that wiring and limits have as many axes as the chain.
+fn check_together(axes: usize, wiring: &Wiring, limits: Option<&Limits>, checks: &mut Checks) {
+    let wanted = axes as i32;
+    let wired = wiring.axes.len() as i32;
+    checks.whole("axes of the wiring", wired, wanted, wanted);
+    if let Some(limits) = limits {
+        let seen = limits.axes.len() as i32;
+        checks.whole("axes of the monitor's limits", seen, wanted, wanted);
     }
 }
 
@@ -214,6 +264,7 @@ pub fn encode(block: &RigBlock) -> Result<[u8; RIG_BLOCK_LEN], Error> {
     let mut bytes = [0; RIG_BLOCK_LEN];
     let (header, rest) = bytes.split_at_mut(TAPS_OFFSET);
     let (taps, rest) = rest.split_at_mut(LIMITS_OFFSET - TAPS_OFFSET);
+    let (limits, rest) = rest.split_at_mut(LimitsMessage::LEN);
     Message::of(block).write(&mut Writer::new(header));
     let (places, _) = taps.as_chunks_mut::<4>();
     let (velocity, places) = places.split_at_mut(MAX_TAPS);
@@ -221,10 +272,10 @@ pub fn encode(block: &RigBlock) -> Result<[u8; RIG_BLOCK_LEN], Error> {
     message::write_taps(&block.rig.velocity.taps, velocity);
     message::write_taps(&block.rig.acceleration.taps, acceleration);
     message::write_taps(&block.rig.band.taps, band);
-    if let (Some(limits), Some(place)) = (&block.limits, rest.get_mut(..LIMITS_LEN)) {
-        // At its longest a list of limits takes 231 bytes, which a test pins.
-        let _ = postcard::to_slice(limits, place);
+    if let Some(known) = &block.limits {
+        LimitsMessage::of(known).write(&mut Writer::new(limits));
     }
+    SiMessage::of(&block.rig).write(&mut Writer::new(rest));
     let checksum = CRC.checksum(bytes.get(..CHECKSUM_OFFSET).unwrap_or_default());
     if let Some(place) = bytes.last_chunk_mut() {
         *place = checksum.to_le_bytes();
@@ -235,11 +286,44 @@ pub fn encode(block: &RigBlock) -> Result<[u8; RIG_BLOCK_LEN], Error> {
 /// The rig block of some bytes, checked in every respect.
 ///
 /// # Errors
+/// As [`on_board`]; then the fields and the quantities of the SI values.
+pub fn decode(bytes: &[u8]) -> Result<RigBlock, Refusal> {
+    let mut chain = Chain::empty();
+    let OnBoard {
+        sample_rate_hz,
+        sample_rate_uhz,
+        wiring,
+        model_checksum,
+        limits,
+    } = on_board(bytes, &mut chain)?;
+    let part = bytes.get(SI_OFFSET..PADDING_OFFSET).unwrap_or_default();
+    let message = SiMessage::read(&mut Reader::new(part));
+    let rig = message.rig(sample_rate_hz, bytes, &chain, &wiring)?;
+    let wanted = rig.sample_rate_uhz();
+    let mut checks = Checks::new();
+    let quantity = "sample rate in 10⁻⁶ Hz, against that in Hz";
+    checks.long(quantity, sample_rate_uhz, wanted, wanted);
+    checks.done()?;
+    let block = RigBlock {
+        rig,
+        wiring,
+        limits,
+        chain,
+        model_checksum,
+    };
+    block.check()?;
+    Ok(block)
+}
+
+/// What runs on the device, out of the bytes of a rig block; the chain is put into its place, which is [`Chain::empty`], and is of use only
+/// when nothing is refused. (A device has no room on its stack to hand a chain round.)
+///
+/// # Errors
 /// [`Refusal`]: length, magic, version and checksum first, in this order, then each field, then each quantity.
 ///
 /// Not inlined: a device's stack holds what it needs only meanwhile.
 #[inline(never)]
-pub fn decode(bytes: &[u8]) -> Result<RigBlock, Refusal> {
+pub fn on_board(bytes: &[u8], chain: &mut Chain) -> Result<OnBoard, Refusal> {
     let wrong_length = Refusal::Length { seen: bytes.len() };
     let bytes: &[u8; RIG_BLOCK_LEN] = bytes.try_into().map_err(|_| wrong_length)?;
     let (content, &checksum) = bytes.split_last_chunk::<4>().ok_or(wrong_length)?;
@@ -258,47 +342,70 @@ pub fn decode(bytes: &[u8]) -> Result<RigBlock, Refusal> {
     }
     let message = Message::read(&mut Reader::new(content));
     let part = |from: usize, to: usize| content.get(from..to).unwrap_or_default();
-    unless_zero(PADDING_OFFSET, part(PADDING_OFFSET, CHECKSUM_OFFSET))?;
-    let block = RigBlock {
-        rig: message.rig(content, part(TAPS_OFFSET, LIMITS_OFFSET))?,
-        wiring: message.wiring()?,
-        limits: limits(message.limits, part(LIMITS_OFFSET, PADDING_OFFSET))?,
-    };
-    block.check()?;
-    Ok(block)
-}
-
-/// The limits in their bytes, when there are any.
-fn limits(present: u8, bytes: &[u8]) -> Result<Option<Limits>, Refusal> {
-    match present {
-        0 => unless_zero(LIMITS_OFFSET, bytes).map(|()| None),
-        1 => {
-            let (limits, rest) = postcard::take_from_bytes(bytes).map_err(|_| Refusal::Limits)?;
-            // One list of limits has one form: what would be written otherwise is not read.
-            let mut written = [0; LIMITS_LEN];
-            let used = bytes.len() - rest.len();
-            let same = postcard::to_slice(&limits, &mut written)
-                .is_ok_and(|form| Some(&*form) == bytes.get(..used));
-            if !same {
-                return Err(Refusal::Limits);
-            }
-            unless_zero(LIMITS_OFFSET + used, rest)?;
-            Ok(Some(limits))
-        }
-        seen => Err(Refusal::Field {
-            field: "mark of the monitor's limits",
-            seen,
-        }),
+    let mut seen = Seen::new();
+    seen.zeros(PADDING_OFFSET, part(PADDING_OFFSET, CHECKSUM_OFFSET));
+    let limits = limits::read(&message, part(LIMITS_OFFSET, SI_OFFSET), &mut seen);
+    let wiring = message.wiring(&mut seen);
+    seen.done()?;
+    if let Some(limits) = &limits {
+        limits.check()?;
     }
+    wiring.check()?;
+    message.put_chain(part(TAPS_OFFSET, LIMITS_OFFSET), chain)?;
+    let mut checks = Checks::new();
+    check_together(chain.axes(), &wiring, limits.as_ref(), &mut checks);
+    let (rate, [least, most]) = (message.sample_rate_uhz, RATES_UHZ);
+    checks.long("sample rate in 10⁻⁶ Hz", rate, least, most);
+    checks.done()?;
+    Ok(OnBoard {
+        sample_rate_hz: message.sample_rate_hz,
+        sample_rate_uhz: message.sample_rate_uhz,
+        wiring,
+        model_checksum: message.model_checksum,
+        limits,
+    })
 }
 
-/// Refuses the first byte that is not zero; `offset` is where `bytes` begin.
-fn unless_zero(offset: usize, bytes: &[u8]) -> Result<(), Refusal> {
-    match bytes.iter().position(|&byte| byte != 0) {
-        None => Ok(()),
-        Some(place) => Err(Refusal::Reserved {
-            offset: offset + place,
-            seen: bytes.get(place).copied().unwrap_or(0),
-        }),
+/// The sample rates that a block can have, 1 to 10⁶ Hz.
+const RATES_UHZ: [u64; 2] = [1_000_000, 1_000_000_000_000];
+
+/// What was seen while a message was read: the first thing that is not as it should be. As [`Checks`], for the bytes.
+struct Seen(Option<Refusal>);
+
+impl Seen {
+    const fn new() -> Self {
+        Self(None)
+    }
+
+    #[inline(never)]
+    fn say(&mut self, refusal: Refusal) {
+        self.0.get_or_insert(refusal);
+    }
+
+    /// Bytes that have to be zero; `offset` is where they begin.
+    #[inline(never)]
+    fn zeros(&mut self, offset: usize, bytes: &[u8]) {
+        for (place, &seen) in bytes.iter().enumerate() {
+            if seen != 0 {
+                self.say(Refusal::Reserved {
+                    offset: offset.saturating_add(place),
+                    seen,
+                });
+                return;
+            }
+        }
+    }
+
+    /// A mark that is 0 or 1.
+    #[inline(never)]
+    fn mark(&mut self, field: &'static str, seen: u8) -> bool {
+        if seen > 1 {
+            self.say(Refusal::Field { field, seen });
+        }
+        seen == 1
+    }
+
+    fn done(self) -> Result<(), Refusal> {
+        self.0.map_or(Ok(()), Err)
     }
 }

@@ -1,9 +1,11 @@
 //! Turning counts into machine numbers: one multiplier, one offset, one shift, built once from SI values.
 
-use crate::error::Error;
+use crate::error::{Checks, Error};
 use crate::filter::shift_round;
 use crate::fixed::round_to_i64;
+use crate::layout::laid_out;
 
+laid_out! {
 /// `y = (v − origin)·multiplier·2^−shift + offset·2^−shift`, rounded half up and saturated to `i32`.
 ///
 /// The origin is taken off in whole counts with wrapping subtraction, so a counter may stand anywhere.
@@ -13,6 +15,7 @@ pub struct Scale {
     multiplier: i32,
     offset: i64,
     shift: i8,
+}
 }
 
 /// Multipliers lie in ±2^28..2^29, so that a product with a 32-bit count stays under 2⁶⁰ and several add up.
@@ -74,6 +77,15 @@ impl Scale {
             offset: round_to_i64(-rest * multiplier as f64),
             shift,
         })
+    }
+
+    /// Checks that no count can make it overflow.
+    pub(crate) fn check(&self, checks: &mut Checks) {
+        let most = 1 << MULTIPLIER_BITS;
+        checks.whole("multiplier of a scale", self.multiplier, -most, most);
+        let (offset, most) = (self.offset.unsigned_abs(), 1 << MULTIPLIER_BITS);
+        checks.long("size of a scale's offset", offset, 0, most);
+        checks.whole("shift of a scale", i32::from(self.shift), 1, 62);
     }
 
     /// The machine number, and whether it ran into a rail.

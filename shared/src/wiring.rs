@@ -3,7 +3,7 @@
 //! The [`Rig`](crate::rig::Rig) says what a count is worth; this says where the count comes from. [`Wiring::raw_sample`]
 //! puts what the chips gave into the order of the chain, in integers.
 
-use crate::error::Error;
+use crate::error::{Checks, Error};
 use crate::pipeline::{RawAxis, RawSample};
 use heapless::Vec;
 
@@ -178,94 +178,68 @@ impl Wiring {
     /// # Errors
     /// [`Error::OutOfRange`] names the first quantity that is not usable.
     pub fn check(&self) -> Result<(), Error> {
-        let within = Error::unless_within;
+        let mut checks = Checks::new();
         for counter in self.counters.iter().flatten() {
-            let counts = f64::from(counter.quadrature);
-            within("counts per encoder cycle (1, 2 or 4)", counts, 1.0, 4.0)?;
-            if counter.quadrature == 3 {
-                within("counts per encoder cycle (1, 2 or 4)", counts, 4.0, 4.0)?;
-            }
+            let quantity = "counts per encoder cycle (1, 2 or 4)";
+            let least = if counter.quadrature == 3 { 4 } else { 1 };
+            checks.whole(quantity, i32::from(counter.quadrature), least, 4);
         }
         for gain in self.converter.gain_log2 {
             let quantity = "binary logarithm of a bridge channel's gain";
-            within(quantity, f64::from(gain), 0.0, 7.0)?;
+            checks.whole(quantity, i32::from(gain), 0, 7);
         }
-        let oversampling = f64::from(self.converter.oversampling);
-        within("oversampling step of the converter", oversampling, 0.0, 7.0)?;
+        let oversampling = i32::from(self.converter.oversampling);
+        checks.whole("oversampling step of the converter", oversampling, 0, 7);
         for chip in self.accelerometers.iter().flatten() {
-            within("range of an accelerometer", chip.range.into(), 1.0, 3.0)?;
-            within("filter of an accelerometer", chip.filter.into(), 0.0, 10.0)?;
+            checks.whole("range of an accelerometer", chip.range.into(), 1, 3);
+            checks.whole("filter of an accelerometer", chip.filter.into(), 0, 10);
         }
-        within("axes of the wiring", self.axes.len() as f64, 1.0, 2.0)?;
-        self.axes.iter().try_for_each(|axis| self.check_axis(axis))
+        checks.whole("axes of the wiring", self.axes.len() as i32, 1, 2);
+        for axis in &self.axes {
+            self.check_axis(axis, &mut checks);
+        }
+        checks.done()
     }
 
-    fn check_axis(&self, axis: &AxisWiring) -> Result<(), Error> {
-        let within = Error::unless_within;
+    fn check_axis(&self, axis: &AxisWiring, checks: &mut Checks) {
         for counter in [Some(axis.far), axis.near, axis.body].into_iter().flatten() {
-            let place = usize::from(counter.place);
-            let number = f64::from(counter.place);
-            within("number of a counter", number, 0.0, COUNTERS as f64 - 1.0)?;
+            let (place, most) = (usize::from(counter.place), COUNTERS as i32 - 1);
+            checks.whole("number of a counter", place as i32, 0, most);
             let fitted = self.counters.get(place).is_some_and(Option::is_some);
-            within(
-                "counters fitted where an axis has one",
-                f64::from(u8::from(fitted)),
-                1.0,
-                1.0,
-            )?;
+            let quantity = "counters fitted where an axis has one";
+            checks.whole(quantity, i32::from(fitted), 1, 1);
         }
         if let Some(near) = axis.near {
-            let same = f64::from(u8::from(near.place == axis.far.place));
-            within("far and near sides on one counter", same, 0.0, 0.0)?;
+            let same = i32::from(near.place == axis.far.place);
+            checks.whole("far and near sides on one counter", same, 0, 0);
         }
-        let channel = f64::from(axis.force.place);
-        within(
-            "number of a bridge channel",
-            channel,
-            0.0,
-            CHANNELS as f64 - 1.0,
-        )?;
+        let (channel, most) = (i32::from(axis.force.place), CHANNELS as i32 - 1);
+        checks.whole("number of a bridge channel", channel, 0, most);
         for direction in axis.acceleration.iter().flatten() {
-            let (chip, number) = (usize::from(direction.chip), f64::from(direction.chip));
-            within(
-                "number of an accelerometer",
-                number,
-                0.0,
-                ACCELEROMETERS as f64 - 1.0,
-            )?;
+            let (chip, most) = (usize::from(direction.chip), ACCELEROMETERS as i32 - 1);
+            checks.whole("number of an accelerometer", chip as i32, 0, most);
             let fitted = self.accelerometers.get(chip).is_some_and(Option::is_some);
-            let fitted = f64::from(u8::from(fitted));
-            within(
-                "accelerometers fitted where an axis has one",
-                fitted,
-                1.0,
-                1.0,
-            )?;
-            let number = f64::from(direction.direction);
-            within(
-                "direction of an accelerometer",
-                number,
-                0.0,
-                DIRECTIONS as f64 - 1.0,
-            )?;
+            let quantity = "accelerometers fitted where an axis has one";
+            checks.whole(quantity, i32::from(fitted), 1, 1);
+            let (number, most) = (i32::from(direction.direction), DIRECTIONS as i32 - 1);
+            checks.whole("direction of an accelerometer", number, 0, most);
         }
         let turning = match axis.acceleration {
             [Some(one), Some(other)] => {
                 let same = one.chip == other.chip && one.direction == other.direction;
                 let quantity = "one direction of an accelerometer used twice";
-                within(quantity, f64::from(u8::from(same)), 0.0, 0.0)?;
+                checks.whole(quantity, i32::from(same), 0, 0);
                 one.negative != other.negative
             }
-            // One way to write it down: the first place is the first to be used.
-            [None, Some(_)] => return within("first accelerometer of an axis", 0.0, 1.0, 1.0),
+            [None, Some(_)] => {
+                // One way to write it down: the first place is the first to be used.
+                checks.whole("first accelerometer of an axis", 0, 1, 1);
+                false
+            }
             _ => false,
         };
         let (least, most) = if turning { (1e-6, 1e3) } else { (0.0, 0.0) };
-        within(
-            "distance of a pair of accelerometers in m",
-            axis.pair_distance_m,
-            least,
-            most,
-        )
+        let quantity = "distance of a pair of accelerometers in m";
+        checks.within(quantity, axis.pair_distance_m, least, most);
     }
 }

@@ -37,7 +37,7 @@ fn documented_bytes(model: &Model, axis: usize, name: &str, length: usize) -> Ve
     };
     match name {
         "magic" => b"JWMB".to_vec(),
-        "version" => vec![1, 0],
+        "version" => vec![2, 0],
         "base" => vec![tag],
         "axes" => vec![2],
         "sample_rate_hz" => header.sample_rate_hz.to_le_bytes().to_vec(),
@@ -62,6 +62,14 @@ fn documented_bytes(model: &Model, axis: usize, name: &str, length: usize) -> Ve
         "force_per_lsb" => output.force_per_lsb.to_le_bytes().to_vec(),
         "excess" => model.corrections()[axis].excess.to_le_bytes().to_vec(),
         "cross" => model.corrections()[axis].cross.to_le_bytes().to_vec(),
+        "origins" if model.terms().list().is_empty() => vec![0; 32],
+        "origins" => header
+            .axes
+            .iter()
+            .flat_map(|axis| [axis.displacement, axis.velocity])
+            .map(|range| (range.center / range.half_range * 32_f64.exp2() + 0.5).floor() as i64)
+            .flat_map(i64::to_le_bytes)
+            .collect(),
         "delay" => model.corrections()[axis].delay_s.to_le_bytes().to_vec(),
         "error_bound" => output.error_bound.to_le_bytes().to_vec(),
         "nmse_percent" => validation(|v| v.nmse_percent).to_le_bytes().to_vec(),

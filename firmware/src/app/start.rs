@@ -3,7 +3,7 @@
 use super::channels::{Places, raw_wiring};
 use super::evaluation::{Evaluator, Room};
 use super::watch::Watch;
-use crate::clock::{Clock, Source};
+use crate::clock::{Clock, Rate, Source};
 use crate::store::{Fault, Place, Started, State, Store, Trial, Verifier};
 use core::mem::MaybeUninit;
 use embedded_storage::nor_flash::NorFlash;
@@ -13,25 +13,21 @@ use jointwatch_shared::error::Error;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::{Cause, Monitor};
 use jointwatch_shared::pipeline::{Chain, ChainState};
-use jointwatch_shared::rig_block::{self, Refusal, RigBlock};
+use jointwatch_shared::rig_block::{self, OnBoard, Refusal};
 use jointwatch_shared::telemetry::{
     Event, Hello, ModelFault, ModelIdentity, Occasion, PROTOCOL_VERSION, Restart, RigIdentity, Slot,
 };
 use jointwatch_shared::wiring::Wiring;
 
-/// Hz at which sensors are sampled where no rig block says otherwise.
-const USUAL_RATE_HZ: f64 = 1000.0;
-/// The sample rates that the device takes, in Hz.
-const RATES_HZ: [f64; 2] = [1.0, 10_000.0];
 /// How long a new model has to run before it is kept, in seconds.
-const TRIAL_S: f64 = 10.0;
+const TRIAL_S: u32 = 10;
 
 /// What a restart has made of the two slots.
 pub struct Begun {
     /// Chain and model, when there is a model and a rig block that fit each other.
     pub evaluator: Option<&'static mut Evaluator>,
-    /// Hz.
-    pub rate_hz: f64,
+    /// How often the sensors are sampled.
+    pub rate: Rate,
     /// Which chip is wired to what.
     pub wiring: Wiring,
     /// The monitor with its telemetry.
@@ -88,7 +84,7 @@ pub fn begin<F: NorFlash, V: Verifier>(
     }
     let mut begun = Begun {
         evaluator: None,
-        rate_hz: USUAL_RATE_HZ,
+        rate: Rate::USUAL,
         wiring: raw_wiring(),
         watch: new_watch(&mut room.watch),
         hello: Hello {
@@ -129,9 +125,9 @@ pub fn begin<F: NorFlash, V: Verifier>(
             }
         }
     }
-    let samples = (TRIAL_S * begun.rate_hz) as u32;
+    let samples = begun.rate.samples(TRIAL_S);
     let places = Places::of(&begun.wiring);
-    begun.watch.start(begun.rate_hz, places, &events);
+    begun.watch.start(begun.rate, places, &events);
     if let Some(slot) = confirming {
         begun.watch.try_out(Trial::over(samples), slot);
     }
@@ -148,7 +144,7 @@ fn new_watch(place: &'static mut MaybeUninit<Watch>) -> &'static mut Watch {
 enum Unused {
     Missing,
     Refused(Refusal),
-    Mismatch(Error),
+    Mismatch,
 }
 
 impl Unused {
@@ -156,7 +152,7 @@ impl Unused {
         match self {
             Self::Missing => Event::NoRig,
             Self::Refused(why) => Event::RigRefused { fault: fault(why) },
-            Self::Mismatch(_) => Event::Mismatch,
+            Self::Mismatch => Event::Mismatch,
         }
     }
 
@@ -164,8 +160,7 @@ impl Unused {
         match self {
             Self::Missing => "there is none",
             Self::Refused(why) => why.phrase(),
-            Self::Mismatch(Error::OutOfRange { quantity, .. }) => quantity,
-            Self::Mismatch(_) => "it does not fit the model",
+            Self::Mismatch => "it is for another model",
         }
     }
 }
@@ -181,37 +176,42 @@ fn with_rig(
     begun: &mut Begun,
     (evaluator, state): (&'static mut MaybeUninit<Evaluator>, &'static mut ChainState),
 ) -> Result<(), Unused> {
-    let block = rig_block::decode(bytes).map_err(Unused::Refused)?;
-    let RigBlock {
-        rig,
+    let evaluator = evaluator.write(Evaluator {
+        chain: Chain::empty(),
+        model,
+        state,
+    });
+    let OnBoard {
+        sample_rate_hz: hz,
+        sample_rate_uhz: uhz,
         wiring,
+        model_checksum,
         limits,
-    } = block;
-    let [least, most] = RATES_HZ;
-    if !(least..=most).contains(&rig.sample_rate_hz) {
+    } = rig_block::on_board(bytes, &mut evaluator.chain).map_err(Unused::Refused)?;
+    let [least, most] = Rate::UHZ;
+    if !(least..=most).contains(&uhz) {
         return Err(Unused::Refused(Refusal::Value(Error::OutOfRange {
-            quantity: "sample rate of the rig in Hz",
-            seen: rig.sample_rate_hz,
-            least,
-            most,
+            quantity: "sample rate of the rig in 10⁻⁶ Hz",
+            seen: uhz as f64,
+            least: least as f64,
+            most: most as f64,
         })));
     }
-    let chain = Chain::new(&model, &rig).map_err(Unused::Mismatch)?;
+    let chain = &evaluator.chain;
+    if model_checksum != checksum || chain.axes() != evaluator.model.axes() {
+        return Err(Unused::Mismatch);
+    }
     let judge = match limits {
         None => Err(Cause::NoLimits),
         Some(limits) if limits.model_checksum != checksum => Err(Cause::OtherModel),
-        Some(limits) => Ok(Monitor::new(limits, &chain).map_err(Unused::Mismatch)?),
+        Some(limits) => Ok(Monitor::new(limits, chain).map_err(|_| Unused::Mismatch)?),
     };
     let crc = bytes.last_chunk().copied().map_or(0, u32::from_le_bytes);
-    begun.hello.rig = Some(RigIdentity::new(&rig, &chain, crc));
-    begun.rate_hz = rig.sample_rate_hz;
+    begun.hello.rig = Some(RigIdentity::new(hz, chain, crc));
+    begun.rate = Rate { hz, uhz };
     begun.wiring = wiring;
     begun.watch.judge(judge);
-    begun.evaluator = Some(evaluator.write(Evaluator {
-        chain,
-        model,
-        state,
-    }));
+    begun.evaluator = Some(evaluator);
     Ok(())
 }
 
@@ -239,7 +239,7 @@ fn fault(why: &Refusal) -> ModelFault {
         Refusal::Magic { .. } => ModelFault::Magic,
         Refusal::Version { .. } => ModelFault::Version,
         Refusal::Checksum { .. } => ModelFault::Checksum,
-        Refusal::Field { .. } | Refusal::Limits => ModelFault::Field,
+        Refusal::Field { .. } => ModelFault::Field,
         Refusal::Reserved { .. } => ModelFault::Reserved,
         Refusal::Value(why) => ModelFault::from(why),
         _ => ModelFault::Other,

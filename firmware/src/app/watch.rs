@@ -2,6 +2,7 @@
 
 use super::channels::Places;
 use super::evaluation::Evaluated;
+use crate::clock::Rate;
 use crate::sensor::acquire::CHIPS;
 use crate::sensor::presence::Health;
 use crate::store::Trial;
@@ -118,9 +119,9 @@ impl Watch {
     }
 
     /// Sets what follows from the sample rate and the wiring, and takes over what the start has to tell.
-    pub(super) fn start(&mut self, rate_hz: f64, places: Places, events: &[Event]) {
+    pub(super) fn start(&mut self, rate: Rate, places: Places, events: &[Event]) {
         // Between 1 and 10,000, as the start has checked.
-        self.rate_hz = (rate_hz + 0.5) as u32;
+        self.rate_hz = rate.samples(1);
         self.status_every = (self.rate_hz / STATUS_HZ).max(1);
         self.recorder = Recorder::new(self.rate_hz);
         self.places = places;

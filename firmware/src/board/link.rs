@@ -13,7 +13,7 @@ pub use slots::{SlotFlash, slots};
 
 use super::{stack, stm32f405};
 use crate::app::Line;
-use crate::clock::Clock;
+use crate::clock::{Clock, Rate};
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 use files::Files;
 
@@ -58,7 +58,7 @@ pub fn stage(number: usize, begun: u32) {
 pub struct Ticker(());
 
 /// The host says when to sample, whatever the rate.
-pub fn start_ticker(_: Clock, _: f64) -> Ticker {
+pub fn start_ticker(_: Clock, _: Rate) -> Ticker {
     Ticker(())
 }
 

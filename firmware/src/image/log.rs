@@ -93,5 +93,5 @@ pub(crate) fn begun(begun: &Begun) {
     if let Some(why) = begun.rig_refused {
         warn!("rig block not used, raw counts only: {=str}", why);
     }
-    info!("sampling at {=f64} Hz", begun.rate_hz);
+    info!("sampling at {=f64} Hz", begun.rate.hz);
 }

@@ -94,7 +94,7 @@ mod app {
         log::begun(&begun);
         let Begun {
             evaluator,
-            rate_hz,
+            rate,
             wiring,
             mut watch,
             hello,
@@ -114,7 +114,7 @@ mod app {
         let (stream_in, stream) = cx.local.stream_queue.split();
         let (received_in, received) = cx.local.received_queue.split();
         let local = Local {
-            ticker: parts::start_ticker(clock, rate_hz),
+            ticker: parts::start_ticker(clock, rate),
             sampler: Sampler::new(sensors, wiring),
             frames_in,
             frames,

@@ -89,8 +89,8 @@ pub(crate) fn sealed(model: &Model, rig: &[u8]) -> Slot {
     Slot::Bytes(bytes)
 }
 
-/// A rig that the reference models fit, with limits for the model of this checksum.
-pub(crate) fn reference_rig(limits_for: Option<u32>) -> RigBlock {
+/// A rig with one of the reference models on it, with limits for the model of this checksum.
+pub(crate) fn reference_rig(model: &Model, limits_for: Option<u32>) -> RigBlock {
     let rig = selftest_chain::reference_rig(SHORT_TAPS).expect("a sound rig");
     let counter = |place| Signed {
         place,
@@ -131,20 +131,18 @@ pub(crate) fn reference_rig(limits_for: Option<u32>) -> RigBlock {
         friction: sides,
         moving_counts: [20, 20, 20, 20, 20],
     };
-    RigBlock {
-        rig,
-        wiring: Wiring {
-            axes: (0..2).map(wired).collect(),
-            ..Wiring::unconfigured()
-        },
-        limits: limits_for.map(|model_checksum| Limits {
-            model_checksum,
-            block: 16,
-            outside_permille: 1000,
-            false_alarm_hours: 720,
-            axes: [axis(), axis()].into_iter().collect(),
-        }),
-    }
+    let wiring = Wiring {
+        axes: (0..2).map(wired).collect(),
+        ..Wiring::unconfigured()
+    };
+    let limits = limits_for.map(|model_checksum| Limits {
+        model_checksum,
+        block: 16,
+        outside_permille: 1000,
+        false_alarm_hours: 720,
+        axes: [axis(), axis()].into_iter().collect(),
+    });
+    RigBlock::new(rig, wiring, limits, model).expect("a rig that the model fits")
 }
 
 /// A line that keeps what is sent.

@@ -36,7 +36,11 @@ pub fn of(
             blob::checksum(&blob::encode(model)),
             false,
         )),
-        rig: Some(RigIdentity::new(&set_up.rig, &set_up.chain, rig_crc)),
+        rig: Some(RigIdentity::new(
+            set_up.rig.sample_rate_hz,
+            &set_up.chain,
+            rig_crc,
+        )),
     }));
     let mut watch = Watch::new(set_up.rig.sample_rate_hz, model.axes(), monitor);
     for (raw, output) in set_up.samples(record, model) {

@@ -1,7 +1,7 @@
 //! The base's part of a blob: the blocks of a polynomial or the neurons of a network, in the bytes that both share.
 
 use super::unless_zero;
-use crate::error::Error;
+use crate::error::{Checks, Error};
 use crate::layout::{Field, Reader, Writer, laid_out};
 use crate::model::Base;
 use crate::model::network::{NEURONS, NetworkModel, Neuron};
@@ -136,8 +136,9 @@ pub(super) fn read(header: BaseHeader, bytes: &[u8; LEN]) -> Result<Base, Error>
 #[inline(never)]
 fn network(axes: u8, mut from: Reader<'_>) -> Result<NetworkModel, Error> {
     let count = u32::read(&mut from);
-    let stated = f64::from(count);
-    Error::unless_within("number of neurons", stated, 1.0, NEURONS as f64)?;
+    let mut checks = Checks::new();
+    checks.long("number of neurons", u64::from(count), 1, NEURONS as u64);
+    checks.done()?;
     let mut network = NetworkModel {
         axes,
         output_bias: Field::read(&mut from),

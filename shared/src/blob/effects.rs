@@ -1,10 +1,9 @@
-//! The effects' part of a blob: eight places of 56 bytes behind the base.
+//! The effects' part of a blob: eight places of 56 bytes behind the base, and the origins of the inputs behind the corrections.
 
 use super::unless_zero;
 use crate::effect::{MAX_PARAMETERS, Parameters};
-use crate::error::Error;
+use crate::error::{Checks, Error};
 use crate::layout::{Field, Reader, Writer, laid_out};
-use crate::model::Header;
 use crate::model::terms::{MAX_TERMS, Terms};
 use crate::scalar::q::Q;
 
@@ -38,9 +37,32 @@ pub(super) fn write(terms: &Terms, bytes: &mut [u8]) -> u8 {
     terms.list().len() as u8
 }
 
-/// The effects in `bytes`, of which the header states `count`.
-pub(super) fn read(header: &Header, count: u8, bytes: &[u8; LEN]) -> Result<Terms, Error> {
-    Error::unless_within("number of effects", f64::from(count), 0.0, MAX_TERMS as f64)?;
+laid_out! {
+/// What effects add to their inputs; all zero without effects.
+struct OriginsMessage {
+    origins: [i64; 4],
+}
+}
+
+/// Bytes of the origins.
+pub(super) const ORIGINS_LEN: usize = OriginsMessage::LEN;
+
+/// Writes the origins to the beginning of `bytes`.
+pub(super) fn write_origins(terms: &Terms, bytes: &mut [u8]) {
+    let origins = terms.origins().map(|origin| origin.raw());
+    OriginsMessage { origins }.write(&mut Writer::new(bytes));
+}
+
+/// The effects in `bytes`, of which the header states `count`, of a model of so many axes.
+pub(super) fn read(
+    axes: u8,
+    count: u8,
+    bytes: &[u8; LEN],
+    origins: &[u8; ORIGINS_LEN],
+) -> Result<Terms, Error> {
+    let mut checks = Checks::new();
+    checks.whole("number of effects", i32::from(count), 0, MAX_TERMS as i32);
+    checks.done()?;
     let count = usize::from(count);
     let mut stored: heapless::Vec<(u8, u8, Parameters<Q>), MAX_TERMS> = heapless::Vec::new();
     for (number, place) in bytes.chunks(EffectMessage::LEN).enumerate() {
@@ -55,6 +77,11 @@ pub(super) fn read(header: &Header, count: u8, bytes: &[u8; LEN]) -> Result<Term
         // As many places as the list holds.
         let _ = stored.push((message.tag, message.axis, parameters));
     }
+    let origins = OriginsMessage::read(&mut Reader::new(origins)).origins;
     // Not by value: the list's own iterator would bring a path to a panic into the flashed image.
-    Terms::new(header, stored.iter().copied())
+    Terms::stored(
+        usize::from(axes),
+        stored.iter().copied(),
+        origins.map(Q::from_raw),
+    )
 }

@@ -1,6 +1,6 @@
 //! One axis of a model in SI units: its name, its kind, its inertia, and the range of motion that the model has seen.
 
-use crate::error::Error;
+use crate::error::{Checks, Error};
 
 /// The largest size of any SI quantity in a model, and the inverse of the smallest positive one. Far from anything a
 /// joint can show, and far enough from the ends of `f64` that products and quotients of two of them are normal numbers.
@@ -122,46 +122,26 @@ impl InputRange {
         (value - self.center) / self.half_range
     }
 
-    fn check(&self) -> Result<(), Error> {
-        Error::unless_within(
-            "center of an input range",
-            self.center,
-            -MAGNITUDE,
-            MAGNITUDE,
-        )?;
-        Error::unless_within(
-            "half width of an input range",
-            self.half_range,
-            1.0 / MAGNITUDE,
-            MAGNITUDE,
-        )
+    fn check(&self, checks: &mut Checks) {
+        let most = MAGNITUDE;
+        checks.within("center of an input range", self.center, -most, most);
+        let quantity = "half width of an input range";
+        checks.within(quantity, self.half_range, 1.0 / most, most);
     }
 }
 
 impl Axis {
-    /// Checks what host and device rely on.
-    ///
-    /// # Errors
-    /// [`Error::OutOfRange`] for the first quantity that is not usable.
-    pub fn check(&self) -> Result<(), Error> {
-        self.displacement.check()?;
-        self.velocity.check()?;
-        Error::unless_within("inertia", self.inertia, 0.0, MAGNITUDE)?;
+    /// Checks what host and device rely on; [`Error::OutOfRange`] for the first quantity that is not usable.
+    pub(super) fn check(&self, checks: &mut Checks) {
+        self.displacement.check(checks);
+        self.velocity.check(checks);
+        checks.within("inertia", self.inertia, 0.0, MAGNITUDE);
         if let Some(validation) = self.validation {
             let most = f64::from(f32::MAX);
-            Error::unless_within(
-                "validation NMSE in percent",
-                f64::from(validation.nmse_percent),
-                0.0,
-                most,
-            )?;
-            Error::unless_within(
-                "relative validation error",
-                f64::from(validation.relative_error),
-                0.0,
-                most,
-            )?;
+            let nmse = f64::from(validation.nmse_percent);
+            checks.within("validation NMSE in percent", nmse, 0.0, most);
+            let error = f64::from(validation.relative_error);
+            checks.within("relative validation error", error, 0.0, most);
         }
-        Ok(())
     }
 }

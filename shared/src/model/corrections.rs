@@ -4,7 +4,7 @@
 //! `F = (1 − excess)·F_read(t + delay) − cross·F_other`, with `F_other` the other channel after its own time and gain.
 
 use super::axis::MAGNITUDE;
-use crate::error::Error;
+use crate::error::{Checks, Error};
 
 /// Corrections of one axis's force channel; all 0 for a channel that is right.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +27,8 @@ impl ForceCorrection {
 
     /// Whether the channel is right as it is.
     pub fn is_none(&self) -> bool {
-        *self == Self::NONE
+        // Zeros of either sign, told from their bits: no arithmetic on real numbers.
+        [self.excess, self.cross, self.delay_s].map(|x| x.to_bits() << 1) == [0; 3]
     }
 
     /// Checks that the numbers are usable.
@@ -35,10 +36,17 @@ impl ForceCorrection {
     /// # Errors
     /// [`Error::OutOfRange`] for the first that is not.
     pub fn check(&self, axes: usize) -> Result<(), Error> {
-        let within = Error::unless_within;
-        within("correction of a force gain", self.excess, -0.9, 0.9)?;
+        let mut checks = Checks::new();
+        self.check_in(axes, &mut checks);
+        checks.done()
+    }
+
+    /// [`Self::check`] among others.
+    pub(super) fn check_in(&self, axes: usize, checks: &mut Checks) {
+        checks.within("correction of a force gain", self.excess, -0.9, 0.9);
         let most = if axes == 2 { MAGNITUDE } else { 0.0 };
-        within("correction of cross-talk", self.cross, -most, most)?;
-        within("correction of a force delay in s", self.delay_s, -1.0, 1.0)
+        checks.within("correction of cross-talk", self.cross, -most, most);
+        let quantity = "correction of a force delay in s";
+        checks.within(quantity, self.delay_s, -1.0, 1.0);
     }
 }

@@ -13,7 +13,7 @@ pub mod terms;
 #[cfg(feature = "fit")]
 mod with_effects;
 
-use crate::error::Error;
+use crate::error::{Checks, Error};
 use crate::fixed::{round_shift, saturate};
 use crate::scalar::q::Q;
 use axis::{Axis, MAGNITUDE};
@@ -87,27 +87,30 @@ impl Header {
     /// # Errors
     /// [`Error::OutOfRange`] or [`Error::Name`] for the first thing that is not usable.
     pub fn check(&self) -> Result<(), Error> {
-        let within = Error::unless_within;
-        within("number of axes", self.axes.len() as f64, 1.0, 2.0)?;
-        within("sample rate in Hz", self.sample_rate_hz, 1.0, 1e6)?;
-        within("band in Hz", self.band_hz, 1e-3, self.sample_rate_hz / 2.0)?;
-        within(
-            "band of the states in Hz",
-            self.state_band_hz,
-            1e-3,
-            self.sample_rate_hz / 2.0,
-        )?;
+        let mut checks = Checks::new();
+        checks.whole("number of axes", self.axes.len() as i32, 1, 2);
+        checks.within("sample rate in Hz", self.sample_rate_hz, 1.0, 1e6);
+        let most = half(self.sample_rate_hz);
+        checks.within("band in Hz", self.band_hz, 1e-3, most);
+        checks.within("band of the states in Hz", self.state_band_hz, 1e-3, most);
         for axis in &self.axes {
-            axis.check()?;
+            axis.check(&mut checks);
         }
-        match &self.axes[..] {
-            [first, second] if first.name == second.name => Err(Error::Name {
+        if let [first, second] = &self.axes[..]
+            && first.name == second.name
+        {
+            checks.say(Error::Name {
                 axis: 1,
                 fault: "is the name of axis 0 as well",
-            }),
-            _ => Ok(()),
+            });
         }
+        checks.done()
     }
+}
+
+/// Half of a real number from 1 on, whose exponent is in its bits from the 52nd on: no arithmetic on real numbers.
+fn half(x: f64) -> f64 {
+    f64::from_bits(x.to_bits().saturating_sub(1 << 52))
 }
 
 impl Model {
@@ -134,21 +137,13 @@ impl Model {
         terms: Terms,
     ) -> Result<Self, Error> {
         header.check()?;
-        let axes = header.axes.len() as f64;
-        Error::unless_within(
-            "number of outputs (one per axis)",
-            outputs.len() as f64,
-            axes,
-            axes,
-        )?;
+        let mut checks = Checks::new();
+        let (axes, count) = (header.axes.len() as i32, outputs.len() as i32);
+        checks.whole("number of outputs (one per axis)", count, axes, axes);
         for output in &outputs {
-            Error::unless_within(
-                "force unit",
-                output.force_per_lsb,
-                1.0 / MAGNITUDE,
-                MAGNITUDE,
-            )?;
-            Error::unless_within("error bound", output.error_bound, 0.0, MAGNITUDE)?;
+            let (unit, most) = (output.force_per_lsb, MAGNITUDE);
+            checks.within("force unit", unit, 1.0 / most, most);
+            checks.within("error bound", output.error_bound, 0.0, most);
         }
         let of_base = match &base {
             Base::Polynomial(polynomial) => {
@@ -165,10 +160,11 @@ impl Model {
             let moves = axis < of_base && !terms.list().is_empty();
             let most = if moves { MAX_BASE_SHIFT } else { 0 };
             let quantity = "shift of the model's base";
-            Error::unless_within(quantity, f64::from(shift), 0.0, f64::from(most))?;
+            checks.whole(quantity, i32::from(shift), 0, i32::from(most));
         }
         let quantity = "number of axes of the model's base";
-        Error::unless_within(quantity, of_base as f64, axes, axes)?;
+        checks.whole(quantity, of_base as i32, axes, axes);
+        checks.done()?;
         Ok(Self {
             header,
             outputs,
@@ -190,19 +186,15 @@ impl Model {
 
     /// [`Self::correcting`] in place.
     pub(crate) fn correct(&mut self, corrections: [ForceCorrection; 2]) -> Result<(), Error> {
-        let axes = self.axes();
+        let (axes, mut checks) = (self.axes(), Checks::new());
         for correction in &corrections {
-            correction.check(axes)?;
+            correction.check_in(axes, &mut checks);
         }
         if let ([_], [_, second]) = (&self.header.axes[..], &corrections) {
-            let wrong = u8::from(!second.is_none());
-            Error::unless_within(
-                "corrections of an axis that is not there",
-                f64::from(wrong),
-                0.0,
-                0.0,
-            )?;
+            let wrong = i32::from(!second.is_none());
+            checks.whole("corrections of an axis that is not there", wrong, 0, 0);
         }
+        checks.done()?;
         self.corrections = corrections;
         Ok(())
     }

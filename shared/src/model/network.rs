@@ -8,7 +8,7 @@
 //! products would have four. `docs/numerics.md` derives the scales and the error; [`NetworkModel::check`] proves that no
 //! sum leaves its 64 bits for the words at hand.
 
-use crate::error::Error;
+use crate::error::{Checks, Error};
 use crate::layout::laid_out;
 use crate::tanh::tanh_scaled;
 use heapless::Vec;
@@ -116,13 +116,13 @@ impl NetworkModel {
     /// [`Error::OutOfRange`] for axes, the number of neurons and a table scale of 0, [`Error::Weight`] for a word of an axis
     /// that is not there, [`Error::WeightOverflow`] for the sum that could overflow.
     pub fn check(&self) -> Result<(), Error> {
-        let within = Error::unless_within;
-        within("number of axes", f64::from(self.axes), 1.0, 2.0)?;
-        let most = NEURONS as f64;
-        within("number of neurons", self.neurons.len() as f64, 1.0, most)?;
+        let mut checks = Checks::new();
+        checks.whole("number of axes", i32::from(self.axes), 1, 2);
+        let count = self.neurons.len() as i32;
+        checks.whole("number of neurons", count, 1, NEURONS as i32);
         for (number, neuron) in (0..).zip(&self.neurons) {
-            let steps = f64::from(neuron.steps);
-            within("table steps of a neuron", steps, 1.0, f64::from(u32::MAX))?;
+            let (steps, most) = (u64::from(neuron.steps), u64::from(u32::MAX));
+            checks.long("table steps of a neuron", steps, 1, most);
             if self.axes == 1 {
                 let [.., c, d] = neuron.weights;
                 let [.., v] = neuron.outputs;
@@ -150,14 +150,10 @@ impl NetworkModel {
         }
         if self.axes == 1 {
             let [_, bias] = self.output_bias;
-            within(
-                "output bias of an axis that is not there",
-                bias as f64,
-                0.0,
-                0.0,
-            )?;
+            let quantity = "output bias of an axis that is not there";
+            checks.long(quantity, bias.unsigned_abs(), 0, 0);
         }
-        Ok(())
+        checks.done()
     }
 }
 

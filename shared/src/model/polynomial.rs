@@ -8,8 +8,8 @@
 //! The gain lets a block of small coefficients use all 32 bits beside a block of large ones. `docs/numerics.md` derives
 //! the scales, the bounds and the error; [`PolynomialModel::check`] proves the bounds for the words at hand.
 
-use crate::error::Error;
-use crate::fixed::{mul_high_add, q31_powers};
+use crate::error::{Checks, Error};
+use crate::fixed::{in_order, mul_high_add, q31_powers};
 use crate::layout::laid_out;
 
 /// Blocks of a two-axis polynomial, one for each x^i·ẋ^j; block number 4·i + j.
@@ -100,7 +100,7 @@ impl PolynomialModel {
         let (a, b) = (q31_powers(x), q31_powers(v));
         if self.axes == 1 {
             let [block, ..] = first;
-            return [block_sum(&block.words, &a, &b), 0];
+            return [block_sum(&block.words, a, b), 0];
         }
         let (c, d) = (q31_powers(phi), q31_powers(omega));
         let outer = monomials(&a, &b);
@@ -120,20 +120,18 @@ impl PolynomialModel {
     /// [`Error::OutOfRange`] for axes, orders and shifts, [`Error::Coefficient`] for a word outside the orders or
     /// the axes or for a block with a gain that is not its, [`Error::Overflow`] for the sum that could overflow.
     pub fn check(&self) -> Result<(), Error> {
-        Error::unless_within("number of axes", f64::from(self.axes), 1.0, 2.0)?;
+        let mut checks = Checks::new();
+        checks.whole("number of axes", i32::from(self.axes), 1, 2);
         for (input, &order) in self.orders.iter().enumerate() {
-            let most = if input < 2 * self.axes() { 3.0 } else { 0.0 };
-            Error::unless_within("order of the polynomial", f64::from(order), 0.0, most)?;
+            let most = if input < 2 * self.axes() { 3 } else { 0 };
+            checks.whole("order of the polynomial", i32::from(order), 0, most);
         }
+        let most = if self.axes == 2 { MAX_OUTPUT_SHIFT } else { 0 };
         for &shift in &self.shifts {
-            let most = if self.axes == 2 { MAX_OUTPUT_SHIFT } else { 0 };
-            Error::unless_within(
-                "output shift of the polynomial",
-                f64::from(shift),
-                0.0,
-                f64::from(most),
-            )?;
+            let quantity = "output shift of the polynomial";
+            checks.whole(quantity, i32::from(shift), 0, i32::from(most));
         }
+        checks.done()?;
         self.check_words_outside()?;
         for (axis, (blocks, &shift)) in self.blocks.iter().zip(&self.shifts).enumerate() {
             self.check_sums(axis, blocks, shift)?;
@@ -279,6 +277,8 @@ fn sum_of_blocks(blocks: &Blocks, outer: &[i32; BLOCKS], row: &[i32; 3], column:
     let ([b0, b1, b2, b3], [m0, m1, m2, m3]) = (blocks, outer) else {
         return 0;
     };
+    // Not by reference: they would be loaded anew for every row.
+    let (row, column) = (*row, *column);
     let sum = add_four_blocks(0, b0, m0, row, column);
     let sum = add_four_blocks(sum, b1, m1, row, column);
     let sum = add_four_blocks(sum, b2, m2, row, column);
@@ -291,8 +291,8 @@ fn add_four_blocks(
     sum: i64,
     [b0, b1, b2, b3]: &[Block; 4],
     [m0, m1, m2, m3]: &[i32; 4],
-    row: &[i32; 3],
-    column: &[i32; 3],
+    row: [i32; 3],
+    column: [i32; 3],
 ) -> i64 {
     let sum = add_block(sum, b0, *m0, row, column);
     let sum = add_block(sum, b1, *m1, row, column);
@@ -302,26 +302,31 @@ fn add_four_blocks(
 
 /// `sum` and one block.
 #[inline(always)]
-fn add_block(sum: i64, block: &Block, monomial: i32, row: &[i32; 3], column: &[i32; 3]) -> i64 {
+fn add_block(sum: i64, block: &Block, monomial: i32, row: [i32; 3], column: [i32; 3]) -> i64 {
+    let block_sum = block_sum(&block.words, row, column);
     let weight = mul_high_add(monomial, block.gain, 0);
-    sum + i64::from(block_sum(&block.words, row, column)) * i64::from(weight)
+    in_order();
+    sum + i64::from(block_sum) * i64::from(weight)
 }
 
 /// Σ w_kl·row^k·column^l of one block, at the block's scale A.
 #[inline(always)]
-fn block_sum(words: &[i32; 16], row: &[i32; 3], column: &[i32; 3]) -> i32 {
-    let [q1, q2, q3] = *row;
+fn block_sum(words: &[i32; 16], row: [i32; 3], column: [i32; 3]) -> i32 {
+    let [q1, q2, q3] = row;
     let (rows, _) = words.as_chunks::<4>();
     let [r0, r1, r2, r3] = rows else {
         return 0;
     };
-    let sum = mul_high_add(row_sum(r1, column), q1, row_sum(r0, column));
+    let sum = row_sum(r0, column);
+    let sum = mul_high_add(row_sum(r1, column), q1, sum);
     let sum = mul_high_add(row_sum(r2, column), q2, sum);
     mul_high_add(row_sum(r3, column), q3, sum)
 }
 
 /// Σ w_l·column^l of one row.
 #[inline(always)]
-fn row_sum(&[w0, w1, w2, w3]: &[i32; 4], &[p1, p2, p3]: &[i32; 3]) -> i32 {
-    mul_high_add(w3, p3, mul_high_add(w2, p2, mul_high_add(w1, p1, w0)))
+fn row_sum(&[w0, w1, w2, w3]: &[i32; 4], [p1, p2, p3]: [i32; 3]) -> i32 {
+    let sum = mul_high_add(w3, p3, mul_high_add(w2, p2, mul_high_add(w1, p1, w0)));
+    in_order();
+    sum
 }

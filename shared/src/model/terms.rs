@@ -3,13 +3,12 @@
 //! Quantities are relative to the training range: displacement and velocity to half its width, the force of an axis to
 //! the full scale of its output (2³¹ of its force unit), time to the sample period.
 
-use super::Header;
 #[cfg(feature = "fit")]
-use super::Output;
+use super::{Header, Output};
 use crate::effect::{Acts, Entry, Instrument, Kinematics, MAX_STATES, Parameters, Seat, States};
 #[cfg(feature = "fit")]
 use crate::effect::{Bound, Fading};
-use crate::error::Error;
+use crate::error::{Checks, Error};
 use crate::scalar::Scalar;
 use crate::scalar::q::Q;
 use heapless::Vec;
@@ -29,7 +28,7 @@ pub struct Term {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms {
     list: Vec<Term, MAX_TERMS>,
-    /// Center of each input's range over half its width: what is added to a normalised input to make it relative.
+    /// See [`Terms::origins`].
     origins: [Q; 4],
 }
 
@@ -97,30 +96,36 @@ impl Terms {
         origins: [Q::from_raw(0); 4],
     };
 
-    /// The effects of a model with this header.
+    /// The effects of a model of so many axes, with the origins of its inputs, as they are stored.
     ///
     /// # Errors
-    /// As [`Term::new`]; [`Error::OutOfRange`] when there are more than [`MAX_TERMS`].
-    pub fn new(
-        header: &Header,
+    /// As [`Term::new`]; [`Error::OutOfRange`] when there are more than [`MAX_TERMS`], and for an origin without effects.
+    pub fn stored(
+        axes: usize,
         terms: impl IntoIterator<Item = (u8, u8, Parameters<Q>)>,
+        origins: [Q; 4],
     ) -> Result<Self, Error> {
         let mut list = Vec::new();
-        for (count, (tag, axis, parameters)) in terms.into_iter().enumerate() {
-            let term = Term::new(tag, axis, parameters, header.axes.len())?;
-            list.push(term)
-                .map_err(|_| too_many(count.saturating_add(1)))?;
+        let mut checks = Checks::new();
+        for (tag, axis, parameters) in terms {
+            let term = Term::new(tag, axis, parameters, axes)?;
+            let most = MAX_TERMS as i32;
+            if list.push(term).is_err() {
+                checks.whole("number of effects", most.saturating_add(1), 0, most);
+            }
         }
-        if list.is_empty() {
-            return Ok(Self::NONE);
-        }
-        let mut origins = [Q::default(); 4];
-        for (pair, axis) in origins.as_chunks_mut::<2>().0.iter_mut().zip(&header.axes) {
-            let relative =
-                |range: &super::axis::InputRange| Q::from_f64(range.center / range.half_range);
-            *pair = [relative(&axis.displacement), relative(&axis.velocity)];
-        }
+        let used = if list.is_empty() { 0 } else { 2 * axes };
+        let mut unused = origins.iter().skip(used);
+        let wrong = unused.any(|origin| *origin != Q::default());
+        let quantity = "origin of an input that no effect has";
+        checks.whole(quantity, i32::from(wrong), 0, 0);
+        checks.done()?;
         Ok(Self { list, origins })
+    }
+
+    /// Center of each input's range over half its width: what is added to a normalised input to make it relative; 0 without effects.
+    pub fn origins(&self) -> [Q; 4] {
+        self.origins
     }
 
     /// One entry per effect.
@@ -193,7 +198,9 @@ fn check_place(entry: &Entry, axis: u8, axes: usize) -> Result<(), Error> {
         Acts::OwnAxis => axes.saturating_sub(1),
         Acts::BothAxes => 0,
     };
-    Error::unless_within("axis of an effect", f64::from(axis), 0.0, most as f64)?;
+    let mut checks = Checks::new();
+    checks.whole("axis of an effect", i32::from(axis), 0, most as i32);
+    checks.done()?;
     if entry.acts == Acts::BothAxes && axes != 2 {
         return Err(Error::Effect {
             tag: entry.tag,
@@ -201,15 +208,6 @@ fn check_place(entry: &Entry, axis: u8, axes: usize) -> Result<(), Error> {
         });
     }
     Ok(())
-}
-
-fn too_many(seen: usize) -> Error {
-    Error::OutOfRange {
-        quantity: "number of effects",
-        seen: seen as f64,
-        least: 0.0,
-        most: MAX_TERMS as f64,
-    }
 }
 
 /// Bringing effects from SI to machine numbers, which only the host does.
@@ -353,6 +351,18 @@ mod quantise {
         }
     }
 
+    /// Center of each input's range over half its width.
+    fn origins(header: &Header) -> [Q; 4] {
+        let mut origins = [Q::default(); 4];
+        for (pair, axis) in origins.as_chunks_mut::<2>().0.iter_mut().zip(&header.axes) {
+            let relative = |range: &crate::model::axis::InputRange| {
+                Q::from_f64(range.center / range.half_range)
+            };
+            *pair = [relative(&axis.displacement), relative(&axis.velocity)];
+        }
+        origins
+    }
+
     impl Terms {
         /// The largest force of the effects on each axis over all motions inside the training range, N or N·m.
         pub fn largest_forces(header: &Header, terms: &[InSi]) -> [f64; 2] {
@@ -370,7 +380,7 @@ mod quantise {
         /// with memory with what their states gather over any number of samples ([`Fading`]).
         ///
         /// # Errors
-        /// As [`Terms::new`]; [`Error::Effect`] when a number on the way could leave the device's range.
+        /// As [`Terms::stored`]; [`Error::Effect`] when a number on the way could leave the device's range.
         pub fn quantise(
             header: &Header,
             force_per_lsb: [f64; 2],
@@ -404,7 +414,12 @@ mod quantise {
             }
             // The sum is rounded to the force unit once.
             let errors = [0, 1].map(|axis| errors[axis] + 0.5 * force_per_lsb[axis]);
-            Ok((Self::new(header, stored)?, errors))
+            let origins = if stored.is_empty() {
+                [Q::default(); 4]
+            } else {
+                origins(header)
+            };
+            Ok((Self::stored(header.axes.len(), stored, origins)?, errors))
         }
 
         /// The effects in SI, from what the device holds.

@@ -3,9 +3,10 @@
 //! They are integers, set once on the host from validation records that went through the device's own chain, and travel in
 //! the rig block. They hold for one model: [`Limits::model_checksum`] says for which.
 
-use crate::error::Error;
+use super::level::sides;
+use crate::error::{Checks, Error};
+use crate::layout::laid_out;
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
 
 /// Sensor channels of one axis: both displacement counters, the body's, the accelerometer, the force.
 pub const CHANNELS: usize = 5;
@@ -14,17 +15,19 @@ pub const BLOCK: [u16; 2] = [16, 1024];
 /// The largest drift and the largest threshold of a [`Cusum`].
 pub const MOST_CUSUM: i32 = 1 << 24;
 
+laid_out! {
 /// One side of a cumulative sum (Page 1954): S ← max(0, S + y − drift), alarm at S ≥ threshold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cusum {
     /// What a healthy joint stays below in the mean, in units of the statistic; above 0 or not.
     pub drift: i32,
     /// The sum that raises the alarm, in units of the statistic; above 0.
     pub threshold: i32,
 }
+}
 
 /// The two sides of a statistic with a sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TwoSided {
     /// Of the statistic itself.
     pub more: Cusum,
@@ -33,7 +36,7 @@ pub struct TwoSided {
 }
 
 /// What is normal on one axis.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AxisLimits {
     /// True where a stiffer joint lowers the measured force at a positive displacement, by the signs of the study's columns.
     pub reversed: bool,
@@ -59,7 +62,7 @@ pub struct AxisLimits {
 }
 
 /// The limits of the monitor for one model on one rig.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// The checksum of the model blob for which they were set.
     pub model_checksum: u32,
@@ -79,81 +82,44 @@ impl Limits {
     /// # Errors
     /// [`Error::OutOfRange`] names the first quantity that is not usable.
     pub fn check(&self) -> Result<(), Error> {
-        let within = Error::unless_within;
-        let [shortest, longest] = BLOCK;
-        let (block, least) = (f64::from(self.block), f64::from(shortest));
-        within(
-            "samples of a block of the monitor",
-            block,
-            least,
-            f64::from(longest),
-        )?;
-        within(
-            "bits set in the samples of a block of the monitor, a power of two",
-            f64::from(self.block.count_ones()),
-            1.0,
-            1.0,
-        )?;
-        within(
-            "part of the time outside the training range, in 1/1000",
-            f64::from(self.outside_permille),
-            1.0,
-            1000.0,
-        )?;
-        within(
-            "hours between false alarms",
-            f64::from(self.false_alarm_hours),
-            1.0,
-            f64::from(u32::MAX),
-        )?;
-        within(
-            "axes of the monitor's limits",
-            self.axes.len() as f64,
-            1.0,
-            2.0,
-        )?;
-        self.axes.iter().try_for_each(AxisLimits::check)
+        let mut checks = Checks::new();
+        let [shortest, longest] = BLOCK.map(i32::from);
+        let quantity = "samples of a block of the monitor";
+        checks.whole(quantity, i32::from(self.block), shortest, longest);
+        let quantity = "bits set in the samples of a block of the monitor, a power of two";
+        checks.whole(quantity, self.block.count_ones().cast_signed(), 1, 1);
+        let quantity = "part of the time outside the training range, in 1/1000";
+        checks.whole(quantity, i32::from(self.outside_permille), 1, 1000);
+        let (hours, most) = (u64::from(self.false_alarm_hours), u64::from(u32::MAX));
+        checks.long("hours between false alarms", hours, 1, most);
+        let quantity = "axes of the monitor's limits";
+        checks.whole(quantity, self.axes.len() as i32, 1, 2);
+        for axis in &self.axes {
+            axis.check(&mut checks);
+        }
+        checks.done()
     }
 }
 
 impl AxisLimits {
-    fn check(&self) -> Result<(), Error> {
-        let within = Error::unless_within;
-        within(
-            "force shift of the monitor",
-            f64::from(self.force_shift),
-            0.0,
-            30.0,
-        )?;
+    fn check(&self, checks: &mut Checks) {
+        let shift = i32::from(self.force_shift);
+        checks.whole("force shift of the monitor", shift, 0, 30);
         // Forces are held to ±2²³ and states to ±2¹⁵ of the monitor's units.
-        let most = (1_u64 << 46) as f64;
-        within(
-            "force power of the monitor",
-            self.force_power as f64,
-            1.0,
-            most,
-        )?;
-        let most = (1_u64 << 30) as f64;
+        let quantity = "force power of the monitor";
+        checks.long(quantity, self.force_power, 1, 1 << 46);
         for power in self.state_power {
-            within("state power of the monitor", power as f64, 1.0, most)?;
+            checks.long("state power of the monitor", power, 1, 1 << 30);
         }
-        let most = f64::from(MOST_CUSUM);
+        let most = MOST_CUSUM;
         for slope in self.per_octave {
             let quantity = "change per octave of the monitor's statistics";
-            within(quantity, f64::from(slope), -most, most)?;
+            checks.whole(quantity, slope, -most, most);
         }
-        let two_sided = [self.stiffness, self.friction];
-        let sides = two_sided.iter().flat_map(|both| [both.more, both.less]);
-        for side in sides.chain([self.error]) {
-            within("drift of the monitor", f64::from(side.drift), -most, most)?;
-            within(
-                "threshold of the monitor",
-                f64::from(side.threshold),
-                1.0,
-                most,
-            )?;
+        for side in sides(self) {
+            checks.whole("drift of the monitor", side.drift, -most, most);
+            checks.whole("threshold of the monitor", side.threshold, 1, most);
         }
-        Ok(())
     }
 }
 
@@ -192,13 +158,6 @@ pub(super) mod tests {
             false_alarm_hours: 720,
             axes: Vec::from_slice(&[axis(), axis()]).unwrap(),
         }
-    }
-
-    #[test]
-    fn limits_survive_postcard() {
-        let mut bytes = [0; 256];
-        let written = postcard::to_slice(&limits(), &mut bytes).unwrap();
-        assert_eq!(postcard::from_bytes::<Limits>(written).unwrap(), limits());
     }
 
     #[test]

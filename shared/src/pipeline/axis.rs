@@ -11,13 +11,14 @@ use crate::scale::Scale;
 
 /// Where a channel's acceleration comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(u8)]
 pub(super) enum Acceleration {
     /// The force channel already is the restoring force.
-    None,
+    None = 0,
     /// An accelerometer.
-    Logged,
+    Logged = 1,
     /// The second derivative of the body's counter, or of the displacement where there is none.
-    Derived,
+    Derived = 2,
 }
 
 /// One axis in machine numbers.
@@ -25,20 +26,20 @@ pub(super) enum Acceleration {
 pub(super) struct AxisChain {
     pub(super) difference: bool,
     pub(super) has_body: bool,
-    position: Scale,
-    velocity: Scale,
+    pub(super) position: Scale,
+    pub(super) velocity: Scale,
     /// Binary exponent between the slope filter's sum and `velocity`'s input.
-    velocity_shift: i8,
+    pub(super) velocity_shift: i8,
     pub(super) acceleration: Acceleration,
     /// Binary exponent between the curvature filter's sum and `inertia`'s input.
-    curvature_shift: i8,
+    pub(super) curvature_shift: i8,
     /// Binary exponent between the body's slope sum and `damping`'s input.
-    body_velocity_shift: i8,
+    pub(super) body_velocity_shift: i8,
     /// What acceleration, force, body position, body velocity and the other axis's force contribute to the measured force.
-    terms: [Term; 5],
+    pub(super) terms: [Term; 5],
     pub(super) force: Channel,
     /// The accelerometer, where it is not in time.
-    late_acceleration: Option<Channel>,
+    pub(super) late_acceleration: Option<Channel>,
     /// The counters, where they are not in time.
     pub(super) late_displacement: Option<Channel>,
     pub(super) late_body: Option<Channel>,

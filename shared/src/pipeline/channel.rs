@@ -1,16 +1,19 @@
 //! A channel that is not in time with the others: read so many samples ago, between its samples.
 
-use crate::error::Error;
+use crate::error::{Checks, Error};
 use crate::filter::{Delay, MAX_DELAY};
-use crate::interpolate::{Between, mix};
+use crate::interpolate::{Between, PLACES, mix};
+use crate::layout::laid_out;
 use crate::rig::Rig;
 
+laid_out! {
 /// Where a channel is read: how many samples ago, and between which ones.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Channel {
     /// Age of the oldest of the four samples.
-    oldest: usize,
+    oldest: u16,
     weights: [i32; 4],
+}
 }
 
 /// Samples of a counter that wait for one that is late.
@@ -66,9 +69,30 @@ impl Channel {
             });
         }
         Ok(Self {
-            oldest: oldest.clamp(0, most + 1) as usize,
+            // As many as the longest filter has taps, at most.
+            oldest: oldest.clamp(0, most + 1) as u16,
             weights,
         })
+    }
+
+    /// Checks that a channel at rest is not changed, and that nothing can overflow.
+    pub(super) fn check(&self, checks: &mut Checks) {
+        let (mut sum, mut sizes) = (0_i64, 0_u64);
+        for weight in self.weights {
+            sum += i64::from(weight);
+            sizes += u64::from(weight.unsigned_abs());
+        }
+        let off = i32::from(sum != 1 << PLACES);
+        checks.whole("sum of the weights of a channel, off by", off, 0, 0);
+        checks.long(
+            "sizes of the weights of a channel",
+            sizes,
+            1,
+            1 << (PLACES + 1),
+        );
+        let most = MAX_DELAY as i32 + 1;
+        let quantity = "age of the oldest sample of a channel";
+        checks.whole(quantity, i32::from(self.oldest), 0, most);
     }
 
     /// A channel that waits for the filters.
@@ -88,12 +112,12 @@ impl Channel {
     /// The channel's code at the chain's instant.
     #[inline(always)]
     pub(super) fn read(&self, values: &Delay) -> i32 {
-        mix(&self.weights, values.four(self.oldest))
+        mix(&self.weights, values.four(usize::from(self.oldest)))
     }
 
     /// The counter's count at the chain's instant, also where it wraps in between.
     fn read_counter(&self, values: &Delay<COUNTER_SAMPLES>) -> i32 {
-        let counts = values.four(self.oldest);
+        let counts = values.four(usize::from(self.oldest));
         let [_, near, ..] = counts;
         let steps = counts.map(|count| count.wrapping_sub(near));
         near.wrapping_add(mix(&self.weights, steps))

@@ -1,9 +1,11 @@
-//! The fields of a rig block as they lie in its bytes, before any of them is believed.
+//! What the device reads of a rig block, as it lies in its bytes, before any of it is believed: wiring, filters, the chain's numbers.
 
-use super::{RIG_BLOCK_MAGIC, RIG_BLOCK_VERSION, Refusal, RigBlock, TAPS_OFFSET, unless_zero};
-use crate::error::Error;
+use super::{RIG_BLOCK_MAGIC, RIG_BLOCK_VERSION, Refusal, RigBlock, Seen};
+use crate::error::Checks;
 use crate::layout::{Field, laid_out};
-use crate::rig::{ChannelDelays, MAX_TAPS, Rig, RigAxis, Taps};
+use crate::pipeline::Chain;
+use crate::pipeline::numbers::Numbers;
+use crate::rig::{MAX_BAND_TAPS, MAX_TAPS};
 use crate::wiring::{
     ACCELEROMETERS, Accelerometer, AxisWiring, COUNTERS, Converter, Counter, Signed,
     SignedDirection, Wiring,
@@ -20,16 +22,19 @@ pub(super) struct Message {
     version: u16,
     axes: u8,
     pub(super) limits: u8,
-    sample_rate_hz: f64,
-    counters: [CounterMessage; COUNTERS],
-    converter: ConverterMessage,
-    accelerometers: [AccelerometerMessage; ACCELEROMETERS],
-    axis: [AxisMessage; 2],
-    /// Of the first derivative, the second and the low-pass.
-    shifts: [i8; 3],
-    reserved: u8,
+    pub(super) sample_rate_hz: f64,
+    pub(super) sample_rate_uhz: u64,
+    pub(super) model_checksum: u32,
     derivative_taps: u16,
     band_taps: u16,
+    counters: [CounterMessage; COUNTERS],
+    gain_log2: [u8; 4],
+    oversampling: u8,
+    band_shift: i8,
+    reserved: [u8; 2],
+    accelerometers: [AccelerometerMessage; ACCELEROMETERS],
+    wiring: [WiringMessage; 2],
+    chain: Numbers,
 }
 }
 
@@ -45,51 +50,41 @@ struct CounterMessage {
 }
 
 laid_out! {
-#[derive(Clone, Copy)]
-struct ConverterMessage {
-    gain_log2: [u8; 4],
-    oversampling: u8,
-    reserved: [u8; 3],
-}
-}
-
-laid_out! {
 #[derive(Clone, Copy, Default)]
 struct AccelerometerMessage {
     fitted: u8,
     range: u8,
     filter: u8,
     external_sync: u8,
-    reserved: [u8; 4],
 }
 }
 
 laid_out! {
-/// One axis; all zero for the second of a one-axis rig.
+/// Where the counts of one axis come from; all zero for the second of a one-axis rig.
 #[derive(Clone, Copy, Default)]
-struct AxisMessage {
-    displacement_step: f64,
-    body_step: f64,
-    acceleration_step: f64,
-    force_step: f64,
-    inertia: f64,
-    ground_stiffness: f64,
-    ground_damping: f64,
-    force_cross: f64,
-    displacement_delay: f64,
-    body_delay: f64,
-    acceleration_delay: f64,
-    force_delay: f64,
+struct WiringMessage {
     pair_distance_m: f64,
-    convention: u8,
     far: [u8; 2],
     near: [u8; 2],
     body: [u8; 2],
     force: [u8; 2],
     acceleration: [[u8; 3]; 2],
-    reserved: u8,
+    reserved: [u8; 2],
 }
 }
+
+/// Where the counters' settings begin.
+const COUNTERS_OFFSET: usize = 32;
+/// Where the converter's do.
+const CONVERTER_OFFSET: usize = COUNTERS_OFFSET + COUNTERS * CounterMessage::LEN;
+/// Where the accelerometers' do.
+const ACCELEROMETERS_OFFSET: usize = CONVERTER_OFFSET + 8;
+/// Where the wiring of the axes does.
+const WIRING_OFFSET: usize = ACCELEROMETERS_OFFSET + ACCELEROMETERS * AccelerometerMessage::LEN;
+/// Where the chain's numbers do.
+const NUMBERS_OFFSET: usize = WIRING_OFFSET + 2 * WiringMessage::LEN;
+
+const _: () = assert!(Message::LEN == NUMBERS_OFFSET + Numbers::LEN);
 
 /// Writes taps to the beginning of their places, which are zeros.
 pub(super) fn write_taps(taps: &[i32], places: &mut [[u8; 4]]) {
@@ -98,57 +93,62 @@ pub(super) fn write_taps(taps: &[i32], places: &mut [[u8; 4]]) {
     }
 }
 
-/// A mark that is 0 or 1.
-fn mark(field: &'static str, seen: u8) -> Result<bool, Refusal> {
-    match seen {
-        0 => Ok(false),
-        1 => Ok(true),
-        _ => Err(Refusal::Field { field, seen }),
-    }
-}
-
 fn source(signed: Option<Signed>) -> [u8; 2] {
     signed.map_or([NOT_WIRED, 0], |s| [s.place, u8::from(s.negative)])
 }
 
-fn signed(field: &'static str, [place, negative]: [u8; 2]) -> Result<Option<Signed>, Refusal> {
-    let negative = mark(field, negative)?;
-    match place {
-        NOT_WIRED if negative => Err(Refusal::Field { field, seen: place }),
-        NOT_WIRED => Ok(None),
-        place => Ok(Some(Signed { place, negative })),
+impl Seen {
+    #[inline(never)]
+    fn signed(&mut self, field: &'static str, [place, negative]: [u8; 2]) -> Option<Signed> {
+        let negative = self.mark(field, negative);
+        if place != NOT_WIRED {
+            return Some(Signed { place, negative });
+        }
+        if negative {
+            self.say(Refusal::Field { field, seen: place });
+        }
+        None
     }
-}
 
-/// What has to be wired.
-fn wired(field: &'static str, bytes: [u8; 2]) -> Result<Signed, Refusal> {
-    let seen = NOT_WIRED;
-    signed(field, bytes)?.ok_or(Refusal::Field { field, seen })
-}
+    /// What has to be wired.
+    fn wired(&mut self, field: &'static str, bytes: [u8; 2]) -> Signed {
+        let signed = self.signed(field, bytes);
+        if signed.is_none() {
+            let seen = NOT_WIRED;
+            self.say(Refusal::Field { field, seen });
+        }
+        signed.unwrap_or(Signed {
+            place: NOT_WIRED,
+            negative: false,
+        })
+    }
 
-fn direction([chip, direction, negative]: [u8; 3]) -> Result<Option<SignedDirection>, Refusal> {
-    let field = "sign of an accelerometer";
-    let negative = mark(field, negative)?;
-    match chip {
-        NOT_WIRED if negative || direction != 0 => Err(Refusal::Field {
-            field: "accelerometer that is not wired",
-            seen: direction,
-        }),
-        NOT_WIRED => Ok(None),
-        chip => Ok(Some(SignedDirection {
-            chip,
-            direction,
-            negative,
-        })),
+    #[inline(never)]
+    fn direction(&mut self, [chip, direction, negative]: [u8; 3]) -> Option<SignedDirection> {
+        let negative = self.mark("sign of an accelerometer", negative);
+        if chip != NOT_WIRED {
+            return Some(SignedDirection {
+                chip,
+                direction,
+                negative,
+            });
+        }
+        if negative || direction != 0 {
+            self.say(Refusal::Field {
+                field: "accelerometer that is not wired",
+                seen: direction,
+            });
+        }
+        None
     }
 }
 
 impl Message {
     pub(super) fn of(block: &RigBlock) -> Self {
         let (rig, wiring) = (&block.rig, &block.wiring);
-        let mut axis = [AxisMessage::default(); 2];
-        for (place, (rig, wiring)) in axis.iter_mut().zip(rig.axes.iter().zip(&wiring.axes)) {
-            *place = AxisMessage::of(rig, wiring);
+        let mut of_axes = [WiringMessage::default(); 2];
+        for (place, wiring) in of_axes.iter_mut().zip(&wiring.axes) {
+            *place = WiringMessage::of(wiring);
         }
         Self {
             magic: RIG_BLOCK_MAGIC,
@@ -156,6 +156,11 @@ impl Message {
             axes: rig.axes.len() as u8,
             limits: u8::from(block.limits.is_some()),
             sample_rate_hz: rig.sample_rate_hz,
+            sample_rate_uhz: rig.sample_rate_uhz(),
+            model_checksum: block.model_checksum,
+            // 257 at most.
+            derivative_taps: rig.velocity.taps.len() as u16,
+            band_taps: rig.band.taps.len() as u16,
             counters: wiring.counters.map(|counter| {
                 counter.map_or(CounterMessage::default(), |counter| CounterMessage {
                     start: counter.start,
@@ -165,11 +170,10 @@ impl Message {
                     reserved: 0,
                 })
             }),
-            converter: ConverterMessage {
-                gain_log2: wiring.converter.gain_log2,
-                oversampling: wiring.converter.oversampling,
-                reserved: [0; 3],
-            },
+            gain_log2: wiring.converter.gain_log2,
+            oversampling: wiring.converter.oversampling,
+            band_shift: rig.band.shift,
+            reserved: [0; 2],
             accelerometers: wiring.accelerometers.map(|chip| {
                 chip.map_or(AccelerometerMessage::default(), |chip| {
                     AccelerometerMessage {
@@ -177,146 +181,115 @@ impl Message {
                         range: chip.range,
                         filter: chip.filter,
                         external_sync: u8::from(chip.external_sync),
-                        reserved: [0; 4],
                     }
                 })
             }),
-            axis,
-            shifts: [rig.velocity.shift, rig.acceleration.shift, rig.band.shift],
-            reserved: 0,
-            // 257 at most.
-            derivative_taps: rig.velocity.taps.len() as u16,
-            band_taps: rig.band.taps.len() as u16,
+            wiring: of_axes,
+            chain: Numbers::of(&block.chain),
         }
     }
 
-    /// The rig, with its filters from the bytes of the taps; `header` are this message's own bytes. What it holds is checked by the caller.
-    pub(super) fn rig(&self, header: &[u8], taps: &[u8]) -> Result<Rig, Refusal> {
-        let reserved = TAPS_OFFSET - 5;
-        unless_zero(reserved, &[self.reserved])?;
+    /// Puts the numbers and the filters, from the bytes of the taps, into an empty chain.
+    #[inline(never)]
+    pub(super) fn put_chain(&self, taps: &[u8], chain: &mut Chain) -> Result<(), Refusal> {
+        let mut checks = Checks::new();
+        for (count, most) in [
+            (self.derivative_taps, MAX_TAPS),
+            (self.band_taps, MAX_BAND_TAPS),
+        ] {
+            let quantity = "number of a filter's taps";
+            checks.whole(quantity, i32::from(count), 1, most as i32);
+        }
+        checks.done()?;
+        let mut seen = Seen::new();
+        seen.zeros(NUMBERS_OFFSET + 2, &self.chain.reserved);
         let (places, _) = taps.as_chunks::<4>();
         let (velocity, places) = places.split_at_checked(MAX_TAPS).unwrap_or_default();
         let (acceleration, band) = places.split_at_checked(MAX_TAPS).unwrap_or_default();
-        let [of_velocity, of_acceleration, of_band] = self.shifts;
-        let second = TAPS_OFFSET + 4 * MAX_TAPS;
-        let mut axes = Vec::new();
-        for (number, axis) in self.axis.iter().enumerate() {
-            if number < usize::from(self.axes) {
-                // Two at most, as the array that is walked.
-                let _ = axes.push(axis.rig_axis()?);
-            } else {
-                let offset = AXES_OFFSET + number * AxisMessage::LEN;
-                let bytes = header.get(offset..offset + AxisMessage::LEN);
-                unless_zero(offset, bytes.unwrap_or_default())?;
-            }
+        let mut offset = Self::LEN;
+        let counts = [self.derivative_taps, self.derivative_taps, self.band_taps];
+        let mut filters = [velocity, acceleration, band];
+        for (filter, count) in filters.iter_mut().zip(counts) {
+            let places = *filter;
+            let count = usize::from(count);
+            let (used, unused) = places.split_at_checked(count).unwrap_or_default();
+            seen.zeros(offset + 4 * count, unused.as_flattened());
+            *filter = used;
+            offset += 4 * places.len();
         }
-        Error::unless_within("number of axes", f64::from(self.axes), 1.0, 2.0)?;
-        Ok(Rig {
-            sample_rate_hz: self.sample_rate_hz,
-            axes,
-            velocity: filter(TAPS_OFFSET, velocity, self.derivative_taps, of_velocity)?,
-            acceleration: filter(second, acceleration, self.derivative_taps, of_acceleration)?,
-            band: filter(second + 4 * MAX_TAPS, band, self.band_taps, of_band)?,
-        })
+        seen.done()?;
+        let tap = |place: &[u8; 4]| i32::from_le_bytes(*place);
+        let filters = filters.map(|places| places.iter().map(tap));
+        self.chain.put(self.axes, filters, self.band_shift, chain)?;
+        Ok(())
     }
 
     /// The wiring; what it holds is checked by the caller.
-    pub(super) fn wiring(&self) -> Result<Wiring, Refusal> {
+    #[inline(never)]
+    pub(super) fn wiring(&self, seen: &mut Seen) -> Wiring {
         let mut counters = [None; COUNTERS];
         let messages = self.counters.iter().enumerate();
         for (counter, (number, message)) in counters.iter_mut().zip(messages) {
-            let offset = COUNTERS_OFFSET + 8 * number;
-            unless_zero(offset + 7, &[message.reserved])?;
-            if mark("mark of a fitted counter", message.fitted)? {
+            let offset = COUNTERS_OFFSET + CounterMessage::LEN * number;
+            seen.zeros(offset + 7, &[message.reserved]);
+            if seen.mark("mark of a fitted counter", message.fitted) {
                 *counter = Some(Counter {
                     quadrature: message.quadrature,
                     start: message.start,
-                    index: mark("index of a counter", message.index)?,
+                    index: seen.mark("index of a counter", message.index),
                 });
             } else {
-                unless_zero(offset, &message.start.to_le_bytes())?;
-                unless_zero(offset + 5, &[message.quadrature, message.index])?;
+                seen.zeros(offset, &message.start.to_le_bytes());
+                seen.zeros(offset + 5, &[message.quadrature, message.index]);
             }
         }
-        let converter = COUNTERS_OFFSET + 8 * COUNTERS;
-        unless_zero(converter + 5, &self.converter.reserved)?;
+        seen.zeros(CONVERTER_OFFSET + 6, &self.reserved);
         let mut accelerometers = [None; ACCELEROMETERS];
         let messages = self.accelerometers.iter().enumerate();
         for (chip, (number, message)) in accelerometers.iter_mut().zip(messages) {
-            let offset = converter + 8 * (1 + number);
-            unless_zero(offset + 4, &message.reserved)?;
-            if mark("mark of a fitted accelerometer", message.fitted)? {
+            let offset = ACCELEROMETERS_OFFSET + AccelerometerMessage::LEN * number;
+            if seen.mark("mark of a fitted accelerometer", message.fitted) {
                 *chip = Some(Accelerometer {
                     range: message.range,
                     filter: message.filter,
-                    external_sync: mark("sync of an accelerometer", message.external_sync)?,
+                    external_sync: seen.mark("sync of an accelerometer", message.external_sync),
                 });
             } else {
                 let settings = [message.range, message.filter, message.external_sync];
-                unless_zero(offset + 1, &settings)?;
+                seen.zeros(offset + 1, &settings);
             }
         }
         let mut axes = Vec::new();
-        for axis in self.axis.iter().take(usize::from(self.axes)) {
-            // Two at most, as the array that is walked.
-            let _ = axes.push(axis.wiring()?);
+        for (number, axis) in self.wiring.iter().enumerate() {
+            let offset = WIRING_OFFSET + WiringMessage::LEN * number;
+            if number < usize::from(self.axes) {
+                // Two at most, as the array that is walked.
+                let _ = axes.push(axis.wiring(offset, seen));
+            } else {
+                seen.zeros(offset, &axis.pair_distance_m.to_bits().to_le_bytes());
+                let places = [axis.far, axis.near, axis.body, axis.force];
+                seen.zeros(offset + 8, places.as_flattened());
+                seen.zeros(offset + 16, axis.acceleration.as_flattened());
+                seen.zeros(offset + 22, &axis.reserved);
+            }
         }
-        Ok(Wiring {
+        Wiring {
             counters,
             converter: Converter {
-                gain_log2: self.converter.gain_log2,
-                oversampling: self.converter.oversampling,
+                gain_log2: self.gain_log2,
+                oversampling: self.oversampling,
             },
             accelerometers,
             axes,
-        })
+        }
     }
 }
 
-/// A filter of `length` taps at the beginning of its places; the others have to be empty.
-fn filter<const MOST: usize>(
-    offset: usize,
-    places: &[[u8; 4]],
-    length: u16,
-    shift: i8,
-) -> Result<Taps<MOST>, Refusal> {
-    let most = MOST as f64;
-    Error::unless_within("number of a filter's taps", f64::from(length), 1.0, most)?;
-    let length = usize::from(length);
-    let (used, unused) = places.split_at_checked(length).unwrap_or_default();
-    unless_zero(offset + 4 * length, unused.as_flattened())?;
-    let mut taps = Vec::new();
-    for tap in used {
-        // There are no more than it holds; a collector would keep a panic for the case that there were.
-        let _ = taps.push(i32::from_le_bytes(*tap));
-    }
-    Ok(Taps { taps, shift })
-}
-
-/// Where the counters' settings begin.
-const COUNTERS_OFFSET: usize = 16;
-/// Where the first axis begins.
-const AXES_OFFSET: usize = COUNTERS_OFFSET + 8 * (COUNTERS + 1 + ACCELEROMETERS);
-
-impl AxisMessage {
-    fn of(rig: &RigAxis, wiring: &AxisWiring) -> Self {
-        // A zero has one form: this makes that of a negative one.
-        let f = |value: f64| value + 0.0;
+impl WiringMessage {
+    fn of(wiring: &AxisWiring) -> Self {
         Self {
-            displacement_step: f(rig.displacement_step),
-            body_step: f(rig.body_step),
-            acceleration_step: f(rig.acceleration_step),
-            force_step: f(rig.force_step),
-            inertia: f(rig.inertia),
-            ground_stiffness: f(rig.ground_stiffness),
-            ground_damping: f(rig.ground_damping),
-            force_cross: f(rig.force_cross),
-            displacement_delay: f(rig.delays.displacement),
-            body_delay: f(rig.delays.body),
-            acceleration_delay: f(rig.delays.acceleration),
-            force_delay: f(rig.force_delay_samples),
-            pair_distance_m: f(wiring.pair_distance_m),
-            convention: u8::from(rig.inertia_minus_force),
+            // A zero has one form: this makes that of a negative one.
+            pair_distance_m: wiring.pair_distance_m + 0.0,
             far: source(Some(wiring.far)),
             near: source(wiring.near),
             body: source(wiring.body),
@@ -326,69 +299,27 @@ impl AxisMessage {
                     [d.chip, d.direction, u8::from(d.negative)]
                 })
             }),
-            reserved: 0,
+            reserved: [0; 2],
         }
     }
 
-    fn rig_axis(&self) -> Result<RigAxis, Refusal> {
-        let quantities = [
-            self.displacement_step,
-            self.body_step,
-            self.acceleration_step,
-            self.force_step,
-            self.inertia,
-            self.ground_stiffness,
-            self.ground_damping,
-            self.force_cross,
-            self.displacement_delay,
-            self.body_delay,
-            self.acceleration_delay,
-            self.force_delay,
-            self.pair_distance_m,
-        ];
-        if quantities.iter().any(|q| *q == 0.0 && q.is_sign_negative()) {
-            return Err(Refusal::Field {
-                field: "sign of a zero",
+    #[inline(never)]
+    fn wiring(&self, offset: usize, seen: &mut Seen) -> AxisWiring {
+        seen.zeros(offset + 22, &self.reserved);
+        if self.pair_distance_m.is_sign_negative() {
+            seen.say(Refusal::Field {
+                field: "sign of a distance",
                 seen: 0x80,
             });
         }
-        Ok(RigAxis {
-            displacement_step: self.displacement_step,
-            displacement_difference: signed("sign of a near counter", self.near)?.is_some(),
-            body_step: self.body_step,
-            acceleration_step: self.acceleration_step,
-            force_step: self.force_step,
-            inertia: self.inertia,
-            inertia_minus_force: mark("sign convention", self.convention)?,
-            ground_stiffness: self.ground_stiffness,
-            ground_damping: self.ground_damping,
-            force_cross: self.force_cross,
-            force_delay_samples: self.force_delay,
-            delays: ChannelDelays {
-                displacement: self.displacement_delay,
-                body: self.body_delay,
-                acceleration: self.acceleration_delay,
-            },
-        })
-    }
-
-    fn wiring(&self) -> Result<AxisWiring, Refusal> {
-        if self.reserved != 0 {
-            return Err(Refusal::Field {
-                field: "reserved byte of an axis",
-                seen: self.reserved,
-            });
-        }
         let [first, second] = self.acceleration;
-        Ok(AxisWiring {
-            far: wired("far counter of an axis", self.far)?,
-            near: signed("near counter of an axis", self.near)?,
-            body: signed("body counter of an axis", self.body)?,
-            force: wired("bridge channel of an axis", self.force)?,
-            acceleration: [direction(first)?, direction(second)?],
+        AxisWiring {
+            far: seen.wired("far counter of an axis", self.far),
+            near: seen.signed("near counter of an axis", self.near),
+            body: seen.signed("body counter of an axis", self.body),
+            force: seen.wired("bridge channel of an axis", self.force),
+            acceleration: [seen.direction(first), seen.direction(second)],
             pair_distance_m: self.pair_distance_m,
-        })
+        }
     }
 }
-
-const _: () = assert!(Message::LEN == AXES_OFFSET + 2 * AxisMessage::LEN + 8);

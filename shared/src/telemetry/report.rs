@@ -6,7 +6,6 @@ use crate::model::Model;
 use crate::model::axis::AxisKind;
 use crate::monitor::{self, Cause, State};
 use crate::pipeline::{Chain, Output, RawSample};
-use crate::rig::Rig;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -124,11 +123,11 @@ pub struct RigIdentity {
 }
 
 impl RigIdentity {
-    /// Who this rig block is, from the checksum that ends it.
-    pub fn new(rig: &Rig, chain: &Chain, crc: u32) -> Self {
+    /// Who this rig block is, from what it says and the checksum that ends it.
+    pub fn new(sample_rate_hz: f64, chain: &Chain, crc: u32) -> Self {
         Self {
             crc,
-            sample_rate_hz: rig.sample_rate_hz,
+            sample_rate_hz,
             // Filters have at most a few hundred taps.
             delay: chain.delay() as u16,
             band_delay: chain.band_delay() as u16,

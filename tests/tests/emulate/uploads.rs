@@ -10,6 +10,7 @@ use jointwatch::signing::{PrivateKey, SignedModel};
 use jointwatch::upload::Patience;
 use jointwatch_shared::blob;
 use jointwatch_shared::monitor::Cause;
+use jointwatch_shared::rig_block::RigBlock;
 use jointwatch_shared::slot::{ContentCrc, signed_prefix};
 use jointwatch_shared::telemetry::{
     Decoder, Event, Kind, MAX_FRAME, Report, Request, Restart, Signature, UploadReply,
@@ -28,9 +29,20 @@ fn patience() -> Patience {
     }
 }
 
+/// The same rig with the other model on it.
+fn other_block(device: &Device<'_>) -> RigBlock {
+    let RigBlock {
+        rig,
+        wiring,
+        limits,
+        ..
+    } = device.block.clone();
+    RigBlock::new(rig, wiring, limits, &subject().physical).unwrap()
+}
+
 /// The other model for the same rig, signed.
 fn other(device: &Device<'_>) -> SignedModel {
-    let rig = rig_block::encode(&device.block).unwrap();
+    let rig = rig_block::encode(&other_block(device)).unwrap();
     let model = blob::encode(&subject().physical);
     SignedModel::sign(&model, &rig, &PrivateKey::development()).unwrap()
 }
@@ -50,7 +62,7 @@ fn a_good_model_is_uploaded_and_runs_after_the_restart() {
     let successor = Device::new(
         &subject().simulation.study,
         &subject().physical,
-        Some(device.block.clone()),
+        Some(other_block(&device)),
     )
     .unwrap();
     let slot = device.slot().unwrap().to_bytes();
@@ -80,7 +92,7 @@ fn a_restart_in_the_middle_of_an_upload_leaves_the_old_model_and_the_upload_begi
     let successor = Device::new(
         &subject().simulation.study,
         &subject().physical,
-        Some(device.block.clone()),
+        Some(other_block(&device)),
     )
     .unwrap();
     let mut scenario = uploading(other(&device));
@@ -211,7 +223,7 @@ fn what_no_honest_host_sends_is_refused_by_the_device_itself() {
     let mut corrupt = good.clone();
     corrupt[7] ^= 64;
     let mut newer = good.clone();
-    newer[4] = 2;
+    newer[4] = 3;
     let long = vec![0; 8196];
     for (content, announced, wanted) in [
         (corrupt.clone(), crc(&good), "Checksum"),

@@ -1,7 +1,7 @@
 //! TIM2 tells when to sample; TIM5, which runs on, tells how many instants went by without a sample.
 
 use super::count;
-use crate::clock::{Clock, Source};
+use crate::clock::{Clock, Rate, Source};
 use core::num::NonZeroU32;
 use stm32f4::stm32f405::{RCC, TIM2};
 
@@ -14,8 +14,8 @@ pub struct Ticker {
     due: Option<u32>,
 }
 
-/// Starts to sample `rate_hz` times a second. To be called once.
-pub fn start(clock: Clock, rate_hz: f64) -> Ticker {
+/// Starts to sample. To be called once.
+pub fn start(clock: Clock, rate: Rate) -> Ticker {
     // SAFETY: the start calls this once, before interrupts are on; later on TIM2 belongs to the sampling task.
     let (rcc, timer) = unsafe { (&*RCC::PTR, &*TIM2::PTR) };
     // Timers run at twice their bus's clock where that is divided (RM0090, “Clocks”).
@@ -24,8 +24,7 @@ pub fn start(clock: Clock, rate_hz: f64) -> Ticker {
         Source::Internal => clock.hz,
     };
     // From 1 Hz to 10 kHz, as the start has checked: at least 1600 counts, and they fit.
-    let counts = f64::from(hz) / rate_hz + 0.5;
-    let period = NonZeroU32::new(counts as u32).unwrap_or(NonZeroU32::MIN);
+    let period = NonZeroU32::new(rate.counts(hz)).unwrap_or(NonZeroU32::MIN);
     rcc.apb1enr().modify(|_, w| w.tim2en().enabled());
     rcc.apb1enr().read();
     timer.arr().write(|w| w.set(period.get().saturating_sub(1)));
