@@ -14,7 +14,6 @@ pub mod board;
 pub mod clock;
 pub mod key;
 pub mod sensor;
-pub mod signature;
 pub mod store;
 pub mod suite;
 

@@ -42,37 +42,13 @@ const STATUS_NEW: u16 = 0x000F;
 /// Bytes of a word and of a frame.
 const WORD: usize = 3;
 const FRAME: usize = 6 * WORD;
-/// Section "Cyclic Redundancy Check (CRC)": CRC-16 with the polynomial x¹⁶ + x¹² + x⁵ + 1, beginning with all ones.
-const POLYNOMIAL: u16 = 0x1021;
-/// What each value of the upper byte adds to the rest.
-static CRC_TABLE: [u16; 256] = crc_table();
-
-const fn crc_table() -> [u16; 256] {
-    let mut table = [0; 256];
-    let mut value = 0;
-    while value < 256 {
-        let mut crc = (value as u16) << 8;
-        let mut bit = 0;
-        while bit < 8 {
-            crc = if crc >> 15 == 1 {
-                crc << 1 ^ POLYNOMIAL
-            } else {
-                crc << 1
-            };
-            bit += 1;
-        }
-        table[value] = crc;
-        value += 1;
-    }
-    table
-}
-
-/// The checksum of some bytes.
+/// The checksum of some bytes, section "Cyclic Redundancy Check (CRC)": CRC-16 with the polynomial x¹⁶ + x¹² + x⁵ + 1, beginning with all
+/// ones. A byte at a time without a table: what is shifted out comes back at bits 12, 5 and 0, its upper half once more.
 fn crc(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0xFFFF, |crc: u16, &byte| {
-        let upper = usize::from((crc >> 8) as u8 ^ byte);
-        // 256 entries for a byte.
-        crc << 8 ^ CRC_TABLE.get(upper).copied().unwrap_or(0)
+        let out = crc >> 8 ^ u16::from(byte);
+        let out = out ^ out >> 4;
+        crc << 8 ^ out << 12 ^ out << 5 ^ out
     })
 }
 

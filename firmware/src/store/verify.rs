@@ -1,6 +1,6 @@
 //! Whose model it is: the Ed25519 signature over model and rig block, checked in pieces, so that nothing has to fit into RAM.
 
-use crate::signature::{self, PublicKey};
+use ed25519_compact::{PublicKey, Signature, VerifyingState};
 use jointwatch_shared::slot::SIGNATURE_LEN;
 
 /// Something that can tell a good signature from a bad one.
@@ -26,7 +26,7 @@ pub trait Check {
 pub struct Key(PublicKey);
 
 impl Key {
-    /// The key with these bytes. A key that is no point of the curve, or of a small order, lets no signature pass.
+    /// The key with these bytes. A key that is no point of the curve lets no signature pass.
     pub fn new(bytes: [u8; 32]) -> Self {
         Self(PublicKey::new(bytes))
     }
@@ -36,12 +36,16 @@ impl Verifier for Key {
     type Check = Ed25519Check;
 
     fn begin(&self, signature: &[u8; SIGNATURE_LEN]) -> Option<Ed25519Check> {
-        self.0.check(signature).map(Ed25519Check)
+        let state = self
+            .0
+            .verify_incremental(&Signature::new(*signature))
+            .ok()?;
+        Some(Ed25519Check(state))
     }
 }
 
 /// See [`Check`].
-pub struct Ed25519Check(signature::Check);
+pub struct Ed25519Check(VerifyingState);
 
 impl Check for Ed25519Check {
     fn absorb(&mut self, bytes: &[u8]) {
@@ -49,7 +53,7 @@ impl Check for Ed25519Check {
     }
 
     fn holds(self) -> bool {
-        self.0.holds()
+        self.0.verify().is_ok()
     }
 }
 

@@ -97,23 +97,28 @@ impl Name {
     /// [`Error::Name`], which carries `axis`, says what is wrong.
     pub fn from_bytes(axis: u8, bytes: [u8; NAME_LEN]) -> Result<Self, Error> {
         let refuse = |fault| Err(Error::Name { axis, fault });
-        match core::str::from_utf8(&bytes) {
+        match core::str::from_utf8(filled(&bytes)) {
             Err(_) => refuse("is not UTF-8"),
-            Ok(text) => match text.trim_end_matches('\0') {
-                "" => refuse("is empty"),
-                name if name.chars().any(char::is_control) => refuse("holds a control character"),
-                _ => Ok(Self { bytes }),
-            },
+            Ok("") => refuse("is empty"),
+            Ok(name) if name.chars().any(char::is_control) => refuse("holds a control character"),
+            Ok(_) => Ok(Self { bytes }),
         }
     }
 
     /// The name.
     pub fn as_str(&self) -> &str {
         // Every way to make a Name has checked that it is UTF-8.
-        core::str::from_utf8(&self.bytes)
-            .unwrap_or_default()
-            .trim_end_matches('\0')
+        core::str::from_utf8(filled(&self.bytes)).unwrap_or_default()
     }
+}
+
+/// The bytes up to the zeros at the end.
+fn filled(bytes: &[u8]) -> &[u8] {
+    let mut rest = bytes;
+    while let [before @ .., 0] = rest {
+        rest = before;
+    }
+    rest
 }
 
 impl InputRange {

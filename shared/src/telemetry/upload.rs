@@ -6,7 +6,9 @@
 use crate::error::Error;
 use core::fmt;
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
+use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::ser::SerializeTuple;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Bytes that a chunk may have. A chunk that ends elsewhere than the upload should be this long.
 pub const MAX_CHUNK: usize = 128;
@@ -31,26 +33,53 @@ pub enum Slot {
     B,
 }
 
-/// An Ed25519 signature over the uploaded bytes.
-// In halves, because serde knows arrays of up to 32 elements; on the line it is 64 bytes in a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Signature([[u8; 32]; 2]);
+/// An Ed25519 signature over the uploaded bytes: 64 bytes in a row on the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Signature([u8; 64]);
 
 impl Signature {
     /// The signature with these bytes.
     pub fn new(bytes: [u8; 64]) -> Self {
-        let mut halves = [[0; 32]; 2];
-        let places = halves.as_flattened_mut().iter_mut();
-        places.zip(bytes).for_each(|(place, byte)| *place = byte);
-        Self(halves)
+        Self(bytes)
     }
 
     /// Its bytes.
     pub fn bytes(&self) -> [u8; 64] {
-        let mut bytes = [0; 64];
-        let places = bytes.iter_mut().zip(self.0.as_flattened());
-        places.for_each(|(place, byte)| *place = *byte);
-        bytes
+        self.0
+    }
+}
+
+// By hand, because serde knows arrays of up to 32 elements, and what it makes of those is unrolled.
+impl Serialize for Signature {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut all = serializer.serialize_tuple(self.0.len())?;
+        for byte in &self.0 {
+            all.serialize_element(byte)?;
+        }
+        all.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Signature {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Bytes;
+        impl<'de> Visitor<'de> for Bytes {
+            type Value = Signature;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("64 bytes")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut all: A) -> Result<Signature, A::Error> {
+                let mut bytes = [0; 64];
+                for (place, byte) in bytes.iter_mut().enumerate() {
+                    let next = all.next_element()?;
+                    *byte = next.ok_or_else(|| A::Error::invalid_length(place, &self))?;
+                }
+                Ok(Signature(bytes))
+            }
+        }
+        deserializer.deserialize_tuple(64, Bytes)
     }
 }
 
