@@ -33,6 +33,12 @@ const REFITTED: usize = 4;
 const STEPS_OF_RIVALS: usize = 5;
 /// By this part of what is left a law with more parameters is better without being right.
 const NOISE: f64 = 0.01;
+/// One that leaves less all the same, by this part of what is left,
+const LEAVES_LESS: f64 = 0.0025;
+/// and explains more, by this part of what it explains, is right where unseen records
+const EXPLAINS_MORE: f64 = 0.001;
+/// say so too: by this part of the power that is left there.
+const BORNE_OUT: f64 = 0.007;
 /// Where nobody knows how loud the noise is, an effect has to explain this part of what was left in the beginning: every model of a
 /// real joint leaves something, and without a floor nothing says where to stop.
 const LATER: f64 = 0.01;
@@ -357,7 +363,8 @@ impl Left {
 ///
 /// A law with fewer parameters may leave more on the records that were learnt from when it leaves less on others: what
 /// bends a few more ways follows the small faults of a model, and goes astray where it was not fitted. One that leaves
-/// more there than models of real joints are wrong by is out, unless the others leave nearly as much.
+/// more there than models of real joints are wrong by is out, unless the others leave nearly as much. The other way round, a law with
+/// more parameters is worth them where it is a little better on both.
 fn simplest(round: &Round, before: f64, mut left: Vec<(usize, Left)>) -> usize {
     let unseen = left.iter().filter_map(|(_, left)| left.unseen);
     let least_unseen = unseen.fold(f64::INFINITY, f64::min);
@@ -375,7 +382,12 @@ fn simplest(round: &Round, before: f64, mut left: Vec<(usize, Left)>) -> usize {
     let as_good = |left: &Left| {
         let as_much = before - left.learnt >= (1.0 - PARSIMONY) * (before - least);
         let as_little = left.learnt <= LEAVES_AS_LITTLE * least || left.holds_better_than(&best);
-        (as_much && as_little) || left.learnt <= (1.0 + NOISE) * least
+        let nearly = (as_much && as_little) || left.learnt <= (1.0 + NOISE) * least;
+        let unseen = matches!((left.unseen, best.unseen), (Some(own), Some(least)) if own > (1.0 + BORNE_OUT) * least);
+        let outdone = unseen
+            && left.learnt > (1.0 + LEAVES_LESS) * least
+            && before - left.learnt < (1.0 - EXPLAINS_MORE) * (before - least);
+        nearly && !outdone
     };
     let parameters = |at: usize| round.ranked[at].candidate.bound.entry.parameters().len();
     let good = left.iter().filter(|(_, left)| as_good(left));
