@@ -3,7 +3,7 @@
 use super::held_out::{LEAST_BLOCKS, blocks};
 use super::judge::{Judged, LEAVES_AS_LITTLE, PARSIMONY, WRONG_BY, judge};
 use super::linear_memory;
-use super::noise::rested;
+use super::noise::{floors, rested};
 use super::tolerances;
 use crate::compare::Sums;
 use crate::error::{Error, Result};
@@ -39,6 +39,8 @@ const LEAVES_LESS: f64 = 0.0025;
 const EXPLAINS_MORE: f64 = 0.001;
 /// say so too: by this part of the power that is left there.
 const BORNE_OUT: f64 = 0.007;
+/// Only a law that leaves next to nothing but noise, this many times its RMS, is right: where all leave more, the simplest will do.
+const NEAR_NOISE: f64 = 1.3;
 /// Where nobody knows how loud the noise is, an effect has to explain this part of what was left in the beginning: every model of a
 /// real joint leaves something, and without a floor nothing says where to stop.
 const LATER: f64 = 0.01;
@@ -96,6 +98,8 @@ struct Searcher<'a> {
     /// Every second row of the middle of the records, for a first look.
     excerpt: Records<'a>,
     unseen: Option<&'a Records<'a>>,
+    motions: &'a [&'a Motion],
+    low_pass: &'a [f64],
     base: usize,
 }
 
@@ -136,6 +140,8 @@ pub(crate) fn search(
         excerpt: Records::new(axes, &excerpts, &thinned_taps),
         records,
         unseen,
+        motions,
+        low_pass,
         base: base.len(),
     };
     let mut round = searcher.judged(base.to_vec(), solution)?;
@@ -283,7 +289,8 @@ impl Searcher<'_> {
                     let (terms, from) = wider(*bound, values);
                     Ok((*at, left(terms, &from, STEPS_OF_RIVALS)?))
                 });
-                simplest(round, before, all.collect::<Result<Vec<_>>>()?)
+                let all = all.collect::<Result<Vec<_>>>()?;
+                simplest(round, before, self.noise(round, &own), all)
             }
         };
         let chosen = &round.ranked[at].candidate;
@@ -307,6 +314,17 @@ impl Searcher<'_> {
             }),
             None => Chosen::Added(terms, solution.into()),
         })
+    }
+
+    /// Σ (weighted noise)², as far as a round's model shows it.
+    fn noise(&self, round: &Round, weights: &[f64]) -> f64 {
+        let (terms, inertia) = round.solution.in_si(&round.terms, self.axes);
+        let floors = floors(self.axes, self.motions, self.low_pass, &terms, &inertia);
+        let rows = self.records.rows_per_axis() as f64;
+        let floors = floors.iter().zip(weights);
+        floors
+            .map(|(floor, w)| rows * (w * floor.rms).powi(2))
+            .sum()
     }
 
     /// The model without one of the effects that were added, or with another in its place, if the model is as good or better for it.
@@ -364,8 +382,8 @@ impl Left {
 /// A law with fewer parameters may leave more on the records that were learnt from when it leaves less on others: what
 /// bends a few more ways follows the small faults of a model, and goes astray where it was not fitted. One that leaves
 /// more there than models of real joints are wrong by is out, unless the others leave nearly as much. The other way round, a law with
-/// more parameters is worth them where it is a little better on both.
-fn simplest(round: &Round, before: f64, mut left: Vec<(usize, Left)>) -> usize {
+/// more parameters is worth them where it is a little better on both and leaves little but noise.
+fn simplest(round: &Round, before: f64, noise: f64, mut left: Vec<(usize, Left)>) -> usize {
     let unseen = left.iter().filter_map(|(_, left)| left.unseen);
     let least_unseen = unseen.fold(f64::INFINITY, f64::min);
     left.retain(|(_, left)| {
@@ -385,6 +403,7 @@ fn simplest(round: &Round, before: f64, mut left: Vec<(usize, Left)>) -> usize {
         let nearly = (as_much && as_little) || left.learnt <= (1.0 + NOISE) * least;
         let unseen = matches!((left.unseen, best.unseen), (Some(own), Some(least)) if own > (1.0 + BORNE_OUT) * least);
         let outdone = unseen
+            && least <= NEAR_NOISE * NEAR_NOISE * noise
             && left.learnt > (1.0 + LEAVES_LESS) * least
             && before - left.learnt < (1.0 - EXPLAINS_MORE) * (before - least);
         nearly && !outdone
