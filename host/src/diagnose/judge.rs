@@ -108,8 +108,8 @@ pub(super) fn judge(
         .filter_map(|candidate| {
             let columns = beside.columns_of(&candidate);
             let with = held_out(records, &beside, Some(&columns), axes.len())?;
-            let judged = worth(records, solution, candidate, &with, &without);
-            Some((Judged { is_first, ..judged }, with))
+            let judged = worth(records, solution, candidate, &with, &without, is_first);
+            Some((judged, with))
         })
         .collect();
     // What is not missing may explain more than what is: a model's small faults grow with the records' length.
@@ -130,6 +130,7 @@ fn worth(
     candidate: Candidate,
     with: &HeldOut,
     without: &HeldOut,
+    is_first: bool,
 ) -> Judged {
     let axes = solution.weights.len();
     // What matters happens on one axis; an effect on both is judged where it does most.
@@ -147,7 +148,7 @@ fn worth(
         part: most.part,
         share: most.share,
         candidate,
-        is_first: false,
+        is_first,
         gain: with.better_than(without),
         equivalent: Vec::new(),
     }

@@ -22,7 +22,7 @@ use nalgebra::{Matrix4, Vector4};
 const SEGMENT: usize = 4096;
 /// Where a displacement's noise floor is read, as shares of the sample rate; an anti-aliasing filter takes down what is
 /// above.
-const DISPLACEMENT_FLOOR: [f64; 2] = [0.40, 0.48];
+pub(crate) const DISPLACEMENT_FLOOR: [f64; 2] = [0.40, 0.48];
 /// Where a restoring force's noise floor is read.
 const FORCE_FLOOR: [f64; 2] = [0.10, WIDEST];
 /// Density over floor at which signal and noise are equal.

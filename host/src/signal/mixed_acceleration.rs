@@ -5,6 +5,7 @@
 //! accelerometer the rest: a Butterworth low-pass of second order run forwards and backwards. An accelerometer's noise that grows with one
 //! over the frequency lies where the encoder is listened to.
 
+use super::band::DISPLACEMENT_FLOOR;
 use super::fir::apply;
 use super::spectrum::Accumulator;
 use crate::motion::{Filters, Motion};
@@ -13,8 +14,6 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 
 /// Rows per window of the spectra.
 const SEGMENT: usize = 2048;
-/// Where both noise floors are read, as shares of the sample rate: above the motion, below an anti-aliasing filter's end.
-const FLOOR: [f64; 2] = [0.40, 0.48];
 /// Lines that are averaged before the quietest place is taken.
 const SMOOTHED: usize = 16;
 /// A crossover below this leaves the accelerometer alone, Hz.
@@ -48,8 +47,9 @@ fn mix_axis(study: &Study, filters: &Filters, motions: &mut [Motion], axis: usiz
         channels.body_position.as_deref()
     });
     let logged = motions.iter().map(|m| m.acceleration[axis].as_slice());
-    let noise = quietest(positions, rate, [FLOOR[0] * rate, FLOOR[1] * rate])?;
-    let above = quietest(logged.clone(), rate, [FLOOR[0] * rate, FLOOR[1] * rate])?;
+    let beyond = DISPLACEMENT_FLOOR.map(|share| share * rate);
+    let noise = quietest(positions, rate, beyond)?;
+    let above = quietest(logged.clone(), rate, beyond)?;
     // What the two differ by below holds both noises and no motion; the accelerometer cannot be noisier than that.
     let differences: Vec<Vec<f64>> = logged
         .zip(&derived)
