@@ -250,6 +250,13 @@ impl<'a> Beside<'a> {
         })
     }
 
+    /// What is left of the residual, weighted, when everything has been taken out that the model can take up.
+    pub(super) fn left(&self) -> Mat<f64> {
+        let mut factors = product(&self.own, &self.residual);
+        self.factor.solve(factors.as_mut());
+        &self.residual - &self.own * &factors
+    }
+
     /// Factors of columns, and what they gain.
     pub(super) fn factors(&self, columns: &[Vec<f64>]) -> Option<Vec<f64>> {
         self.project(columns).map(|projected| projected.factors)

@@ -6,10 +6,8 @@
 //! things are asked, therefore: whether they explain much of what is left; and, where a law with memory was found, whether they explain more
 //! than a right one would leave, beside what it explains itself, however small that is.
 
-use super::candidates::Beside;
-use super::held_out::held_out;
 use super::judge::WRONG_BY;
-use super::tolerances;
+use super::patterns::LeftOver;
 use crate::fit::effects::Solution;
 use crate::fit::effects::columns::Records;
 use crate::model::effects::Bound;
@@ -29,46 +27,25 @@ const LEAST_BESIDE: f64 = 0.001;
 /// and with so many standard errors.
 const SURE: f64 = 3.5;
 
-/// Per axis, whether past displacements explain what a solved model leaves over, on blocks that were not fitted to. `explained` is
-/// what the effects that were found explain, RMS beside the RMS force of the axis.
-pub(super) fn is_left(
-    records: &Records<'_>,
-    terms: &[Bound],
-    solution: &Solution,
-    within: &[Bound],
+/// The part of what a solved model leaves over on an axis that past displacements explain, on blocks that were not fitted to, if that
+/// says something. `explained` is
+/// what the effects that were `found` explain, RMS beside the RMS force of the axis.
+pub(super) fn part(
+    left: &LeftOver<'_>,
+    axis: usize,
     found: &[Bound],
-    explained: &[f64],
-) -> Vec<bool> {
-    let axes = solution.weights.len();
-    let mut left = vec![false; axes];
-    let columns = tolerances::columns(records, within);
-    let Some(beside) = Beside::new(records, terms, solution, columns) else {
-        return left;
-    };
-    let Some(without) = held_out(records, &beside, None, axes) else {
-        return left;
-    };
-    for (axis, left) in left.iter_mut().enumerate() {
-        let moments = (1..=MOMENTS).map(|moment| records.delayed(axis, moment as f64 * APART_S));
-        let moments = beside.unit_columns(&moments.collect::<Vec<_>>());
-        let Some(with) = held_out(records, &beside, Some(&moments), axes) else {
-            continue;
-        };
-        let worth = with.worth(&without, axis, records, solution);
-        let of_delay = of_a_delay(records, terms, solution, axis);
-        let least = WRONG_BY.max(of_delay);
-        let gain = with.better_than(&without);
-        let much = worth.share >= least && worth.part >= LEAST_PART && gain.is_sure();
-        let taken_for = |f: &Bound| f.axis == axis && WITH_MEMORY.contains(&f.entry.about.name);
-        let least_beside = LEAST_BESIDE
-            .max(OF_EXPLAINED * explained[axis])
-            .max(of_delay);
-        let beside = found.iter().any(taken_for)
-            && worth.share >= least_beside
-            && gain.sum > SURE * gain.error;
-        *left = much || beside;
-    }
-    left
+    explained: f64,
+) -> Option<f64> {
+    let moments = (1..=MOMENTS).map(|moment| left.records.delayed(axis, moment as f64 * APART_S));
+    let (worth, gain) = left.explained_by(axis, &moments.collect::<Vec<_>>())?;
+    let of_delay = of_a_delay(left.records, left.terms, left.solution, axis);
+    let least = WRONG_BY.max(of_delay);
+    let much = worth.share >= least && worth.part >= LEAST_PART && gain.is_sure();
+    let taken_for = |f: &Bound| f.axis == axis && WITH_MEMORY.contains(&f.entry.about.name);
+    let least_beside = LEAST_BESIDE.max(OF_EXPLAINED * explained).max(of_delay);
+    let beside =
+        found.iter().any(taken_for) && worth.share >= least_beside && gain.sum > SURE * gain.error;
+    (much || beside).then_some(worth.part)
 }
 
 /// What the law of a late force channel leaves over, RMS beside the RMS force of the axis: it is the first term of the delayed

@@ -2,8 +2,8 @@
 
 use super::held_out::{LEAST_BLOCKS, blocks};
 use super::judge::{Judged, LEAVES_AS_LITTLE, PARSIMONY, WRONG_BY, judge};
-use super::linear_memory;
 use super::noise::{floors, rested};
+use super::patterns::{self, LeftOver};
 use super::tolerances;
 use crate::compare::Sums;
 use crate::error::{Error, Result};
@@ -69,8 +69,8 @@ pub(crate) struct Search {
     pub(crate) rounds: Vec<Round>,
     /// What seemed to be missing last, but made the error on records that were not learnt from larger.
     pub(crate) refuted: Option<Refuted>,
-    /// Per axis, whether the last model lacks a force that is linear in the past displacement.
-    pub(crate) lacks_memory: Vec<bool>,
+    /// Per axis, how what the last model leaves over follows the motion, in words, if it does.
+    pub(crate) patterns: Vec<Option<String>>,
 }
 
 /// An effect that other records speak against.
@@ -181,19 +181,23 @@ pub(crate) fn search(
         }
         rounds.push(std::mem::replace(&mut round, next));
     }
-    let lacks_memory = linear_memory::is_left(
-        &searcher.records,
-        &round.terms,
-        &round.solution,
-        &round.within,
-        &round.terms[searcher.base..],
-        &searcher.explained(rounds.first().unwrap_or(&round), &round),
-    );
+    let Round {
+        terms,
+        solution,
+        within,
+        ..
+    } = &round;
+    let left = LeftOver::new(&searcher.records, terms, solution, within);
+    let explained = searcher.explained(rounds.first().unwrap_or(&round), &round);
+    let patterns = match left {
+        Some(left) => patterns::found_in(&left, &terms[searcher.base..], &explained),
+        None => vec![None; axes.len()],
+    };
     rounds.push(round);
     Ok(Search {
         rounds,
         refuted,
-        lacks_memory,
+        patterns,
     })
 }
 

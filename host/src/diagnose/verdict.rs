@@ -85,7 +85,7 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     let missing::Search {
         rounds,
         refuted,
-        lacks_memory,
+        patterns,
     } = missing::search(&study.axes, &training, unseen, low_pass, &base, values)?;
     let (Some(first), Some(last)) = (rounds.first(), rounds.last()) else {
         return Err(Error::failed("the diagnosis ended before it began"));
@@ -158,6 +158,7 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             && after > near(axis) * floor
             && above(after, floor.hypot(wrong)) > part * above(before, floor)
     };
+    let stands_out = |axis: usize, after: f64, floor: f64| after > near(axis) * floor;
     let unexplained = (0..study.axes.len()).any(|axis| {
         let learnt_floor = floors[axis].rms / learnt.references.force[axis];
         let unseen = (held_before[axis], held_after[axis], floor[axis]);
@@ -167,13 +168,13 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             || (floors[axis].at_rest
                 && left_beside(axis, &held, unseen, BESIDE)
                 && left_beside(axis, &learnt, seen, BESIDE))
-            || left_beside(axis, &held, unseen, NOT_BORNE_OUT)
-            || lacks_memory[axis]
+            || (left_beside(axis, &held, unseen, NOT_BORNE_OUT)
+                && stands_out(axis, seen.1, seen.2))
+            || patterns[axis].is_some()
             // An accelerometer's noise is flat, but only half of it is in the mix.
             || (as_logged[axis].acts_at_rest && floor[axis].min(learnt_floor) > DISCREPANCY)
     });
     // What other records speak against is something all the same, unless it was in the noise.
-    let stands_out = |axis: usize, after: f64, floor: f64| after > near(axis) * floor;
     let spoken_against = refuted.as_ref().is_some_and(|refuted| {
         let axis = refuted.axis;
         let learnt_floor = floors[axis].rms / learnt.references.force[axis];
@@ -197,6 +198,8 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             errors[1]
         ));
     }
+    let followed = names.iter().zip(patterns);
+    notes.extend(followed.filter_map(|(name, words)| Some(format!("axis {name}: {}", words?))));
     let wrong = data_checks::check(study, &model.filters);
     let verdict = match (unexplained, found.is_empty()) {
         _ if wrong.iter().any(|finding| finding.serious) => Verdict::Data,

@@ -102,6 +102,11 @@ impl<'a> Course<'a> {
         self.states[2 * axis]
     }
 
+    /// Velocity of an axis, m/s or rad/s.
+    pub fn velocity(&self, axis: usize) -> &'a [f64] {
+        self.states[2 * axis + 1]
+    }
+
     /// Time between rows, s.
     pub fn period_s(&self) -> f64 {
         self.period_s

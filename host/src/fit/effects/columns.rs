@@ -21,6 +21,18 @@ use rayon::prelude::*;
 /// Takes out of a column (both axes, one after the other) what something that is fitted beside the laws makes of it.
 pub(crate) type Aside<'a> = &'a (dyn Fn(&mut [f64]) + Sync);
 
+/// One row of a record, as far as one axis moves.
+pub(crate) struct Moment {
+    /// Since the record began, s.
+    pub(crate) time_s: f64,
+    /// m or rad.
+    pub(crate) displacement: f64,
+    /// m/s or rad/s.
+    pub(crate) velocity: f64,
+    /// The largest displacement of the record so far, either way.
+    pub(crate) largest: f64,
+}
+
 /// The training records, ready to hold force laws against.
 pub(crate) struct Records<'a> {
     courses: Vec<Course<'a>>,
@@ -163,6 +175,33 @@ impl<'a> Records<'a> {
             self.thinned(&delayed)
         });
         self.on_axis(axis, parts.collect())
+    }
+
+    /// A function of an axis's motion as a column, in one record alone or in all.
+    pub(crate) fn of_motion(
+        &self,
+        axis: usize,
+        only: Option<usize>,
+        function: impl Fn(&Moment) -> f64,
+    ) -> Vec<f64> {
+        let parts = self.courses.iter().enumerate().map(|(record, course)| {
+            if only.is_some_and(|only| only != record) {
+                return vec![0.0; self.rows[record]];
+            }
+            let mut largest = 0.0_f64;
+            let states = course.displacement(axis).iter().zip(course.velocity(axis));
+            let values = states.enumerate().map(|(row, (&displacement, &velocity))| {
+                largest = largest.max(displacement.abs());
+                function(&Moment {
+                    time_s: row as f64 * course.period_s(),
+                    displacement,
+                    velocity,
+                    largest,
+                })
+            });
+            self.thinned(&values.collect::<Vec<_>>())
+        });
+        self.on_axis(axis, parts.flatten().collect())
     }
 
     /// Rows of one axis.
