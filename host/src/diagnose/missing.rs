@@ -1,20 +1,20 @@
 //! Which physical effects a model lacks: search, add, search again, until nothing is missing.
 
 use super::held_out::{LEAST_BLOCKS, blocks};
-use super::judge::{Judged, LEAVES_AS_LITTLE, PARSIMONY, WRONG_BY, judge};
+use super::judge::{Judged, PARSIMONY, judge};
 use super::noise::{floors, rested};
 use super::patterns::{self, LeftOver};
+use super::rivals::Arena;
 use super::tolerances;
 use crate::compare::Sums;
 use crate::error::{Error, Result};
 use crate::fit::effects::columns::Records;
-use crate::fit::effects::projection::{Problem, Solved, cost};
+use crate::fit::effects::projection::{Solved, cost};
 use crate::fit::effects::unknowns::shapes;
 use crate::fit::effects::{Solution, solve};
 use crate::model::effects::Bound;
 use crate::motion::Motion;
 use crate::study::Axis;
-use rayon::prelude::*;
 
 /// Rows of all records together on which every effect's starting values are scanned; the promising ones see all rows.
 const MOST_SCANNED: usize = 36_000;
@@ -27,27 +27,13 @@ const MOST_ADDED: usize = 4;
 const MOST_ROUNDS: usize = 8;
 /// Candidates that gain this part of what the first one does are its rivals,
 const CLOSE: f64 = 0.75;
-/// and so many of them are fitted with the whole model,
+/// and so many of them are fitted with the whole model.
 const REFITTED: usize = 4;
-/// with so many steps.
-const STEPS_OF_RIVALS: usize = 5;
-/// By this part of what is left a law with more parameters is better without being right.
-const NOISE: f64 = 0.01;
-/// One that leaves less all the same, by this part of what is left,
-const LEAVES_LESS: f64 = 0.0025;
-/// and explains more, by this part of what it explains, is right where unseen records
-const EXPLAINS_MORE: f64 = 0.001;
-/// say so too: by this part of the power that is left there.
-const BORNE_OUT: f64 = 0.007;
-/// Only a law that leaves next to nothing but noise, this many times its RMS, is right: where all leave more, the simplest will do.
-const NEAR_NOISE: f64 = 1.3;
 /// Where nobody knows how loud the noise is, an effect has to explain this part of what was left in the beginning: every model of a
 /// real joint leaves something, and without a floor nothing says where to stop.
 const LATER: f64 = 0.01;
 /// An effect may make the error on unseen records larger by this part: its values have errors too.
 const WORSE: f64 = 0.02;
-/// Of laws that all leave much, one that leaves this part more power on unseen records than another is no worse.
-const AS_WRONG: f64 = 0.05;
 /// Another effect takes an added one's place when what is left over falls by this factor at least, as power.
 const SWAPPED: f64 = 1.1;
 
@@ -257,6 +243,7 @@ impl Searcher<'_> {
             .collect();
         // The search looks at what is predicted; a fit corrects what was logged.
         self.records.as_logged();
+        self.excerpt.as_logged();
         let wider = |bound: Bound, values: &[f64]| {
             let mut terms = round.terms.clone();
             terms.push(bound);
@@ -265,41 +252,24 @@ impl Searcher<'_> {
             let from = shapes_of(&self.records, &terms, &all);
             (terms, from)
         };
-        let at = match rivals.as_slice() {
-            [] => return Ok(Chosen::Nobody),
-            [only] => only.0,
-            several => {
-                let left = |own_terms: Vec<Bound>, from: &[f64], steps: usize| {
-                    let mut terms = own_terms.clone();
-                    terms.extend(&round.within);
-                    let problem = Problem {
-                        records: &self.records,
-                        shapes: &shapes(&terms, &self.records.references),
-                        terms: &terms,
-                        weights: round.solution.weights.clone(),
-                    };
-                    let (solved, _) = problem.descend(from, steps)?;
-                    let unseen = self.unseen.map(|unseen| {
-                        let errors = relative_errors(unseen, &own_terms, &solved, &round.within);
-                        let own = errors.iter().zip(&own).filter(|(_, weight)| **weight > 0.0);
-                        own.map(|(error, _)| error * error).sum()
-                    });
-                    let learnt = cost(&self.records, &solved.residual, &own);
-                    Ok(Left { learnt, unseen })
-                };
-                let from = shapes_of(&self.records, &round.terms, &round.solution.solved.values);
-                let before = left(round.terms.clone(), &from, 0)?.learnt;
-                let all = several.par_iter().map(|(at, bound, values)| {
-                    let (terms, from) = wider(*bound, values);
-                    Ok((*at, left(terms, &from, STEPS_OF_RIVALS)?))
-                });
-                let all = all.collect::<Result<Vec<_>>>()?;
-                simplest(round, before, self.noise(round, &own), all)
-            }
+        let rivals = rivals.iter().map(|(at, bound, values)| {
+            let (terms, from) = wider(*bound, values);
+            (*at, terms, from)
+        });
+        let rivals: Vec<(usize, Vec<Bound>, Vec<f64>)> = rivals.collect();
+        let arena = Arena {
+            axes: self.axes,
+            records: &self.records,
+            excerpt: &self.excerpt,
+            unseen: self.unseen,
+            noise: self.noise(round, &own),
+            round,
+            own,
         };
-        let chosen = &round.ranked[at].candidate;
-        let (terms, from) = wider(chosen.bound, &chosen.values);
-        let solution = solve(&self.records, self.axes, &terms, Some(from))?;
+        let Some((at, terms, from)) = arena.best_of(rivals)? else {
+            return Ok(Chosen::Nobody);
+        };
+        let solution = arena.solved(&terms, from)?;
         round.ranked[..=at].rotate_right(1);
         let bound = round.ranked[0].candidate.bound;
         let worse = self.unseen.and_then(|unseen| {
@@ -363,59 +333,6 @@ impl Searcher<'_> {
         }
         Ok(None)
     }
-}
-
-/// What a model with a candidate leaves over where the candidate acts.
-#[derive(Clone, Copy)]
-struct Left {
-    /// Σ (residual·weight)² on the records that were learnt from.
-    learnt: f64,
-    /// Σ of the squared relative errors on other records, where there are any.
-    unseen: Option<f64>,
-}
-
-impl Left {
-    /// Whether other records speak for it rather than for another.
-    fn holds_better_than(&self, other: &Left) -> bool {
-        matches!((self.unseen, other.unseen), (Some(own), Some(others)) if own < others)
-    }
-}
-
-/// Of candidates that leave little, each with its place in the ranking, the one with the fewest parameters.
-///
-/// A law with fewer parameters may leave more on the records that were learnt from when it leaves less on others: what
-/// bends a few more ways follows the small faults of a model, and goes astray where it was not fitted. One that leaves
-/// more there than models of real joints are wrong by is out, unless the others leave nearly as much. The other way round, a law with
-/// more parameters is worth them where it is a little better on both and leaves little but noise.
-fn simplest(round: &Round, before: f64, noise: f64, mut left: Vec<(usize, Left)>) -> usize {
-    let unseen = left.iter().filter_map(|(_, left)| left.unseen);
-    let least_unseen = unseen.fold(f64::INFINITY, f64::min);
-    left.retain(|(_, left)| {
-        left.unseen.is_none_or(|unseen| {
-            let more = unseen - least_unseen;
-            more <= WRONG_BY * WRONG_BY || more <= AS_WRONG * least_unseen
-        })
-    });
-    left.sort_by(|a, b| a.1.learnt.total_cmp(&b.1.learnt));
-    let Some(&(first, best)) = left.first() else {
-        return 0;
-    };
-    let least = best.learnt;
-    let as_good = |left: &Left| {
-        let as_much = before - left.learnt >= (1.0 - PARSIMONY) * (before - least);
-        let as_little = left.learnt <= LEAVES_AS_LITTLE * least || left.holds_better_than(&best);
-        let nearly = (as_much && as_little) || left.learnt <= (1.0 + NOISE) * least;
-        let unseen = matches!((left.unseen, best.unseen), (Some(own), Some(least)) if own > (1.0 + BORNE_OUT) * least);
-        let outdone = unseen
-            && least <= NEAR_NOISE * NEAR_NOISE * noise
-            && left.learnt > (1.0 + LEAVES_LESS) * least
-            && before - left.learnt < (1.0 - EXPLAINS_MORE) * (before - least);
-        nearly && !outdone
-    };
-    let parameters = |at: usize| round.ranked[at].candidate.bound.entry.parameters().len();
-    let good = left.iter().filter(|(_, left)| as_good(left));
-    good.min_by_key(|(at, _)| parameters(*at))
-        .map_or(first, |(at, _)| *at)
 }
 
 /// RMS error over RMS force per axis on other records than a model's terms were solved for; without what instruments that do

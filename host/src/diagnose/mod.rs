@@ -12,6 +12,7 @@ mod linear_memory;
 mod missing;
 pub(crate) mod noise;
 mod patterns;
+mod rivals;
 mod tolerances;
 mod verdict;
 pub mod where_it_fails;

@@ -25,7 +25,7 @@ const ABOVE_KNOWN_FLOOR: f64 = 1.4;
 /// this part of the force more than the floor.
 const BESIDE_FLOOR: f64 = 0.02;
 /// Relative errors below this are those of any model of a real joint.
-const DISCREPANCY: f64 = 0.012;
+pub(super) const DISCREPANCY: f64 = 0.012;
 /// Of the error's power before, this part may be left above the floor.
 const LEFT_OVER: f64 = 0.1;
 
