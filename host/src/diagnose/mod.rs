@@ -11,6 +11,7 @@ mod judge;
 mod linear_memory;
 mod missing;
 pub(crate) mod noise;
+pub(crate) mod start;
 mod tolerances;
 mod verdict;
 pub mod where_it_fails;

@@ -19,7 +19,7 @@ use intervals::QUANTILE;
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::model::terms::InSi;
 use projection::{Problem, Solved};
-use unknowns::ShapeUnknown;
+use unknowns::{ShapeUnknown, is_physical};
 
 /// Thinned rows that are wanted for each parameter.
 const ROWS_PER_PARAMETER: usize = 10;
@@ -27,6 +27,8 @@ const ROWS_PER_PARAMETER: usize = 10;
 const WEIGHINGS: usize = 2;
 /// A force that varies by less than this part of its size never changes: logs have nine digits at most.
 const UNCHANGING: f64 = 1e-7;
+/// Values that cannot be have to leave less by this factor, as power, than values that can.
+const UNPHYSICAL: f64 = 1.1;
 
 /// One effect as found.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,6 +65,10 @@ pub struct EffectsFit {
     pub warnings: Vec<String>,
 }
 
+/// Where the search for the shapes of terms may start beside what a scan of their own starting values finds: one value per
+/// unknown, in the order of the terms' unknowns; nothing where nothing is known.
+pub(crate) type AnotherStart<'a> = &'a dyn Fn(&Records<'_>) -> Result<Option<Vec<f64>>>;
+
 /// Fits a sum of effects to the training records `motions`; inertias that the axes do not state are found as well.
 ///
 /// `low_pass` are the taps of the study's symmetric low-pass: laws are evaluated on the wide-band states, then both sides
@@ -76,6 +82,17 @@ pub fn fit_effects(
     low_pass: &[f64],
     terms: &[Bound],
 ) -> Result<EffectsFit> {
+    fit_effects_also_from(axes, motions, low_pass, terms, &|_| Ok(None))
+}
+
+/// The same, from one more start.
+pub(crate) fn fit_effects_also_from(
+    axes: &[Axis],
+    motions: &[&Motion],
+    low_pass: &[f64],
+    terms: &[Bound],
+    another: AnotherStart<'_>,
+) -> Result<EffectsFit> {
     check_records(axes, motions)?;
     if terms.is_empty() {
         return Err(Error::data(
@@ -84,7 +101,7 @@ pub fn fit_effects(
     }
     check_inertias(axes, terms)?;
     let records = Records::new(axes, motions, low_pass);
-    let fit = solve(&records, axes, terms, None)?;
+    let fit = solve_also_from(&records, axes, terms, another)?;
     assemble(
         axes,
         &fit.problem(&records, terms),
@@ -145,18 +162,71 @@ pub(crate) fn solve(
     terms: &[Bound],
     from: Option<Vec<f64>>,
 ) -> Result<Solution> {
+    let shapes = checked_shapes(records, axes, terms)?;
+    let from = match from {
+        Some(start) => vec![start],
+        None => scanned(records, axes, terms, &shapes)?,
+    };
+    solve_from(records, axes, terms, shapes, from)
+}
+
+/// The same from a scan and from one more start: the one from which the search leaves least is kept.
+pub(crate) fn solve_also_from(
+    records: &Records<'_>,
+    axes: &[Axis],
+    terms: &[Bound],
+    another: AnotherStart<'_>,
+) -> Result<Solution> {
+    let shapes = checked_shapes(records, axes, terms)?;
+    let mut from = scanned(records, axes, terms, &shapes)?;
+    from.extend(another(records)?);
+    solve_from(records, axes, terms, shapes, from)
+}
+
+/// The shape unknowns of terms that the records can be asked about.
+fn checked_shapes(
+    records: &Records<'_>,
+    axes: &[Axis],
+    terms: &[Bound],
+) -> Result<Vec<ShapeUnknown>> {
     let shapes = unknowns::shapes(terms, &records.references);
     check_rows(records, terms, &shapes)?;
     check_forces(records, axes)?;
+    Ok(shapes)
+}
+
+/// Where a scan of every effect's own starting values says that a search should start.
+fn scanned(
+    records: &Records<'_>,
+    axes: &[Axis],
+    terms: &[Bound],
+    shapes: &[ShapeUnknown],
+) -> Result<Vec<Vec<f64>>> {
+    if terms.iter().any(|t| t.entry.is_per_record()) {
+        return Ok(vec![lines_last(records, axes, terms, shapes)?]);
+    }
+    Ok(starts::starts(records, terms, shapes, axes.len()))
+}
+
+/// The best that is found from any of these starts.
+///
+/// What leaves least by values that cannot be does so with what another effect leaves over, and goes astray on other records: what
+/// leaves nearly as little by values that can is better.
+fn solve_from(
+    records: &Records<'_>,
+    axes: &[Axis],
+    terms: &[Bound],
+    shapes: Vec<ShapeUnknown>,
+    mut from: Vec<Vec<f64>>,
+) -> Result<Solution> {
     let mut weights: Vec<f64> = (0..axes.len())
         .map(|axis| 1.0 / records.references.force[axis])
         .collect();
-    let mut from = match from {
-        Some(start) => vec![start],
-        None if terms.iter().any(|t| t.entry.is_per_record()) => {
-            vec![lines_last(records, axes, terms, &shapes)?]
-        }
-        None => starts::starts(records, terms, &shapes, axes.len()),
+    let judged = |solved: &Solved| {
+        let mut listed = terms.iter().zip(&solved.values);
+        let physical = listed.all(|(term, values)| is_physical(term, values, &records.references));
+        let factor = if physical { 1.0 } else { UNPHYSICAL };
+        factor * solved.cost
     };
     let mut best: Option<(Solved, Stopped)> = None;
     for weighing in 1..=WEIGHINGS {
@@ -171,7 +241,7 @@ pub(crate) fn solve(
             let found = problem.search(start)?;
             if best
                 .as_ref()
-                .is_none_or(|(best, _)| found.0.cost < best.cost)
+                .is_none_or(|(best, _)| judged(&found.0) < judged(best))
             {
                 best = Some(found);
             }
@@ -381,6 +451,17 @@ pub(crate) fn assemble(
                         ));
                     }
                 }
+            }
+        }
+        for &(more, less) in bound.entry.never_less {
+            if values[more] < values[less] {
+                let named = |place: usize| bound.entry.parameters()[place].name;
+                warnings.push(format!(
+                    "{} of {} came out below its {}, which is not physical: another effect is missing or takes its place",
+                    named(more),
+                    bound.name(&names),
+                    named(less)
+                ));
             }
         }
         found.push(FoundTerm {
