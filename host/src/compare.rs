@@ -128,11 +128,13 @@ fn ratio(part: f64, whole: f64) -> f64 {
 /// Compares a model with every record of a study.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when the study is not one the model can be evaluated on.
+/// [`crate::error::Kind::Data`] when the study is not one the model can be evaluated on: other axes, another rate, another unit
+/// or sign.
 pub fn compare(study: &Study, model: &ModelFile) -> Result<Comparison> {
     model.check_fits(study)?;
     let study = model.corrected(study)?;
     let motions = motion::motions(&study, &model.filters)?;
+    model.check_motion(&study, &motions)?;
     compare_corrected(&study, model, &motions)
 }
 
