@@ -19,7 +19,7 @@ pub(crate) struct Add {
     study: PathBuf,
     /// The model that `identify` or `add` wrote.
     model: PathBuf,
-    /// The effects to add, e.g. coulomb@x.
+    /// The effects to add, e.g. coulomb@x; `jointwatch effects` lists them.
     #[arg(required = true, value_name = "EFFECT@AXIS")]
     effects: Vec<String>,
     /// Where to write the wider model; the model's own name with -added when left out.

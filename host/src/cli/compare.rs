@@ -16,7 +16,7 @@ use std::path::PathBuf;
 pub(crate) struct Compare {
     /// The study: its study.toml, or the folder that holds it.
     study: PathBuf,
-    /// The model that `identify` wrote.
+    /// The model that `identify` or `add` wrote.
     model: PathBuf,
     #[command(flatten)]
     plots: Plots,

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Diagnose {
     /// The study: its study.toml, or the folder that holds it.
     study: PathBuf,
-    /// The model that `identify` wrote.
+    /// The model that `identify` or `add` wrote.
     model: PathBuf,
     /// Add what is missing, diagnose again, and so on until nothing is missing; shows the staircase of errors.
     #[arg(long)]

@@ -102,7 +102,7 @@ fn panel(
         .axis_style(style::frame())
         .label_style(style::letters(style::NUMBER_SIZE))
         .axis_desc_style(style::letters(style::TEXT_SIZE))
-        .y_desc(format!("relative error of {axis} (%)"))
+        .y_desc(format!("relative error of {axis} (%), logarithmic"))
         .y_label_formatter(&|value| tick(*value, 4.0 * value))
         .draw()
         .map_err(failed)?;
