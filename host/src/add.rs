@@ -166,7 +166,7 @@ fn learnt_with(
     let known = model.effects_in_si()?;
     let values: Vec<Vec<f64>> = known.into_iter().map(|effect| effect.values).collect();
     let (known, added) = terms.split_at(values.len());
-    let search = |records: &Records<'_>| start(records, &study.axes, known, &values, added);
+    let search = |records: &Records<'_>| start(records, known, &values, added);
     if let Base::None(_) = model.base {
         let fit = fit_alone(study, prepared, terms, &search)?;
         return Ok(prepared.learnt(study, fit));

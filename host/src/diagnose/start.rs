@@ -4,9 +4,8 @@ use super::candidates::Beside;
 use super::missing::shapes_of;
 use crate::error::Result;
 use crate::fit::effects::columns::Records;
-use crate::fit::effects::solve;
+use crate::fit::effects::solved_at;
 use crate::model::effects::Bound;
-use crate::study::Axis;
 
 /// Starting values of every shape of the `known` terms, which have these `values`, and of the `added` ones, in the order of
 /// their unknowns: each is searched for beside the model with those before it. Nothing where one explains nothing.
@@ -15,7 +14,6 @@ use crate::study::Axis;
 /// As the fit of the terms.
 pub(crate) fn start(
     records: &Records<'_>,
-    axes: &[Axis],
     known: &[Bound],
     values: &[Vec<f64>],
     added: &[Bound],
@@ -23,8 +21,7 @@ pub(crate) fn start(
     let mut terms = known.to_vec();
     let mut values = values.to_vec();
     for bound in added {
-        let from = shapes_of(records, &terms, &values);
-        let solution = solve(records, axes, &terms, Some(from))?;
+        let solution = solved_at(records, &terms, &shapes_of(records, &terms, &values))?;
         let beside = Beside::new(records, &terms, &solution, Vec::new());
         let Some(candidate) = beside.and_then(|beside| beside.found(bound)) else {
             return Ok(None);

@@ -183,6 +183,29 @@ pub(crate) fn solve_also_from(
     solve_from(records, axes, terms, shapes, from)
 }
 
+/// Terms at these values of their shapes, without a search.
+///
+/// # Errors
+/// As [`Problem::solve`].
+pub(crate) fn solved_at(records: &Records<'_>, terms: &[Bound], at: &[f64]) -> Result<Solution> {
+    let shapes = unknowns::shapes(terms, &records.references);
+    let mut problem = Problem {
+        records,
+        terms,
+        shapes: &shapes,
+        weights: vec![1.0; records.accelerations.len()],
+    };
+    let first = problem.solve(at, None)?;
+    problem.weights = residual_weights(records, &first.residual);
+    let solved = problem.solve(at, Some(&first))?;
+    Ok(Solution {
+        weights: problem.weights,
+        shapes,
+        solved,
+        stopped: Stopped::Direct,
+    })
+}
+
 /// The shape unknowns of terms that the records can be asked about.
 fn checked_shapes(
     records: &Records<'_>,
