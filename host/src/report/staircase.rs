@@ -84,7 +84,7 @@ fn panel(
         .margin(style::MARGIN)
         .margin_right(2 * style::MARGIN)
         .caption(
-            format!("{axis}: error after every step"),
+            format!("{axis}: error after every step, on a logarithmic axis"),
             style::letters(style::TEXT_SIZE),
         )
         .x_label_area_size(LABELS)
@@ -102,7 +102,7 @@ fn panel(
         .axis_style(style::frame())
         .label_style(style::letters(style::NUMBER_SIZE))
         .axis_desc_style(style::letters(style::TEXT_SIZE))
-        .y_desc(format!("relative error of {axis} (%), logarithmic"))
+        .y_desc(format!("relative error of {axis} (%)"))
         .y_label_formatter(&|value| tick(*value, 4.0 * value))
         .draw()
         .map_err(failed)?;
