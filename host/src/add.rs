@@ -3,7 +3,9 @@
 use crate::compare::{self, RecordFigures};
 use crate::date;
 use crate::diagnose::noise;
+use crate::diagnose::start::start;
 use crate::error::{Error, Result};
+use crate::fit::effects::columns::Records;
 use crate::fit::with_base::{OnRecords, WithBase};
 use crate::identify::{Learnt, Prepared, effect_terms, fit_alone, fit_in_time};
 use crate::model::course::{Course, add_forces};
@@ -161,8 +163,13 @@ fn learnt_with(
     model: &ModelFile,
     terms: &[Bound],
 ) -> Result<Learnt> {
+    let known = model.effects_in_si()?;
+    let values: Vec<Vec<f64>> = known.into_iter().map(|effect| effect.values).collect();
+    let (known, added) = terms.split_at(values.len());
+    let search = |records: &Records<'_>| start(records, known, &values, added);
     if let Base::None(_) = model.base {
-        return Ok(prepared.learnt(study, fit_alone(study, prepared, terms)?));
+        let fit = fit_alone(study, prepared, terms, &search)?;
+        return Ok(prepared.learnt(study, fit));
     }
     let ridge = strengths(prepared, study, model);
     let (effects, (base, ridge, effective)) = fit_in_time(study, prepared, |motions| {
@@ -171,7 +178,12 @@ fn learnt_with(
             base,
             ridge,
             effective_parameters,
-        } = OnRecords::new(&study.axes, motions, model)?.fit(&study.axes, terms, &ridge)?;
+        } = OnRecords::new(&study.axes, motions, model)?.fit(
+            &study.axes,
+            terms,
+            &ridge,
+            &search,
+        )?;
         Ok((effects, (base, ridge, effective_parameters)))
     })?;
     let rows = training_rows(prepared, study);

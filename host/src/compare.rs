@@ -5,7 +5,8 @@ use crate::diagnose::where_it_fails::{self, ErrorRecord, Place, StateName};
 use crate::error::{Error, Result};
 use crate::model_file::{AxisError, ModelFile};
 use crate::motion::{self, Motion, low_pass};
-use crate::study::{AxisKind, Role, Study};
+use crate::report::prefixed;
+use crate::study::{Role, Study};
 use crate::table::Table;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -128,11 +129,13 @@ fn ratio(part: f64, whole: f64) -> f64 {
 /// Compares a model with every record of a study.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when the study is not one the model can be evaluated on.
+/// [`crate::error::Kind::Data`] when the study is not one the model can be evaluated on: other axes, another rate, another unit
+/// or sign.
 pub fn compare(study: &Study, model: &ModelFile) -> Result<Comparison> {
     model.check_fits(study)?;
     let study = model.corrected(study)?;
     let motions = motion::motions(&study, &model.filters)?;
+    model.check_motion(&study, &motions)?;
     compare_corrected(&study, model, &motions)
 }
 
@@ -241,7 +244,9 @@ fn compare_corrected(study: &Study, model: &ModelFile, motions: &[Motion]) -> Re
     } else {
         Role::Validate
     };
-    let names = state_names(model);
+    let judged = motions.iter();
+    let judged = judged.filter(|motion| study.records[motion.record].role == role);
+    let names = state_names(model, &judged.collect::<Vec<_>>());
     let mut places = Vec::new();
     for (index, axis) in model.axes.iter().enumerate() {
         let chosen: Vec<ErrorRecord<'_>> = motions
@@ -320,29 +325,27 @@ fn outside_range(model: &ModelFile, motion: &Motion) -> f64 {
     (0..motion.rows()).filter(|&row| outside(row)).count() as f64 / motion.rows() as f64
 }
 
-fn state_names(model: &ModelFile) -> Vec<StateName> {
-    model
-        .axes
-        .iter()
-        .flat_map(|axis| {
-            let (position, velocity) = match axis.kind {
-                AxisKind::Translation => ("mm", "mm/s"),
-                AxisKind::Rotation => ("mrad", "mrad/s"),
-            };
-            [
-                StateName {
-                    name: axis.name.clone(),
-                    unit: position,
-                    factor: 1e3,
-                },
-                StateName {
-                    name: format!("velocity of {}", axis.name),
-                    unit: velocity,
-                    factor: 1e3,
-                },
-            ]
+/// What the states are called in words, in the units in which they are drawn over the same records.
+fn state_names(model: &ModelFile, motions: &[&Motion]) -> Vec<StateName> {
+    let largest = |state: usize| {
+        let series = motions.iter().filter_map(|m| m.states.get(state));
+        series.fold(0.0, |most: f64, series| most.max(peak(series)))
+    };
+    let axes = model.axes.iter().enumerate();
+    axes.flat_map(|(index, axis)| {
+        let velocity = format!("velocity of {}", axis.name);
+        [
+            (axis.name.clone(), axis.kind.displacement_unit()),
+            (velocity, axis.kind.velocity_unit()),
+        ]
+        .into_iter()
+        .enumerate()
+        .map(move |(offset, (name, unit))| {
+            let (unit, factor) = prefixed(unit, largest(2 * index + offset));
+            StateName { name, unit, factor }
         })
-        .collect()
+    })
+    .collect()
 }
 
 /// The largest magnitude in a series.

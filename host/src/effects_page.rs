@@ -140,12 +140,18 @@ pub fn in_words(entry: &Entry) -> String {
 }
 
 fn caption(entry: &Entry) -> String {
-    let shapes = entry.parameters().iter().filter(|p| !p.is_linear());
-    let shapes: Vec<String> = shapes
-        .map(|p| format!("{} = {}", p.symbol, example(p)))
+    let examples = entry.parameters().iter().enumerate();
+    let examples: Vec<_> = examples
+        .map(|(place, p)| (p.symbol, example(entry, place), p.is_linear()))
         .collect();
-    let linear = entry.parameters().iter().filter(|p| p.is_linear());
-    let linear: Vec<&str> = linear.map(|p| p.symbol).collect();
+    let (ones, others): (Vec<_>, Vec<_>) = examples
+        .into_iter()
+        .partition(|(_, value, linear)| *linear && *value == 1.0);
+    let ones: Vec<&str> = ones.into_iter().map(|(symbol, ..)| symbol).collect();
+    let others = others.into_iter();
+    let others: Vec<String> = others
+        .map(|(symbol, value, _)| format!("{symbol} = {value}"))
+        .collect();
     let moving = match entry.seat {
         Seat::JointOverTime => format!("{CYCLES} cycles of a sine"),
         _ => "one cycle of a sine".into(),
@@ -158,16 +164,20 @@ fn caption(entry: &Entry) -> String {
         ""
     };
     let all = [
-        vec![format!("{} = 1", linear.join(" = "))],
-        shapes,
+        vec![format!("{} = 1", ones.join(" = "))],
+        others,
         vec![format!("over {moving}{other}")],
     ];
     all.concat().join(", ")
 }
 
+/// What a parameter that is never less than another one exceeds it by in a loop, as a factor: else nothing would be seen of it.
+const EXCEEDS: f64 = 1.5;
+
 /// The value that a loop is drawn with, relative to a displacement and a velocity of 1.
-fn example(parameter: &Parameter) -> f64 {
-    match parameter.role {
+fn example(entry: &Entry, place: usize) -> f64 {
+    match entry.parameters()[place].role {
+        _ if entry.never_less.iter().any(|(more, _)| *more == place) => EXCEEDS,
         Role::Linear { .. } | Role::SizePerRecord => 1.0,
         Role::Shape(shape) => shape
             .starts
@@ -180,8 +190,9 @@ fn example(parameter: &Parameter) -> f64 {
 /// Force over displacement along a sine of amplitude 1 and velocity 1.
 fn curve(entry: &Entry) -> Vec<(f64, f64)> {
     let mut taken = [0.0; MAX_PARAMETERS];
-    for (place, parameter) in taken.iter_mut().zip(entry.parameters()) {
-        *place = parameter.as_law_takes_it(example(parameter));
+    let parameters = entry.parameters().iter().enumerate();
+    for (place, (index, parameter)) in taken.iter_mut().zip(parameters) {
+        *place = parameter.as_law_takes_it(example(entry, index));
     }
     let mut states: States<f64> = [0.0; _];
     let period = TAU / SAMPLES as f64;

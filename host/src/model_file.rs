@@ -218,7 +218,7 @@ impl ModelFile {
         })?;
         model.check().map_err(|what| {
             Error::data(format!(
-                "{}: {what}; write the model anew with `jointwatch identify`",
+                "{}: this model cannot be used, write it anew with `jointwatch identify`: {what}",
                 path.display()
             ))
         })?;

@@ -10,10 +10,8 @@ use std::path::Path;
 /// [`crate::error::Kind::Failed`] with the path when the folder is missing or not writable; the old file, if there
 /// was one, is then untouched.
 pub fn write_whole(path: &Path, contents: &[u8]) -> Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    check(path)?;
+    let folder = folder_of(path);
     let failed = |e: std::io::Error| {
         Error::failed(format!(
             "{}: could not be written ({e}); check that the folder {} exists and may be written to",
@@ -26,6 +24,36 @@ pub fn write_whole(path: &Path, contents: &[u8]) -> Result<()> {
     file.as_file().sync_all().map_err(failed)?;
     make_readable_as_usual(&file).map_err(failed)?;
     file.persist(path).map_err(|e| failed(e.error))?;
+    Ok(())
+}
+
+/// The folder that a file is in or is to be written to.
+pub fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Refuses a path that no file can be written to: whoever computes for a while asks beforehand.
+///
+/// # Errors
+/// [`crate::error::Kind::Failed`] when its folder is missing or it is a folder itself.
+pub fn check(path: &Path) -> Result<()> {
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(Error::failed(format!(
+            "{}: could not be written, for there is no folder {}; make it, or name another file",
+            path.display(),
+            folder.display()
+        )));
+    }
+    if path.is_dir() {
+        return Err(Error::failed(format!(
+            "{}: could not be written, for this is a folder; name a file",
+            path.display()
+        )));
+    }
     Ok(())
 }
 

@@ -408,3 +408,39 @@ fn the_demo_tells_the_whole_story_and_leaves_its_folder() {
         assert!(out.join(file).is_file(), "{file} is missing");
     }
 }
+
+#[test]
+fn compare_tells_what_is_wrong_with_the_data_as_diagnose_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = copy_of_rig(folder.path());
+    let model = story().join("model.json");
+    let model = model.to_str().unwrap();
+    let run = |command: &str| json(&succeed(&rig, &[command, ".", model, "--json", "-"]));
+    assert_eq!(run("compare")["data_problems"], serde_json::json!([]));
+
+    // The force channel ends at half of its range.
+    let log = rig.join("valid.csv");
+    let text = fs::read_to_string(&log).unwrap();
+    let mut rows: Vec<Vec<String>> = text
+        .lines()
+        .map(|line| line.split(',').map(str::to_owned).collect())
+        .collect();
+    let column = rows[0].iter().position(|name| name == "force_N").unwrap();
+    let force = |row: &[String]| row[column].parse::<f64>().unwrap();
+    let most = rows[1..].iter().map(|row| force(row).abs());
+    let rail = 0.5 * most.fold(0.0, f64::max);
+    for row in &mut rows[1..] {
+        row[column] = force(row).clamp(-rail, rail).to_string();
+    }
+    let lines: Vec<String> = rows.into_iter().map(|row| row.join(",")).collect();
+    fs::write(&log, lines.join("\n")).unwrap();
+
+    let problems = run("compare")["data_problems"].clone();
+    println!("{problems}");
+    assert!(problems.to_string().contains("valid.csv"), "{problems}");
+    assert_eq!(problems, run("diagnose")["data_problems"]);
+    let said = succeed(&rig, &["compare", ".", model]);
+    let first = problems[0].as_str().unwrap();
+    assert!(said.contains(&format!("Data: {first}.")), "{said}");
+    assert!(said.contains("The data are at fault"), "{said}");
+}

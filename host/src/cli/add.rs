@@ -19,7 +19,7 @@ pub(crate) struct Add {
     study: PathBuf,
     /// The model that `identify` or `add` wrote.
     model: PathBuf,
-    /// The effects to add, e.g. coulomb@x.
+    /// The effects to add, e.g. coulomb@x; `jointwatch effects` lists them.
     #[arg(required = true, value_name = "EFFECT@AXIS")]
     effects: Vec<String>,
     /// Where to write the wider model; the model's own name with -added when left out.
@@ -37,12 +37,13 @@ impl Add {
         let working = console.working("reading the records");
         let model = ModelFile::read(&self.model)?;
         let study = Study::read(&self.study)?;
+        let output = self.output.unwrap_or_else(|| output_beside(&self.model));
+        console.check_outputs(&[&output], &study, Some(&self.model))?;
         working.set_message("finding all values anew");
         let added = add::add(&study, &model, &self.effects)?;
         let drawings = self.plots.of_added(&study, &added, &self.effects)?;
         working.finish_and_clear();
         say(console, &added)?;
-        let output = self.output.unwrap_or_else(|| output_beside(&self.model));
         if !added.helps && !self.force {
             return Err(Error::failed(format!(
                 "{} does not help: on the {} no axis's error falls by as much as a hundredth, so nothing was written; --force \

@@ -2,11 +2,13 @@
 
 use super::Console;
 use super::plots::Plots;
-use crate::compare;
+use crate::compare::{self, Comparison};
+use crate::diagnose::data_checks;
 use crate::error::Result;
 use crate::model_file::ModelFile;
 use crate::study::Study;
 use clap::Args;
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// Options of `jointwatch compare`.
@@ -14,10 +16,19 @@ use std::path::PathBuf;
 pub(crate) struct Compare {
     /// The study: its study.toml, or the folder that holds it.
     study: PathBuf,
-    /// The model that `identify` wrote.
+    /// The model that `identify` or `add` wrote.
     model: PathBuf,
     #[command(flatten)]
     plots: Plots,
+}
+
+/// What scripts read.
+#[derive(Serialize)]
+struct Compared {
+    #[serde(flatten)]
+    comparison: Comparison,
+    /// What is wrong with the data, as `diagnose` finds it.
+    data_problems: Vec<String>,
 }
 
 impl Compare {
@@ -25,14 +36,25 @@ impl Compare {
         let working = console.working("comparing");
         let model = ModelFile::read(&self.model)?;
         let study = Study::read(&self.study)?;
+        console.check_outputs(&[], &study, Some(&self.model))?;
         let comparison = compare::compare(&study, &model)?;
+        let problems = data_checks::check(&study, &model.filters);
         let drawings = self.plots.of_comparison(&study, &model, &comparison)?;
         working.finish_and_clear();
         for note in &study.notes {
             console.say(format!("Note: {note}."))?;
         }
+        let serious = problems.iter().any(|finding| finding.serious);
+        let data_problems = data_checks::sentences(problems);
+        console.say_data_problems(&data_problems)?;
+        if serious {
+            console.say("The data are at fault: the errors below say little of the model before they are put right.")?;
+        }
         console.say(compare::in_words(&comparison, &model))?;
         self.plots.write(console, &drawings)?;
-        console.json(&comparison)
+        console.json(&Compared {
+            comparison,
+            data_problems,
+        })
     }
 }

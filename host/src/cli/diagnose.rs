@@ -11,14 +11,14 @@ use crate::report::Drawing;
 use crate::study::Study;
 use crate::table::{Table, quantity};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch diagnose`.
 #[derive(Args)]
 pub(crate) struct Diagnose {
     /// The study: its study.toml, or the folder that holds it.
     study: PathBuf,
-    /// The model that `identify` wrote.
+    /// The model that `identify` or `add` wrote.
     model: PathBuf,
     /// Add what is missing, diagnose again, and so on until nothing is missing; shows the staircase of errors.
     #[arg(long)]
@@ -35,13 +35,18 @@ impl Diagnose {
         let working = console.working("reading the records");
         let model = ModelFile::read(&self.model)?;
         let study = Study::read(&self.study)?;
+        let output = self
+            .output
+            .unwrap_or_else(|| super::add::output_beside(&self.model));
+        let written: &[&Path] = if self.apply { &[&output] } else { &[] };
+        console.check_outputs(written, &study, Some(&self.model))?;
         working.set_message("searching for missing effects");
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));
             let applied = apply::apply(&study, &model, &each)?;
             let drawings = self.plots.of_applied(&study, &applied)?;
             working.finish_and_clear();
-            return self.end(console, &applied, &drawings);
+            return end(console, &output, &applied, &self.plots, &drawings);
         }
         let diagnosis = diagnose::diagnose(&study, &model)?;
         let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
@@ -50,37 +55,40 @@ impl Diagnose {
         self.plots.write(console, &drawings)?;
         console.json(&diagnosis)
     }
+}
 
-    /// Shows what was done and writes the model.
-    fn end(self, console: &Console, applied: &Applied, drawings: &[Drawing]) -> Result<()> {
-        let output = self
-            .output
-            .unwrap_or_else(|| super::add::output_beside(&self.model));
-        let added = applied.staircase.steps.len() > 1;
-        if added {
-            applied.model.write(&output)?;
-        }
-        say(console, &applied.first)?;
-        console.say(format!("\n{}", staircase::in_words(&applied.staircase)))?;
-        if added {
-            console.say(effects::table(&applied.model.effects).to_string())?;
-            console.say(format!("\nModel written to {}.", output.display()))?;
-        } else {
-            console.say("Nothing was added, so no model was written.")?;
-        }
-        self.plots.write(console, drawings)?;
-        let mut json = serde_json::to_value(&applied.first).map_err(not_json)?;
-        let more = serde_json::json!({
-            "staircase": applied.staircase,
-            "model": added.then_some(output),
-            "verdict_after": applied.last.verdict,
-            "effects": applied.model.effects,
-        });
-        if let (Some(json), serde_json::Value::Object(more)) = (json.as_object_mut(), more) {
-            json.extend(more);
-        }
-        console.json(&json)
+/// Shows what was done and writes the model.
+fn end(
+    console: &Console,
+    output: &Path,
+    applied: &Applied,
+    plots: &Plots,
+    drawings: &[Drawing],
+) -> Result<()> {
+    let added = applied.staircase.steps.len() > 1;
+    if added {
+        applied.model.write(output)?;
     }
+    say(console, &applied.first)?;
+    console.say(format!("\n{}", staircase::in_words(&applied.staircase)))?;
+    if added {
+        console.say(effects::table(&applied.model.effects).to_string())?;
+        console.say(format!("\nModel written to {}.", output.display()))?;
+    } else {
+        console.say("Nothing was added, so no model was written.")?;
+    }
+    plots.write(console, drawings)?;
+    let mut json = serde_json::to_value(&applied.first).map_err(not_json)?;
+    let more = serde_json::json!({
+        "staircase": applied.staircase,
+        "model": added.then_some(output),
+        "verdict_after": applied.last.verdict,
+        "effects": applied.model.effects,
+    });
+    if let (Some(json), serde_json::Value::Object(more)) = (json.as_object_mut(), more) {
+        json.extend(more);
+    }
+    console.json(&json)
 }
 
 fn not_json(error: serde_json::Error) -> Error {
@@ -88,9 +96,7 @@ fn not_json(error: serde_json::Error) -> Error {
 }
 
 fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
-    for problem in &diagnosis.data_problems {
-        console.say(format!("Data: {problem}."))?;
-    }
+    console.say_data_problems(&diagnosis.data_problems)?;
     if !diagnosis.ranked.is_empty() {
         console.say(format!(
             "Candidates for what is missing, each added alone; RMS error over RMS force of its axis on stretches of the training \

@@ -69,6 +69,7 @@ impl Identify {
         }
         let working = console.working("reading the records");
         let study = Study::read(&self.study)?;
+        console.check_outputs(&[&self.output], &study, None)?;
         let identified = match self.model {
             Kind::Polynomial => self.fit_polynomial(&study, &working)?,
             Kind::Network => self.network.train(&study, &working)?,

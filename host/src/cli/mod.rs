@@ -12,6 +12,7 @@ mod identify_network;
 mod inspect;
 mod keygen;
 mod monitor;
+mod outputs;
 mod paper;
 mod plots;
 mod replay;
@@ -112,6 +113,12 @@ impl Console {
             return Ok(());
         }
         print_to_stdout(&format!("{}\n", text.as_ref()))
+    }
+
+    /// Prints what is wrong with a study's data, a line each.
+    pub(crate) fn say_data_problems(&self, problems: &[String]) -> Result<()> {
+        let mut problems = problems.iter();
+        problems.try_for_each(|problem| self.say(format!("Data: {problem}.")))
     }
 
     /// Writes the result as JSON where `--json` says, if it was given.

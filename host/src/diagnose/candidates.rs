@@ -8,11 +8,10 @@
 use crate::fit::effects::Solution;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
-use crate::fit::effects::unknowns::{ShapeUnknown, reference, shapes};
+use crate::fit::effects::unknowns::{ShapeUnknown, is_physical, shapes};
 use crate::fit::normal_equations::{self, Cholesky};
 use crate::model::effects::Bound;
 use faer::Mat;
-use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::effect::{Acts, EFFECTS};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -23,8 +22,6 @@ const MOST_STARTS: usize = 40;
 pub(crate) const REFINED: usize = 8;
 /// Steps of a refinement.
 const REFINING_STEPS: usize = 8;
-/// The part of its largest value from which on a shape stands there.
-const AT_MOST: f64 = 0.9;
 /// A refinement ends with a step that gains less than this part: what is chosen is fitted anew with the whole model.
 const LITTLE: f64 = 3e-4;
 /// A column of which less than this part is left beside the model's own is no news.
@@ -104,26 +101,12 @@ impl<'a> Beside<'a> {
         })
     }
 
-    /// Whether every parameter that has to be positive is, and none is less than what it exceeds in nature.
     fn is_physical(&self, candidate: &Candidate) -> bool {
-        let entry = candidate.bound.entry;
-        let mut listed = entry.parameters().iter().zip(&candidate.values);
-        let positive = listed.all(|(parameter, value)| {
-            !matches!(parameter.role, Role::Linear { positive: true }) || *value >= 0.0
-        });
-        let value = |place: usize| candidate.values[place];
-        let mut pairs = entry.never_less.iter();
-        let references = &self.records.references;
-        let at_most = |place: usize| match entry.parameters()[place].role {
-            Role::Shape(shape) => {
-                let unit = reference(&candidate.bound, &entry.parameters()[place], references);
-                value(place) > AT_MOST * shape.most * unit
-            }
-            _ => false,
-        };
-        positive
-            && pairs.all(|&(more, less)| value(more) >= value(less))
-            && !entry.not_at_most.iter().any(|&place| at_most(place))
+        is_physical(
+            &candidate.bound,
+            &candidate.values,
+            &self.records.references,
+        )
     }
 
     /// Every effect that could be added to the model, one entry per effect and axis, the most promising first; the first
@@ -148,6 +131,11 @@ impl<'a> Beside<'a> {
         found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         found.truncate(REFINED);
         self.refined(found, REFINING_STEPS)
+    }
+
+    /// One effect with the values at which it explains most.
+    pub(super) fn found(&self, bound: &Bound) -> Option<Candidate> {
+        Some(self.refine(&self.scan(bound)?, REFINING_STEPS))
     }
 
     /// Candidates that were found on other rows of the same records, refined on these, the most promising first.

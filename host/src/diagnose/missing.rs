@@ -378,7 +378,7 @@ fn thinned(taps: &[f64], step: usize) -> Vec<f64> {
 }
 
 /// The shape unknowns of terms, read from their parameters.
-fn shapes_of(records: &Records<'_>, terms: &[Bound], values: &[Vec<f64>]) -> Vec<f64> {
+pub(super) fn shapes_of(records: &Records<'_>, terms: &[Bound], values: &[Vec<f64>]) -> Vec<f64> {
     let unknowns = shapes(terms, &records.references);
     let owners = unknowns.iter().map(|u| u.places[0]);
     owners.map(|(term, index)| values[term][index]).collect()

@@ -13,6 +13,7 @@ mod missing;
 pub(crate) mod noise;
 mod patterns;
 mod rivals;
+pub(crate) mod start;
 mod tolerances;
 mod verdict;
 pub mod where_it_fails;

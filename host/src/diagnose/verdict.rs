@@ -241,7 +241,7 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         ranked: in_words_ranked(first, &found, study),
         found,
         places: comparison.places,
-        data_problems: wrong.into_iter().map(|finding| finding.sentence).collect(),
+        data_problems: data_checks::sentences(wrong),
         notes,
     })
 }

@@ -71,7 +71,7 @@ pub struct StateName {
     /// As it stands in the sentence: `x`, `velocity of x`.
     pub name: String,
     /// `mm`, `mrad/s`, …
-    pub unit: &'static str,
+    pub unit: String,
     /// SI value × this = value in `unit`.
     pub factor: f64,
 }

@@ -3,7 +3,7 @@
 use super::{Identified, Learnt, Prepared};
 use crate::corrections::Corrections;
 use crate::error::{Error, Result};
-use crate::fit::effects::{EffectsFit, FoundTerm, fit_effects};
+use crate::fit::effects::{AnotherStart, EffectsFit, FoundTerm, fit_effects_also_from};
 use crate::fit::polynomial::input_ranges;
 use crate::model::EffectTerm;
 use crate::model::effects::Bound;
@@ -26,7 +26,7 @@ const DEFAULT_TERMS: [&str; 3] = ["stiffness", "viscous", "preload"];
 pub fn physical(study: &Study) -> Result<Identified> {
     let (terms, proposed) = base_terms(study)?;
     let prepared = Prepared::new(study)?;
-    let mut fit = fit_alone(study, &prepared, &terms)?;
+    let mut fit = fit_alone(study, &prepared, &terms, &|_| Ok(None))?;
     if let Some(proposed) = proposed {
         fit.warnings.insert(0, proposed);
     }
@@ -71,13 +71,21 @@ impl Prepared {
     }
 }
 
-/// Fits effects alone, with late channels put in time.
+/// Fits effects alone, with late channels put in time; from one more start than a scan of the effects' own values finds.
 ///
 /// # Errors
-/// As [`fit_effects`].
-pub(crate) fn fit_alone(study: &Study, prepared: &Prepared, terms: &[Bound]) -> Result<EffectsFit> {
+/// As [`fit_effects_also_from`].
+pub(crate) fn fit_alone(
+    study: &Study,
+    prepared: &Prepared,
+    terms: &[Bound],
+    another: AnotherStart<'_>,
+) -> Result<EffectsFit> {
     let band = &prepared.filters.band;
-    let fit = |motions: &[&Motion]| Ok((fit_effects(&study.axes, motions, band, terms)?, ()));
+    let fit = |motions: &[&Motion]| {
+        let fit = fit_effects_also_from(&study.axes, motions, band, terms, another)?;
+        Ok((fit, ()))
+    };
     Ok(fit_in_time(study, prepared, fit)?.0)
 }
 

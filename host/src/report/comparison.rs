@@ -20,9 +20,10 @@ pub fn comparison(courses: &[Course], measured: &str, model: &str) -> Figure {
         1 => &[Against::Displacement, Against::Velocity],
         _ => &[Against::Displacement],
     };
-    let phases = courses
-        .iter()
-        .flat_map(|course| over.iter().map(|against| phase::compared(course, *against)));
+    let phases = courses.iter().flat_map(|course| {
+        over.iter()
+            .map(|against| phase::compared(course, *against, 0..course.time_s.len()))
+    });
     let mut rows: Vec<Vec<Panel>> = histories.chain([phases.collect()]).collect();
     for (panel, letter) in rows.iter_mut().flatten().zip('a'..) {
         panel.title = format!("({letter}) {}", panel.title);

@@ -5,6 +5,7 @@ use super::figure::{Curve, Panel, Thinned};
 use super::quantity::Quantity;
 use super::style::Pen;
 use crate::compare::peak;
+use std::ops::Range;
 
 /// What the restoring force is drawn over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,19 +18,35 @@ pub enum Against {
 
 /// A panel with the measured restoring force alone.
 pub fn measured(course: &Course, against: Against, title: String) -> Panel {
-    panel(course, against, title, &[(Pen::Alone, &course.measured)])
+    let rows = 0..course.time_s.len();
+    panel(
+        course,
+        against,
+        rows,
+        title,
+        &[(Pen::Alone, &course.measured)],
+    )
 }
 
-/// A panel with measured and predicted restoring force.
-pub fn compared(course: &Course, against: Against) -> Panel {
+/// A panel with measured and predicted restoring force over some rows of the record: loops can be told apart while they are few.
+pub fn compared(course: &Course, against: Against, rows: Range<usize>) -> Panel {
     let over = match against {
         Against::Displacement => "displacement",
         Against::Velocity => "velocity",
     };
+    let title = if rows.len() < course.time_s.len() {
+        format!(
+            "{}: force over {over}, around the largest swing",
+            course.axis
+        )
+    } else {
+        format!("{}: restoring force over {over}", course.axis)
+    };
     panel(
         course,
         against,
-        format!("{}: restoring force over {over}", course.axis),
+        rows,
+        title,
         &[
             (Pen::Measured, &course.measured),
             (Pen::Model, &course.predicted),
@@ -37,7 +54,13 @@ pub fn compared(course: &Course, against: Against) -> Panel {
     )
 }
 
-fn panel(course: &Course, against: Against, title: String, forces: &[(Pen, &[f64])]) -> Panel {
+fn panel(
+    course: &Course,
+    against: Against,
+    rows: Range<usize>,
+    title: String,
+    forces: &[(Pen, &[f64])],
+) -> Panel {
     let (name, series, unit) = match against {
         Against::Displacement => (
             "displacement",
@@ -46,11 +69,12 @@ fn panel(course: &Course, against: Against, title: String, forces: &[(Pen, &[f64
         ),
         Against::Velocity => ("velocity", &course.velocity, course.kind.velocity_unit()),
     };
+    let series = &series[rows.clone()];
     let state = Quantity::new(&format!("{name} of {}", course.axis), unit, peak(series));
     let force = Quantity::new(
         &format!("force of {}", course.axis),
         course.kind.force_unit(),
-        peak(&course.measured),
+        peak(&course.measured[rows.clone()]),
     );
     Panel {
         title,
@@ -62,7 +86,7 @@ fn panel(course: &Course, against: Against, title: String, forces: &[(Pen, &[f64
                 pen: *pen,
                 points: series
                     .iter()
-                    .zip(*forces)
+                    .zip(&forces[rows.clone()])
                     .map(|(s, r)| (state.scaled(*s), force.scaled(*r)))
                     .collect(),
             })

@@ -125,11 +125,12 @@ fn of_course(course: &Course, failing: Vec<(f64, f64)>, file: &str) -> (Figure, 
         ],
         legend: legend(),
     };
+    let swings = time_history::about_largest(course);
     let over = [Against::Displacement, Against::Velocity];
     let phases = Figure {
         rows: vec![
             over.iter()
-                .map(|against| phase::compared(course, *against))
+                .map(|against| phase::compared(course, *against, swings.clone()))
                 .collect(),
         ],
         legend: legend(),

@@ -8,22 +8,28 @@ pub(super) struct Quantity {
     factor: f64,
 }
 
+/// An SI unit with the prefix that suits values of which the largest is `peak` (small ones get milli or micro, large ones kilo),
+/// and what an SI value is multiplied by to be in it.
+pub(crate) fn prefixed(unit: &str, peak: f64) -> (String, f64) {
+    let (prefix, factor) = if peak >= 5e3 {
+        ("k", 1e-3)
+    } else if peak >= 0.1 || peak == 0.0 {
+        ("", 1.0)
+    } else if peak >= 1e-4 {
+        ("m", 1e3)
+    } else {
+        ("µ", 1e6)
+    };
+    (format!("{prefix}{unit}"), factor)
+}
+
 impl Quantity {
-    /// A quantity of which the largest value drawn is `peak` (in `unit`, an SI symbol); small ones get milli or micro, large
-    /// ones kilo.
+    /// A quantity of which the largest value drawn is `peak` (in `unit`, an SI symbol).
     pub(super) fn new(name: &str, unit: &str, peak: f64) -> Self {
-        let (prefix, factor) = if peak >= 5e3 {
-            ("k", 1e-3)
-        } else if peak >= 0.1 || peak == 0.0 {
-            ("", 1.0)
-        } else if peak >= 1e-4 {
-            ("m", 1e3)
-        } else {
-            ("µ", 1e6)
-        };
+        let (unit, factor) = prefixed(unit, peak);
         Self {
             name: name.into(),
-            unit: format!("{prefix}{unit}"),
+            unit,
             factor,
         }
     }

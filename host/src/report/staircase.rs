@@ -84,7 +84,7 @@ fn panel(
         .margin(style::MARGIN)
         .margin_right(2 * style::MARGIN)
         .caption(
-            format!("{axis}: error after every step"),
+            format!("{axis}: error after every step, on a logarithmic axis"),
             style::letters(style::TEXT_SIZE),
         )
         .x_label_area_size(LABELS)

@@ -5,7 +5,7 @@ use super::figure::{failed, limits};
 use super::quantity::{Quantity, tick};
 use super::style;
 use crate::compare::peak;
-use crate::diagnose::where_it_fails::{Condition, Extent, Place};
+use crate::diagnose::where_it_fails::{Condition, Extent, Place, significant};
 use crate::error::{Error, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -150,7 +150,7 @@ impl StatePlane<'_> {
                     chart.draw_series([tag]).map_err(failed)?;
                 }
             }
-            draw_scale(&bar, &scale, cells.most)?;
+            draw_scale(&bar, &scale, &cells)?;
             let room = f64::from(style::WIDTH - style::BESIDE - 2 * style::MARGIN);
             for (line, region) in regions.iter().enumerate() {
                 let left = style::BESIDE as i32 + style::MARGIN as i32;
@@ -274,8 +274,22 @@ fn share(value: f64, most: f64) -> f64 {
     if most > 0.0 { value / most } else { 0.0 }
 }
 
-/// The colour scale: from no residual to the largest.
-fn draw_scale(area: &DrawingArea<SVGBackend, Shift>, scale: &Quantity, most: f64) -> Result<()> {
+/// Round numbers from 0 to `most`, four to nine of them, in steps of 1, 2 or 5.
+fn round_numbers(most: f64) -> Vec<f64> {
+    let decade = 10.0_f64.powf(most.max(f64::MIN_POSITIVE).log10().floor());
+    let steps = [0.2, 0.5, 1.0].map(|part| part * decade);
+    let step = steps.into_iter().find(|step| most / step <= 8.0);
+    let step = step.unwrap_or(2.0 * decade);
+    let numbers = (0..).map(|n| f64::from(n) * step);
+    numbers.take_while(|value| *value <= most).collect()
+}
+
+/// The colour scale: from no residual to the largest that enough rows bear out; where few rows had more, it says so.
+fn draw_scale(
+    area: &DrawingArea<SVGBackend, Shift>,
+    scale: &Quantity,
+    cells: &Cells,
+) -> Result<()> {
     let margin = style::MARGIN as i32;
     let (top, bottom) = (
         margin + style::TITLE_HEIGHT as i32,
@@ -295,12 +309,20 @@ fn draw_scale(area: &DrawingArea<SVGBackend, Shift>, scale: &Quantity, most: f64
         style::frame(),
     ))
     .map_err(failed)?;
-    let most = scale.scaled(most);
-    for quarter in 0..=4 {
-        let value = most * f64::from(quarter) / 4.0;
+    let most = scale.scaled(cells.most);
+    let place = |value: f64| bottom - (f64::from(bottom - top) * share(value, most)) as i32;
+    let mut numbers: Vec<(i32, String)> = round_numbers(most)
+        .into_iter()
+        .map(|value| (place(value), tick(value, most)))
+        .collect();
+    let mut all = cells.rms.iter().flatten();
+    if all.any(|rms| *rms > cells.most) {
+        numbers.retain(|(at, _)| at - top > 2 * style::NUMBER_SIZE as i32);
+        numbers.push((top, format!("> {}", significant(most))));
+    }
+    for (at, words) in numbers {
         let letters = style::letters(style::NUMBER_SIZE).pos(Pos::new(HPos::Left, VPos::Center));
-        let place = (right + 10, bottom - (bottom - top) * quarter / 4);
-        area.draw(&Text::new(tick(value, most), place, letters))
+        area.draw(&Text::new(words, (right + 10, at), letters))
             .map_err(failed)?;
     }
     let turned = style::letters(style::TEXT_SIZE)
@@ -435,6 +457,18 @@ mod tests {
         };
         let shades: Vec<f64> = (0..=20).map(|i| luminance(f64::from(i) / 20.0)).collect();
         assert!(shades.is_sorted_by(|a, b| a > b), "{shades:?}");
+    }
+
+    #[test]
+    fn the_scale_has_round_numbers() {
+        assert_eq!(round_numbers(13.6), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0]);
+        assert_eq!(round_numbers(3.1), [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]);
+        assert_eq!(round_numbers(73.0).last(), Some(&70.0));
+        assert_eq!(
+            round_numbers(1.0),
+            [0.0, 0.2, 0.4, 0.6000000000000001, 0.8, 1.0]
+        );
+        assert_eq!(round_numbers(0.0), [0.0]);
     }
 
     #[test]

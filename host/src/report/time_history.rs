@@ -86,6 +86,20 @@ pub fn window(courses: &[Course]) -> Range<usize> {
     first..first + shown
 }
 
+/// About twenty swings of a record around the largest displacement from the mean; all of a slower record.
+pub fn about_largest(course: &Course) -> Range<usize> {
+    let shown = window(std::slice::from_ref(course)).len();
+    let displacement = &course.displacement;
+    let mean = displacement.iter().sum::<f64>() / displacement.len().max(1) as f64;
+    let away = displacement.iter().map(|x| (x - mean).abs()).enumerate();
+    let largest = away
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map_or(0, |(row, _)| row);
+    let first = largest.saturating_sub(shown / 2);
+    let first = first.min(displacement.len() - shown);
+    first..first + shown
+}
+
 /// How often a displacement goes up and down about its mean.
 fn swings(displacement: &[f64]) -> f64 {
     let mean = displacement.iter().sum::<f64>() / displacement.len().max(1) as f64;
@@ -121,6 +135,11 @@ mod tests {
         let shown = window(&[course(1.0), course(25.0)]);
         assert!((shown.len() as f64 - 800.0).abs() < 10.0, "{shown:?}");
         assert_eq!(shown.start + shown.end, 10_000);
+        let mut late = course(25.0);
+        late.displacement[9_990] = -7.0;
+        assert_eq!(about_largest(&late).end, 10_000);
+        assert_eq!(about_largest(&late).len(), window(&[late.clone()]).len());
+        assert_eq!(about_largest(&course(1.0)), 0..10_000);
         let panel = compared(&course(25.0), shown);
         assert!((panel.curves[0].points[0].0 - 4.6).abs() < 1e-9);
     }

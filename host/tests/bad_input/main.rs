@@ -2,6 +2,7 @@
 
 mod logs;
 mod network;
+mod outputs;
 mod physical;
 mod study_file;
 

@@ -33,7 +33,7 @@ impl Effect for Jenkins {
 
     const ABOUT: About = About {
         name: "jenkins",
-        title: "dry friction behind a spring (Jenkin element)",
+        title: "dry friction behind a spring (Jenkins element)",
         equation: "r = F_s·z, z ← z + Δx/u_s held within ±1",
         source: "W. D. Iwan, J. Applied Mechanics 33 (1966) 893–900; the element is named after C. F. Jenkin, 1922",
         absence: "the residual over the displacement is a parallelogram: straight flanks after every reversal, then flat",

@@ -63,6 +63,11 @@ pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
     found
 }
 
+/// What was found, in words, the serious first.
+pub fn sentences(findings: Vec<Finding>) -> Vec<String> {
+    findings.into_iter().map(|f| f.sentence).collect()
+}
+
 /// The greatest liveliness of every channel of an axis in any record.
 fn liveliest(study: &Study, index: usize) -> Vec<f64> {
     let records = study.records.iter();

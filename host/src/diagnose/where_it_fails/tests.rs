@@ -7,12 +7,12 @@ fn names() -> Vec<StateName> {
     vec![
         StateName {
             name: "x".into(),
-            unit: "mm",
+            unit: "mm".into(),
             factor: 1e3,
         },
         StateName {
             name: "velocity of x".into(),
-            unit: "mm/s",
+            unit: "mm/s".into(),
             factor: 1e3,
         },
     ]

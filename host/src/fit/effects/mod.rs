@@ -3,10 +3,12 @@
 pub(crate) mod columns;
 pub(crate) mod intervals;
 pub(crate) mod projection;
+mod solution;
 pub(crate) mod starts;
 pub(crate) mod unknowns;
 
 pub use projection::Stopped;
+pub(crate) use solution::{AnotherStart, Solution, solve, solve_also_from, solved_at};
 
 use super::inertia::Inertia;
 use super::polynomial::check_records;
@@ -19,14 +21,6 @@ use intervals::QUANTILE;
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::model::terms::InSi;
 use projection::{Problem, Solved};
-use unknowns::ShapeUnknown;
-
-/// Thinned rows that are wanted for each parameter.
-const ROWS_PER_PARAMETER: usize = 10;
-/// How often the axes are weighed against each other anew.
-const WEIGHINGS: usize = 2;
-/// A force that varies by less than this part of its size never changes: logs have nine digits at most.
-const UNCHANGING: f64 = 1e-7;
 
 /// One effect as found.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,6 +70,17 @@ pub fn fit_effects(
     low_pass: &[f64],
     terms: &[Bound],
 ) -> Result<EffectsFit> {
+    fit_effects_also_from(axes, motions, low_pass, terms, &|_| Ok(None))
+}
+
+/// The same, from one more start.
+pub(crate) fn fit_effects_also_from(
+    axes: &[Axis],
+    motions: &[&Motion],
+    low_pass: &[f64],
+    terms: &[Bound],
+    another: AnotherStart<'_>,
+) -> Result<EffectsFit> {
     check_records(axes, motions)?;
     if terms.is_empty() {
         return Err(Error::data(
@@ -84,175 +89,13 @@ pub fn fit_effects(
     }
     check_inertias(axes, terms)?;
     let records = Records::new(axes, motions, low_pass);
-    let fit = solve(&records, axes, terms, None)?;
+    let fit = solve_also_from(&records, axes, terms, another)?;
     assemble(
         axes,
         &fit.problem(&records, terms),
         fit.solved.clone(),
         fit.stopped,
     )
-}
-
-/// A sum of terms at its best, before it is put into words.
-pub(crate) struct Solution {
-    /// The shape unknowns.
-    pub(crate) shapes: Vec<ShapeUnknown>,
-    /// One over the standard deviation of each axis's residual.
-    pub(crate) weights: Vec<f64>,
-    /// Values and residual.
-    pub(crate) solved: Solved,
-    /// Why the search stopped.
-    pub(crate) stopped: Stopped,
-}
-
-impl Solution {
-    /// The terms that were solved for with their values, and the inertia of every axis, kg or kg·m².
-    pub(crate) fn in_si(&self, terms: &[Bound], axes: &[Axis]) -> (Vec<InSi>, Vec<f64>) {
-        let values = terms.iter().zip(&self.solved.values);
-        let in_si = values.map(|(bound, values)| InSi {
-            entry: bound.entry,
-            axis: bound.axis as u8,
-            values: values.clone(),
-        });
-        let inertia = axes.iter().zip(&self.solved.inertia);
-        let inertia = inertia.map(|(axis, found)| found.or(axis.inertia).unwrap_or(0.0));
-        (in_si.collect(), inertia.collect())
-    }
-
-    /// The problem that this solves.
-    pub(crate) fn problem<'a>(
-        &'a self,
-        records: &'a Records<'a>,
-        terms: &'a [Bound],
-    ) -> Problem<'a> {
-        Problem {
-            records,
-            terms,
-            shapes: &self.shapes,
-            weights: self.weights.clone(),
-        }
-    }
-}
-
-/// Fits terms to records. `from` has starting values of every shape, in the order of the terms' unknowns; without it
-/// every effect's own starts are scanned.
-///
-/// # Errors
-/// One sentence: too few rows for the parameters, a force that never changes.
-pub(crate) fn solve(
-    records: &Records<'_>,
-    axes: &[Axis],
-    terms: &[Bound],
-    from: Option<Vec<f64>>,
-) -> Result<Solution> {
-    let shapes = unknowns::shapes(terms, &records.references);
-    check_rows(records, terms, &shapes)?;
-    check_forces(records, axes)?;
-    let mut weights: Vec<f64> = (0..axes.len())
-        .map(|axis| 1.0 / records.references.force[axis])
-        .collect();
-    let mut from = match from {
-        Some(start) => vec![start],
-        None if terms.iter().any(|t| t.entry.is_per_record()) => {
-            vec![lines_last(records, axes, terms, &shapes)?]
-        }
-        None => starts::starts(records, terms, &shapes, axes.len()),
-    };
-    let mut best: Option<(Solved, Stopped)> = None;
-    for weighing in 1..=WEIGHINGS {
-        let problem = Problem {
-            records,
-            terms,
-            shapes: &shapes,
-            weights: weights.clone(),
-        };
-        best = None;
-        for start in &from {
-            let found = problem.search(start)?;
-            if best
-                .as_ref()
-                .is_none_or(|(best, _)| found.0.cost < best.cost)
-            {
-                best = Some(found);
-            }
-        }
-        if weighing == WEIGHINGS {
-            best = match best {
-                Some((solved, stopped)) => Some((problem.settle(solved)?, stopped)),
-                None => None,
-            };
-        }
-        if let Some((solved, _)) = &best {
-            from = vec![problem.shapes_of(solved)];
-            weights = residual_weights(records, &solved.residual);
-        }
-    }
-    let Some((solved, stopped)) = best else {
-        return Err(Error::failed("the search for the effects found no start"));
-    };
-    Ok(Solution {
-        shapes,
-        weights,
-        solved,
-        stopped,
-    })
-}
-
-/// Starting values of every shape of terms among which some are lines, whose frequencies show only in what the other terms
-/// leave of the force.
-fn lines_last(
-    records: &Records<'_>,
-    axes: &[Axis],
-    terms: &[Bound],
-    shapes: &[ShapeUnknown],
-) -> Result<Vec<f64>> {
-    let is_line = |term: usize| terms[term].entry.is_per_record();
-    let others: Vec<usize> = (0..terms.len()).filter(|&term| !is_line(term)).collect();
-    let bounds: Vec<Bound> = others.iter().map(|&term| terms[term]).collect();
-    let (values, residual) = if bounds.is_empty() {
-        (Vec::new(), records.measured.clone())
-    } else {
-        let solved = solve(records, axes, &bounds, None)?.solved;
-        (solved.values, solved.residual)
-    };
-    let start = |unknown: &ShapeUnknown| {
-        let (term, index) = unknown.places[0];
-        match others.iter().position(|&other| other == term) {
-            Some(place) => values[place][index],
-            None => records.line_in(&residual, terms[term].axis, &unknown.shape),
-        }
-    };
-    Ok(shapes.iter().map(start).collect())
-}
-
-/// One over the standard deviation of each axis's residual.
-pub(crate) fn residual_weights(records: &Records<'_>, residual: &[f64]) -> Vec<f64> {
-    let rows = records.rows_per_axis().max(1);
-    residual
-        .chunks_exact(rows)
-        .enumerate()
-        .map(|(axis, part)| {
-            let rms = (part.iter().map(|r| r * r).sum::<f64>() / rows as f64).sqrt();
-            // An axis that is explained to the last digit must not drown the other one.
-            1.0 / rms.max(1e-9 * records.references.force[axis])
-        })
-        .collect()
-}
-
-fn check_rows(records: &Records<'_>, terms: &[Bound], shapes: &[ShapeUnknown]) -> Result<()> {
-    let linear: usize = terms.iter().map(|t| records.count(t)).sum();
-    let searched: usize = shapes.iter().map(|s| s.places.len()).sum();
-    let parameters = linear + searched;
-    let tied: usize = shapes.iter().map(|s| s.places.len() - 1).sum();
-    let unknown = parameters - tied + records.accelerations.iter().flatten().count();
-    let rows = records.rows_per_axis();
-    if rows < ROWS_PER_PARAMETER * unknown {
-        return Err(Error::data(format!(
-            "{rows} independent rows (what is left behind the low-pass) are too few for {unknown} parameters: record longer, or \
-             name fewer effects in [base] terms"
-        )));
-    }
-    Ok(())
 }
 
 /// An inertia that is found anyway cannot be wrong beside.
@@ -279,24 +122,6 @@ pub(crate) fn check_inertias(axes: &[Axis], terms: &[Bound]) -> Result<()> {
                 )));
             }
             _ => {}
-        }
-    }
-    Ok(())
-}
-
-fn check_forces(records: &Records<'_>, axes: &[Axis]) -> Result<()> {
-    let rows = records.rows_per_axis();
-    for (axis, force) in axes.iter().zip(records.measured.chunks_exact(rows)) {
-        let mean = force.iter().sum::<f64>() / rows as f64;
-        let largest = force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
-        if force
-            .iter()
-            .all(|f| (f - mean).abs() <= UNCHANGING * largest)
-        {
-            return Err(Error::data(format!(
-                "the force of axis {} never changes: check its column in study.toml",
-                axis.name
-            )));
         }
     }
     Ok(())
@@ -381,6 +206,17 @@ pub(crate) fn assemble(
                         ));
                     }
                 }
+            }
+        }
+        for &(more, less) in bound.entry.never_less {
+            if values[more] < values[less] {
+                let named = |place: usize| bound.entry.parameters()[place].name;
+                warnings.push(format!(
+                    "{} of {} came out below its {}, which is not physical: another effect is missing or takes its place",
+                    named(more),
+                    bound.name(&names),
+                    named(less)
+                ));
             }
         }
         found.push(FoundTerm {

@@ -4,6 +4,9 @@ use crate::model::effects::Bound;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
 use jointwatch_shared::units::References;
 
+/// The part of its largest value from which on a shape stands there.
+const AT_MOST: f64 = 0.9;
+
 /// A parameter that shapes one or several laws: one number to search for.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ShapeUnknown {
@@ -85,4 +88,26 @@ pub(crate) fn reference(bound: &Bound, parameter: &Parameter, references: &Refer
         references.swapped()
     };
     parameter.dimension.scale(&seen)
+}
+
+/// Whether every parameter that has to be positive is, none is less than what it exceeds in nature, and the law has not become
+/// another one.
+pub(crate) fn is_physical(bound: &Bound, values: &[f64], references: &References) -> bool {
+    let entry = bound.entry;
+    let parameters = entry.parameters();
+    let mut listed = parameters.iter().zip(values);
+    let positive = listed.all(|(parameter, value)| {
+        !matches!(parameter.role, Role::Linear { positive: true }) || *value >= 0.0
+    });
+    let at_most = |place: usize| match parameters[place].role {
+        Role::Shape(shape) => {
+            let unit = reference(bound, &parameters[place], references);
+            values[place] > AT_MOST * shape.most * unit
+        }
+        _ => false,
+    };
+    let mut pairs = entry.never_less.iter();
+    positive
+        && pairs.all(|&(more, less)| values[more] >= values[less])
+        && !entry.not_at_most.iter().any(|&place| at_most(place))
 }

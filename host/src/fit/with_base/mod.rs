@@ -10,7 +10,9 @@ mod blocks;
 mod functions;
 
 use super::effects::columns::Records;
-use super::effects::{EffectsFit, Solution, assemble, check_inertias, solve};
+use super::effects::{
+    AnotherStart, EffectsFit, Solution, assemble, check_inertias, solve, solve_also_from,
+};
 use super::inertia::inertias;
 use super::polynomial::check_records;
 use super::ridge;
@@ -215,11 +217,18 @@ impl<'a> OnRecords<'a> {
         before.iter().enumerate().map(best).collect()
     }
 
-    /// Fits terms and base together. `axes` are the study's, `ridge` the strengths to begin with.
+    /// Fits terms and base together, from one more start than a scan of the terms' own values finds. `axes` are the study's,
+    /// `ridge` the strengths to begin with.
     ///
     /// # Errors
     /// As a fit of effects; an effect that the base can do itself.
-    pub(crate) fn fit(&self, axes: &[Axis], terms: &[Bound], ridge: &[f64]) -> Result<WithBase> {
+    pub(crate) fn fit(
+        &self,
+        axes: &[Axis],
+        terms: &[Bound],
+        ridge: &[f64],
+        another: AnotherStart<'_>,
+    ) -> Result<WithBase> {
         check_inertias(axes, terms)?;
         let mut ridge = ridge.to_vec();
         let mut from = None;
@@ -231,7 +240,10 @@ impl<'a> OnRecords<'a> {
                 parts.for_each(|(part, aside)| aside.take_out(part));
             };
             let records = Records::new(&self.axes, self.motions, self.low_pass).beside(&take_out);
-            let fit = solve(&records, &self.axes, terms, from.take())?;
+            let fit = match from.take() {
+                None => solve_also_from(&records, &self.axes, terms, another)?,
+                known => solve(&records, &self.axes, terms, known)?,
+            };
             let problem = fit.problem(&records, terms);
             self.check_news(axes, terms, &fit)?;
             if round < ROUNDS {
