@@ -61,11 +61,13 @@ impl HeldOut {
         let won: f64 = differences.iter().filter(|d| **d > 0.0).sum();
         let mut largest = differences;
         largest.sort_by(|a, b| b.total_cmp(a));
+        let without = |best: usize| sum - largest.iter().take(best).sum::<f64>();
         Gain {
             sum,
             error: (variance * count / (count - 1.0).max(1.0)).sqrt(),
             lost: won - sum,
-            without_best: sum - largest.iter().take(BEST).sum::<f64>(),
+            without_best: without(1),
+            without_two: without(2),
         }
     }
 }
@@ -79,9 +81,6 @@ pub(crate) struct Worth {
     pub(crate) share: f64,
 }
 
-/// The blocks in which an effect helps most that may not be all that speaks for it.
-const BEST: usize = 2;
-
 /// What an effect gains on held-out blocks, Σ (weighted residual)².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Gain {
@@ -91,16 +90,26 @@ pub(crate) struct Gain {
     pub(crate) error: f64,
     /// What is lost in the blocks in which it does harm.
     pub(crate) lost: f64,
-    /// What is left of the sum without the blocks in which it helps most.
+    /// What is left of the sum without the block in which it helps most,
     pub(crate) without_best: f64,
+    /// and without the two in which it does.
+    pub(crate) without_two: f64,
 }
 
 impl Gain {
     /// Whether it is more than chance: many standard errors; or, for an effect that acts in a few blocks only (a stop that is
     /// seldom met), next to no harm anywhere and help that does not hang on one or two blocks.
     pub(crate) fn is_sure(&self) -> bool {
-        self.sum > SURE * self.error
-            || (self.lost < HARMLESS * self.sum && self.without_best > SHARED * self.sum)
+        self.sum > SURE * self.error || (self.is_harmless() && self.without_two > SHARED * self.sum)
+    }
+
+    /// Whether it does next to no harm anywhere, and helps in two blocks at least: each was predicted from the other.
+    pub(crate) fn is_repeated(&self) -> bool {
+        self.is_harmless() && self.without_best > SHARED * self.sum
+    }
+
+    fn is_harmless(&self) -> bool {
+        self.lost < HARMLESS * self.sum
     }
 }
 

@@ -15,7 +15,7 @@ const LEAST_SHARE: f64 = 0.0041;
 /// Beside a model to which nothing was added yet it may add less, down to this, if it explains nearly everything that is left: faults of a
 /// model look like this or that effect, but never quite.
 const LEAST_SHARE_OF_ALL: f64 = 0.002;
-/// That is nearly everything.
+/// That is nearly everything; what explains it is missing too if it acts in no more than two blocks.
 const NEARLY_ALL: f64 = 0.75;
 /// By less than this, RMS beside RMS, one model is not better than another: noise and small faults decide.
 pub(super) const WRONG_BY: f64 = 0.006;
@@ -58,8 +58,11 @@ pub(crate) struct Judged {
 impl Judged {
     /// Whether it is missing, rather than a way to fit noise or a model's small faults.
     pub(crate) fn is_missing(&self) -> bool {
-        let all = self.is_first && self.share >= LEAST_SHARE_OF_ALL && self.part >= NEARLY_ALL;
-        (self.share >= LEAST_SHARE || all) && self.part >= LEAST_PART && self.gain.is_sure()
+        let nearly_all = self.part >= NEARLY_ALL;
+        let all = self.is_first && nearly_all && self.share >= LEAST_SHARE_OF_ALL;
+        // A stop may be met twice in a record.
+        let sure = self.gain.is_sure() || (nearly_all && self.gain.is_repeated());
+        (self.share >= LEAST_SHARE || all) && self.part >= LEAST_PART && sure
     }
 }
 
