@@ -33,6 +33,8 @@ fn json(folder: &Path, arguments: &[&str]) -> Value {
 fn named(folder: &Path) -> (String, String) {
     let said = json(folder, &["diagnose", "study.toml", "base.json"]);
     println!("verdict {}, found {}", said["verdict"], said["found"]);
+    // A measured joint does more than one law says; what is named is missing all the same.
+    assert_eq!(said["verdict"], "effect", "{said}");
     let first = &said["found"][0];
     let effect = first["effect"].as_str().unwrap_or_default().to_string();
     (effect, said["found"].to_string())

@@ -6,6 +6,7 @@
 //! things are asked, therefore: whether they explain much of what is left; and, where a law with memory was found, whether they explain more
 //! than a right one would leave, beside what it explains itself, however small that is.
 
+use super::held_out::Worth;
 use super::judge::WRONG_BY;
 use super::patterns::LeftOver;
 use crate::fit::effects::Solution;
@@ -27,15 +28,15 @@ const LEAST_BESIDE: f64 = 0.001;
 /// and with so many standard errors.
 const SURE: f64 = 3.5;
 
-/// The part of what a solved model leaves over on an axis that past displacements explain, on blocks that were not fitted to, if that
-/// says something. `explained` is
+/// What past displacements explain of what a solved model leaves over on an axis, on blocks that were not fitted to, if it says
+/// something. `explained` is
 /// what the effects that were `found` explain, RMS beside the RMS force of the axis.
-pub(super) fn part(
+pub(super) fn worth(
     left: &LeftOver<'_>,
     axis: usize,
     found: &[Bound],
     explained: f64,
-) -> Option<f64> {
+) -> Option<Worth> {
     let moments = (1..=MOMENTS).map(|moment| left.records.delayed(axis, moment as f64 * APART_S));
     let (worth, gain) = left.explained_by(axis, &moments.collect::<Vec<_>>())?;
     let of_delay = of_a_delay(left.records, left.terms, left.solution, axis);
@@ -45,7 +46,7 @@ pub(super) fn part(
     let least_beside = LEAST_BESIDE.max(OF_EXPLAINED * explained).max(of_delay);
     let beside =
         found.iter().any(taken_for) && worth.share >= least_beside && gain.sum > SURE * gain.error;
-    (much || beside).then_some(worth.part)
+    (much || beside).then_some(worth)
 }
 
 /// What the law of a late force channel leaves over, RMS beside the RMS force of the axis: it is the first term of the delayed

@@ -3,7 +3,7 @@
 use super::held_out::{LEAST_BLOCKS, blocks};
 use super::judge::{Judged, PARSIMONY, judge};
 use super::noise::{floors, rested};
-use super::patterns::{self, LeftOver};
+use super::patterns::{self, LeftOver, Pattern};
 use super::rivals::Arena;
 use super::tolerances;
 use crate::compare::Sums;
@@ -55,8 +55,8 @@ pub(crate) struct Search {
     pub(crate) rounds: Vec<Round>,
     /// What seemed to be missing last, but made the error on records that were not learnt from larger.
     pub(crate) refuted: Option<Refuted>,
-    /// Per axis, how what the last model leaves over follows the motion, in words, if it does.
-    pub(crate) patterns: Vec<Option<String>>,
+    /// Per axis, how what the last model leaves over follows the motion, if it does.
+    pub(crate) patterns: Vec<Option<Pattern>>,
 }
 
 /// An effect that other records speak against.
@@ -177,7 +177,7 @@ pub(crate) fn search(
     let explained = searcher.explained(rounds.first().unwrap_or(&round), &round);
     let patterns = match left {
         Some(left) => patterns::found_in(&left, &terms[searcher.base..], &explained),
-        None => vec![None; axes.len()],
+        None => Vec::new(),
     };
     rounds.push(round);
     Ok(Search {

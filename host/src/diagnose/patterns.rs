@@ -24,6 +24,8 @@ const DEGREE: i32 = 3;
 const LEAST_PART_CHANGING: f64 = 0.1;
 /// The slowest swings of a stiffness and of a friction, Hz: a slower one of the stiffness is a drift.
 const SLOWEST_HZ: [f64; 2] = [1.0, 0.2];
+/// What is small beside what was found, RMS beside RMS.
+const OF_EXPLAINED: f64 = 0.25;
 /// Speed beside the largest one over which dry friction turns its sign.
 const EDGE: f64 = 0.05;
 
@@ -65,21 +67,30 @@ impl<'a> LeftOver<'a> {
         Some((worth, with.better_than(&self.without)))
     }
 
-    /// The part that columns explain, if it is at least this one and enough of the force.
-    fn part(&self, axis: usize, least: f64, columns: &[Vec<f64>]) -> Option<f64> {
+    /// What columns explain, if it is at least this part, and enough of the force.
+    fn worth(&self, axis: usize, least: f64, columns: &[Vec<f64>]) -> Option<Worth> {
         let (worth, gain) = self.explained_by(axis, columns)?;
         let much = worth.part >= least && worth.share >= WRONG_BY && gain.is_sure();
-        much.then_some(worth.part)
+        much.then_some(worth)
     }
 }
 
-/// Per axis, what follows the motion in words, if anything does. `found` are the effects that the search added, `explained` what they
-/// explain, RMS beside the RMS force of the axis.
+/// A way in which what is left follows the motion.
+pub(crate) struct Pattern {
+    /// Which.
+    pub(crate) words: String,
+    /// Whether something is missing for its sake that the library does not have; not where it is small beside what the effects explain that
+    /// were found: they are what was missing, and not quite the whole law.
+    pub(crate) decides: bool,
+}
+
+/// Per axis, the way in which most of what is left follows the motion, if any does. `found` are the effects that the search added,
+/// `explained` what they explain, RMS beside the RMS force of the axis.
 pub(super) fn found_in(
     left: &LeftOver<'_>,
     found: &[Bound],
     explained: &[f64],
-) -> Vec<Option<String>> {
+) -> Vec<Option<Pattern>> {
     let of_axis = |axis: usize| {
         let softened = |m: &Moment| m.displacement * m.largest;
         let softened = [left.records.of_motion(axis, None, softened)];
@@ -89,36 +100,40 @@ pub(super) fn found_in(
         let (friction_hz, friction) = swinging(left, axis, SLOWEST_HZ[1], direction);
         let kinds = [
             (
-                linear_memory::part(left, axis, found, explained[axis]),
+                linear_memory::worth(left, axis, found, explained[axis]),
                 "what is left follows from the displacements of the last moments: a feedback with a delay, or elements in series that \
                  the library does not have"
                     .to_string(),
             ),
             (
-                left.part(axis, LEAST_PART_STATIC, &polynomial(left.records, axis)),
+                left.worth(axis, LEAST_PART_STATIC, &polynomial(left.records, axis)),
                 "what is left follows from displacement and velocity of the same moment by a law that the library does not have, such \
                  as damping that grows with the displacement"
                     .to_string(),
             ),
             (
-                left.part(axis, LEAST_PART_CHANGING, &softened),
+                left.worth(axis, LEAST_PART_CHANGING, &softened),
                 "what is left is in part a stiffness that changes with the largest excursion so far"
                     .to_string(),
             ),
             (
-                left.part(axis, LEAST_PART_CHANGING, &stiffness),
+                left.worth(axis, LEAST_PART_CHANGING, &stiffness),
                 format!("what is left is in part a stiffness that swings {hz:.2} times a second"),
             ),
             (
-                left.part(axis, LEAST_PART_CHANGING, &friction),
+                left.worth(axis, LEAST_PART_CHANGING, &friction),
                 format!("what is left is in part a dry friction that swings {friction_hz:.2} times a second"),
             ),
         ];
-        let most = kinds
+        let memory = kinds[0].0.is_some();
+        let there = kinds
             .into_iter()
-            .filter_map(|(part, words)| Some((part?, words)));
-        most.max_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, words)| words)
+            .filter_map(|(worth, words)| Some((worth?, words)));
+        let most = there.max_by(|a, b| a.0.part.total_cmp(&b.0.part));
+        most.map(|(worth, words)| Pattern {
+            words,
+            decides: memory || worth.share >= OF_EXPLAINED * explained[axis],
+        })
     };
     (0..explained.len()).into_par_iter().map(of_axis).collect()
 }

@@ -170,7 +170,7 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
                 && left_beside(axis, &learnt, seen, BESIDE))
             || (left_beside(axis, &held, unseen, NOT_BORNE_OUT)
                 && stands_out(axis, seen.1, seen.2))
-            || patterns[axis].is_some()
+            || patterns.get(axis).is_some_and(|p| p.as_ref().is_some_and(|p| p.decides))
             // An accelerometer's noise is flat, but only half of it is in the mix.
             || (as_logged[axis].acts_at_rest && floor[axis].min(learnt_floor) > DISCREPANCY)
     });
@@ -199,7 +199,9 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
         ));
     }
     let followed = names.iter().zip(patterns);
-    notes.extend(followed.filter_map(|(name, words)| Some(format!("axis {name}: {}", words?))));
+    notes.extend(
+        followed.filter_map(|(name, pattern)| Some(format!("axis {name}: {}", pattern?.words))),
+    );
     let wrong = data_checks::check(study, &model.filters);
     let verdict = match (unexplained, found.is_empty()) {
         _ if wrong.iter().any(|finding| finding.serious) => Verdict::Data,
