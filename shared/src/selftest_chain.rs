@@ -7,7 +7,7 @@ use crate::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
 use crate::monitor::{Faults, Monitor, MonitorState, Verdict};
 use crate::pipeline::{Chain, ChainState, RawSample};
 use crate::rig::{ChannelDelays, Rig, RigAxis, Taps};
-use crate::selftest::{Digest, Points};
+use crate::selftest::{Digest, Points, reference_model};
 use heapless::Vec;
 
 /// Taps of the derivatives of the reference rig: five-point formulas at 32 Hz, times 2²⁵ and 2¹⁹. The reference model's
@@ -143,6 +143,25 @@ fn reference_chain(model: &Model, taps: [usize; 2]) -> Result<Chain, Error> {
     reference_rig(taps).and_then(|rig| Chain::new(model, &rig))
 }
 
+/// The chain of a rig with filters of the usual length and forces of the model's size.
+#[inline(never)]
+fn usual_chain(model: &Model) -> Result<Chain, Error> {
+    let mut rig = reference_rig(USUAL_TAPS)?;
+    let forces = model.outputs().iter().zip(reference_model().outputs());
+    for (axis, (output, reference)) in rig.axes.iter_mut().zip(forces) {
+        let larger = output.force_per_lsb / reference.force_per_lsb;
+        for force in [
+            &mut axis.force_step,
+            &mut axis.inertia,
+            &mut axis.ground_stiffness,
+            &mut axis.ground_damping,
+        ] {
+            *force *= larger;
+        }
+    }
+    Chain::new(model, &rig)
+}
+
 #[inline(never)]
 fn run(chain: &Chain, model: &Model, seed: u64, samples: u32) -> u64 {
     let mut motion = Motion::new(seed);
@@ -167,9 +186,9 @@ pub struct Watched<'a> {
 }
 
 impl<'a> Watched<'a> {
-    /// Sets both up for a model; none when it does not fit the rig.
+    /// Sets both up for a model, whose forces the rig's are made to resemble; none when it does not fit the rig all the same.
     pub fn new(model: &'a Model, seed: u64) -> Option<Self> {
-        let chain = reference_chain(model, USUAL_TAPS).ok()?;
+        let chain = usual_chain(model).ok()?;
         let monitor = Monitor::new(limits(model.axes()), &chain).ok()?;
         Some(Self {
             chain,
@@ -232,7 +251,6 @@ fn limits(axes: usize) -> Limits {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::selftest::reference_model;
 
     /// Made by this test; it changes only when a bit of the chain, the motion or the reference model changes.
     const GOLDEN: u64 = 0xb9cf_cde2_7294_ec29;

@@ -14,7 +14,7 @@ pub mod terms;
 mod with_effects;
 
 use crate::error::{Checks, Error};
-use crate::fixed::{round_shift, saturate};
+use crate::fixed::{round_shift, round_shift_32, saturate};
 use crate::scalar::q::Q;
 use axis::{Axis, MAGNITUDE};
 use corrections::ForceCorrection;
@@ -326,6 +326,7 @@ impl Model {
 
 /// The base's force, shifted, and what the effects add: half of 2³² is 2³¹ force units.
 fn with_effect(base: i32, shift: u8, effect: Q) -> i32 {
-    let base = round_shift(i64::from(base), u32::from(shift.min(MAX_BASE_SHIFT)));
-    saturate(base.saturating_add(round_shift(effect.raw(), 1))).0
+    let base = round_shift_32(base, u32::from(shift.min(MAX_BASE_SHIFT)));
+    // Under 2³¹ and 2⁶² in size.
+    saturate(i64::from(base) + round_shift(effect.raw(), 1)).0
 }

@@ -11,6 +11,7 @@ use crate::effect::{Bound, Fading};
 use crate::error::{Checks, Error};
 use crate::scalar::Scalar;
 use crate::scalar::q::Q;
+use core::mem::swap;
 use heapless::Vec;
 
 /// The most effects that a model holds on the device.
@@ -142,11 +143,13 @@ impl Terms {
             return forces;
         }
         let [a, b, c, d] = self.origins;
-        let [x, v, phi, omega] = u.map(Q::from_q31);
-        let (x, v, phi, omega) = (x + a, v + b, phi + c, omega + d);
+        let [x, v, phi, omega] = *u;
+        let (x, v) = (Q::from_q31(x) + a, Q::from_q31(v) + b);
+        let (phi, omega) = (Q::from_q31(phi) + c, Q::from_q31(omega) + d);
         let [x_before, phi_before] = memory.before.unwrap_or([x, phi]);
         memory.before = Some([x, phi]);
-        let from_first = Kinematics {
+        // As the first axis sees it, and turned round for an effect on the second and back again: most models have effects on one.
+        let mut at = Kinematics {
             displacement: x,
             velocity: v,
             step: x - x_before,
@@ -155,25 +158,21 @@ impl Terms {
             period: Q::one(),
             instrument: Instrument::silent(),
         };
-        let from_second = Kinematics {
-            displacement: phi,
-            velocity: omega,
-            step: phi - phi_before,
-            other_displacement: x,
-            other_velocity: v,
-            ..from_first
-        };
+        let (mut axis, mut other_step) = (0, phi - phi_before);
         for (term, states) in self.list.iter().zip(&mut memory.states) {
-            let [f, g] = forces;
-            forces = if term.axis == 0 {
-                let [own, other] = (term.entry.device)(&term.parameters, &from_first, states);
-                [f + own, g + other]
-            } else {
-                let [own, other] = (term.entry.device)(&term.parameters, &from_second, states);
-                [f + other, g + own]
-            };
+            if term.axis != axis {
+                axis = term.axis;
+                swap(&mut at.displacement, &mut at.other_displacement);
+                swap(&mut at.velocity, &mut at.other_velocity);
+                swap(&mut at.step, &mut other_step);
+                let [own, other] = forces;
+                forces = [other, own];
+            }
+            let ([f, g], [own, other]) = (forces, (term.entry.device)(&term.parameters, &at, states));
+            forces = [f + own, g + other];
         }
-        forces
+        let [own, other] = forces;
+        if axis == 0 { [own, other] } else { [other, own] }
     }
 }
 

@@ -14,6 +14,7 @@
 //! function of the number that was given.
 
 use super::q::{PLACES, Q, UNIT};
+use crate::fixed::mul_high_add;
 
 /// The most by which `decay` is off: the polynomial 0.1 units, its roundings 1.5, log₂e 0.5, the last shift 0.5.
 pub const DECAY_ERROR: f64 = 3.0 * UNIT;
@@ -22,10 +23,13 @@ pub const POWER_ERROR: f64 = 16.0 * UNIT;
 /// The most by which `sine` is off: half a unit for each of nine products and eight coefficients.
 pub const SINE_ERROR: f64 = 9.0 * UNIT;
 
+/// What makes the shift by [`PLACES`] round half up.
+const HALF: i64 = 1 << (PLACES - 1);
 /// log₂ e.
 const LOG2_E: Q = Q::from_f64(core::f64::consts::LOG2_E);
-/// (1 − 2⁻ᶠ)/f = Σ c_k·f^k with c_k = (−1)^k·(ln 2)^(k+1)/(k+1)!.
-const HALVING: [Q; 9] = halving();
+/// (1 − 2⁻ᶠ)/f = Σ c_k·f^k with c_k = (−1)^k·(ln 2)^(k+1)/(k+1)!, in 2⁻³²; from the second on they and their sums over f from −½ to ½
+/// are below ½ and fit 32 bits.
+const HALVING: [i64; 9] = halving();
 /// sin(q·π/2)/q = Σ s_k·q^2k with s_k = (−1)^k·(π/2)^(2k+1)/(2k+1)!.
 const QUARTER_WAVE: [Q; 8] = quarter_wave();
 
@@ -73,31 +77,25 @@ fn halvings(t: Q) -> Q {
     let whole = t.raw().saturating_add(half) >> PLACES;
     // From −½ to ½, so that roundings fade from term to term.
     let f = (t.raw() - (whole << PLACES)) as i32;
-    let [rest @ .., last] = HALVING;
-    let terms = rest.iter().rev();
-    let slope = terms.fold(last.raw(), |sum, c| times_fraction(sum, f) + c.raw());
-    let value = (1_i64 << PLACES) - times_fraction(slope, f);
+    let [first, rest @ .., last] = HALVING;
+    let bend = rest
+        .into_iter()
+        .rev()
+        .fold(last as i32, |sum, c| mul_high_add(sum, f, c as i32));
+    let slope = first + i64::from(mul_high_add(bend, f, 0));
+    let value = (1_i64 << PLACES) - ((i64::from(slope as u32) * i64::from(f) + HALF) >> PLACES);
     // Rounded to nearest; after 40 halvings nothing is left of a number below 2.
     let places = whole.clamp(0, 40) as u32;
     Q::from_raw((value + ((1_i64 << places) >> 1)) >> places)
 }
 
-/// The product of a number of a few units and a fraction from −½ to ½, rounded as products of [`Q`] are, in a quarter of their
-/// instructions.
-#[inline(always)]
-fn times_fraction(a: i64, fraction: i32) -> i64 {
-    let (whole, rest) = (i64::from((a >> PLACES) as i32), i64::from(a as u32));
-    let f = i64::from(fraction);
-    whole * f + ((rest * f + (1 << (PLACES - 1))) >> PLACES)
-}
-
-const fn halving() -> [Q; 9] {
-    let mut coefficients = [Q::from_raw(0); 9];
+const fn halving() -> [i64; 9] {
+    let mut coefficients = [0; 9];
     let mut value = 1.0;
     let mut k = 0;
     while k < coefficients.len() {
         value *= core::f64::consts::LN_2 / (k + 1) as f64;
-        coefficients[k] = Q::from_f64(value);
+        coefficients[k] = Q::from_f64(value).raw();
         value = -value;
         k += 1;
     }
