@@ -9,7 +9,6 @@ use crate::effect::{Acts, Entry, Instrument, Kinematics, MAX_STATES, Parameters,
 #[cfg(feature = "fit")]
 use crate::effect::{Bound, Fading};
 use crate::error::{Checks, Error};
-use crate::scalar::Scalar;
 use crate::scalar::q::Q;
 use core::mem::swap;
 use heapless::Vec;
@@ -33,19 +32,47 @@ pub struct Terms {
     origins: [Q; 4],
 }
 
-/// What moves: the internal states of every effect, and where each axis was at the sample before.
-#[derive(Clone, Debug, Default)]
+/// What moves: the internal states of every effect, and the joint at the sample before.
+#[derive(Clone, Debug)]
 pub struct Memory {
     states: [States<Q>; MAX_TERMS],
-    before: Option<[Q; 2]>,
+    /// As the first axis sees it. Kept, so that what no sample changes need not be written anew.
+    at: Kinematics<Q>,
+    /// Whether there was a sample.
+    moved: bool,
 }
 
 impl Memory {
-    /// At rest.
-    pub const NEW: Self = Self {
-        states: [[Q::from_raw(0); MAX_STATES]; MAX_TERMS],
-        before: None,
+    /// At rest; all of it 0, so that it takes no flash to hold what RAM begins with.
+    pub const NEW: Self = {
+        let zero = Q::from_raw(0);
+        Self {
+            states: [[zero; MAX_STATES]; MAX_TERMS],
+            at: Kinematics {
+                displacement: zero,
+                velocity: zero,
+                step: zero,
+                other_displacement: zero,
+                other_velocity: zero,
+                period: zero,
+                instrument: Instrument {
+                    time: zero,
+                    acceleration: zero,
+                    force: zero,
+                    force_rate: zero,
+                    other_force: zero,
+                    phase: zero,
+                },
+            },
+            moved: false,
+        }
     };
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self::NEW
+    }
 }
 
 impl Term {
@@ -146,34 +173,40 @@ impl Terms {
         let [x, v, phi, omega] = *u;
         let (x, v) = (Q::from_q31(x) + a, Q::from_q31(v) + b);
         let (phi, omega) = (Q::from_q31(phi) + c, Q::from_q31(omega) + d);
-        let [x_before, phi_before] = memory.before.unwrap_or([x, phi]);
-        memory.before = Some([x, phi]);
-        // As the first axis sees it, and turned round for an effect on the second and back again: most models have effects on one.
-        let mut at = Kinematics {
-            displacement: x,
-            velocity: v,
-            step: x - x_before,
-            other_displacement: phi,
-            other_velocity: omega,
-            period: Q::one(),
-            instrument: Instrument::silent(),
-        };
-        let (mut axis, mut other_step) = (0, phi - phi_before);
-        for (term, states) in self.list.iter().zip(&mut memory.states) {
-            if term.axis != axis {
-                axis = term.axis;
-                swap(&mut at.displacement, &mut at.other_displacement);
-                swap(&mut at.velocity, &mut at.other_velocity);
-                swap(&mut at.step, &mut other_step);
-                let [own, other] = forces;
-                forces = [other, own];
+        let Memory { states, at, moved } = memory;
+        let (x_before, phi_before) = (at.displacement, at.other_displacement);
+        let (mut step, mut other_step) = (Q::default(), Q::default());
+        if *moved {
+            (step, other_step) = (x - x_before, phi - phi_before);
+        }
+        *moved = true;
+        (at.displacement, at.velocity, at.step) = (x, v, step);
+        (at.other_displacement, at.other_velocity) = (phi, omega);
+        at.period = Q::ONE;
+        // Turned round for an effect on the second axis and back again: most models have effects on one.
+        let mut turned = false;
+        for (term, states) in self.list.iter().zip(states) {
+            if (term.axis != 0) != turned {
+                turned = !turned;
+                turn(at, &mut other_step, &mut forces);
             }
-            let ([f, g], [own, other]) = (forces, (term.entry.device)(&term.parameters, &at, states));
+            let ([f, g], [own, other]) = (forces, (term.entry.device)(&term.parameters, at, states));
             forces = [f + own, g + other];
         }
-        let [own, other] = forces;
-        if axis == 0 { [own, other] } else { [other, own] }
+        if turned {
+            turn(at, &mut other_step, &mut forces);
+        }
+        forces
     }
+}
+
+/// The same as the other axis sees it.
+#[inline(never)]
+fn turn(at: &mut Kinematics<Q>, other_step: &mut Q, forces: &mut [Q; 2]) {
+    swap(&mut at.displacement, &mut at.other_displacement);
+    swap(&mut at.velocity, &mut at.other_velocity);
+    swap(&mut at.step, other_step);
+    forces.reverse();
 }
 
 /// Refuses an effect that the device does not evaluate, and an axis that the model or the effect has not.

@@ -14,7 +14,7 @@
 //! function of the number that was given.
 
 use super::q::{PLACES, Q, UNIT};
-use crate::fixed::mul_high_add;
+use crate::fixed::{mul_high_add, round_shift};
 
 /// The most by which `decay` is off: the polynomial 0.1 units, its roundings 1.5, log₂e 0.5, the last shift 0.5.
 pub const DECAY_ERROR: f64 = 3.0 * UNIT;
@@ -23,8 +23,6 @@ pub const POWER_ERROR: f64 = 16.0 * UNIT;
 /// The most by which `sine` is off: half a unit for each of nine products and eight coefficients.
 pub const SINE_ERROR: f64 = 9.0 * UNIT;
 
-/// What makes the shift by [`PLACES`] round half up.
-const HALF: i64 = 1 << (PLACES - 1);
 /// log₂ e.
 const LOG2_E: Q = Q::from_f64(core::f64::consts::LOG2_E);
 /// (1 − 2⁻ᶠ)/f = Σ c_k·f^k with c_k = (−1)^k·(ln 2)^(k+1)/(k+1)!, in 2⁻³²; from the second on they and their sums over f from −½ to ½
@@ -73,20 +71,20 @@ pub(super) fn sine(a: Q) -> Q {
 
 /// 2⁻ᵗ for t ≥ 0.
 fn halvings(t: Q) -> Q {
-    let half = 1_i64 << (PLACES - 1);
-    let whole = t.raw().saturating_add(half) >> PLACES;
-    // From −½ to ½, so that roundings fade from term to term.
-    let f = (t.raw() - (whole << PLACES)) as i32;
-    let [first, rest @ .., last] = HALVING;
-    let bend = rest
-        .into_iter()
-        .rev()
-        .fold(last as i32, |sum, c| mul_high_add(sum, f, c as i32));
-    let slope = first + i64::from(mul_high_add(bend, f, 0));
-    let value = (1_i64 << PLACES) - ((i64::from(slope as u32) * i64::from(f) + HALF) >> PLACES);
-    // Rounded to nearest; after 40 halvings nothing is left of a number below 2.
-    let places = whole.clamp(0, 40) as u32;
-    Q::from_raw((value + ((1_i64 << places) >> 1)) >> places)
+    // The nearest whole number; from 40 on nothing is left of a number below 2.
+    let whole = ((t.raw() >> PLACES) as i32).clamp(-1, 40) + (t.raw() as u32 >> 31) as i32;
+    // What rests, from −½ to ½, so that roundings fade from term to term.
+    let f = t.raw() as i32;
+    // Written out: in a loop the compiler keeps f in two registers, and needs five instructions for a product with it.
+    let [first, a, b, c, d, e, g, h, i] = HALVING;
+    let bend = mul_high_add(mul_high_add(i as i32, f, h as i32), f, g as i32);
+    let bend = mul_high_add(mul_high_add(bend, f, e as i32), f, d as i32);
+    let bend = mul_high_add(mul_high_add(bend, f, c as i32), f, b as i32);
+    let bend = mul_high_add(mul_high_add(bend, f, a as i32), f, 0);
+    let slope = (first + i64::from(bend)) as u32;
+    let product = i64::from(slope) * i64::from(f);
+    let value = (1_i64 << PLACES) - ((product + (1 << (PLACES - 1))) >> PLACES);
+    Q::from_raw(round_shift(value, whole.max(0) as u32))
 }
 
 const fn halving() -> [i64; 9] {
