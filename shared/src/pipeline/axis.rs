@@ -198,7 +198,7 @@ impl AxisChain {
     }
 
     /// Takes what the sensors of the axis gave; gives the counts of displacement and body, in time with each other.
-    #[inline(never)]
+    #[inline(always)]
     pub(super) fn take(&self, moving: &mut AxisState, raw: &RawAxis) -> [i32; 2] {
         let [first, second] = raw.displacement;
         let relative = if self.difference {
@@ -221,10 +221,10 @@ impl AxisChain {
 
     /// The axis in machine numbers, from the sums of its filters and the forces of its own and the other channel. The
     /// accelerometer is read `delay` samples ago unless it is late.
-    #[inline(never)]
+    #[inline(always)]
     pub(super) fn see(
         &self,
-        at: &Instant,
+        at: Instant,
         moving: &AxisState,
         delay: usize,
         [own, other]: [i32; 2],

@@ -110,14 +110,19 @@ impl Channel {
     }
 
     /// The channel's code at the chain's instant.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn read(&self, values: &Delay) -> i32 {
-        mix(&self.weights, values.four(usize::from(self.oldest)))
+        let oldest = usize::from(self.oldest);
+        match values.four(oldest) {
+            Some(four) => mix(&self.weights, *four),
+            None => mix(&self.weights, values.four_apart(oldest)),
+        }
     }
 
     /// The counter's count at the chain's instant, also where it wraps in between.
+    #[inline(never)]
     fn read_counter(&self, values: &Delay<COUNTER_SAMPLES>) -> i32 {
-        let counts = values.four(usize::from(self.oldest));
+        let counts = values.four_apart(usize::from(self.oldest));
         let [_, near, ..] = counts;
         let steps = counts.map(|count| count.wrapping_sub(near));
         near.wrapping_add(mix(&self.weights, steps))
@@ -125,6 +130,7 @@ impl Channel {
 }
 
 /// A new count into a counter's samples, and the count at the chain's instant out of them.
+#[inline(always)]
 pub(super) fn in_time(
     channel: Option<&Channel>,
     values: &mut Delay<COUNTER_SAMPLES>,
