@@ -161,23 +161,32 @@ pub(crate) fn put_weights_of_steps(
 /// The longest delay of a channel that is not filtered: half of [`MAX_TAPS`], rounded down.
 pub const MAX_DELAY: usize = MAX_TAPS / 2;
 
-/// A channel that only has to wait, for the filters unless told otherwise: the last `LENGTH` values.
+/// Places that a [`Delay`] has more than it remembers values.
+pub const DELAY_ENDS: usize = 3;
+
+/// A channel that only has to wait, for the filters unless told otherwise: the last `PLACES` − 3 values.
+///
+/// The first three places of the ring are behind its end once more, so that four neighbours always lie in one piece.
 #[derive(Clone, Debug)]
-pub struct Delay<const LENGTH: usize = { MAX_DELAY + 1 }> {
-    values: [i32; LENGTH],
+pub struct Delay<const PLACES: usize = { MAX_DELAY + 1 + DELAY_ENDS }> {
+    values: [i32; PLACES],
     newest: usize,
 }
 
-impl<const LENGTH: usize> Delay<LENGTH> {
+impl<const PLACES: usize> Delay<PLACES> {
+    /// Values that are remembered.
+    const LENGTH: usize = PLACES - DELAY_ENDS;
+
     /// All zeros.
     pub const NEW: Self = Self {
-        values: [0; LENGTH],
+        values: [0; PLACES],
         newest: 0,
     };
 
     /// Adds the newest value; the oldest is forgotten.
+    #[inline(always)]
     pub fn push(&mut self, value: i32) {
-        self.newest = if self.newest + 1 < LENGTH {
+        self.newest = if self.newest + 1 < Self::LENGTH {
             self.newest + 1
         } else {
             0
@@ -185,22 +194,27 @@ impl<const LENGTH: usize> Delay<LENGTH> {
         if let Some(slot) = self.values.get_mut(self.newest) {
             *slot = value;
         }
+        if self.newest < DELAY_ENDS
+            && let Some(slot) = self.values.get_mut(self.newest + Self::LENGTH)
+        {
+            *slot = value;
+        }
     }
 
-    /// The value that came `age` pushes before the newest; 0 when `age` is `LENGTH` or more.
+    /// The value that came `age` pushes before the newest; 0 when it is not remembered any more.
     #[inline(always)]
     pub fn delayed(&self, age: usize) -> i32 {
-        if age >= LENGTH {
+        if age >= Self::LENGTH {
             return 0;
         }
         self.values.get(self.place(age)).copied().unwrap_or(0)
     }
 
-    /// The values that came `age`, `age` − 1, `age` − 2 and `age` − 3 pushes before the newest, where they lie in one piece and are
-    /// all there, as they do but for three places of the ring; else [`Self::four_apart`] has them.
+    /// The values that came `age`, `age` − 1, `age` − 2 and `age` − 3 pushes before the newest, where they are all there; else
+    /// [`Self::four_apart`] has them.
     #[inline(always)]
     pub fn four(&self, age: usize) -> Option<&[i32; 4]> {
-        if age < 3 || age >= LENGTH {
+        if age < 3 || age >= Self::LENGTH {
             return None;
         }
         self.values.get(self.place(age)..)?.first_chunk()
@@ -216,7 +230,7 @@ impl<const LENGTH: usize> Delay<LENGTH> {
     fn place(&self, age: usize) -> usize {
         match self.newest.checked_sub(age) {
             Some(place) => place,
-            None => (self.newest + LENGTH).saturating_sub(age),
+            None => (self.newest + Self::LENGTH).saturating_sub(age),
         }
     }
 }
@@ -340,6 +354,10 @@ mod tests {
             delay.push(pushed);
             for age in 0..=MAX_DELAY as i32 {
                 assert_eq!(delay.delayed(age as usize), (pushed - age).max(0));
+                let four = [0, 1, 2, 3].map(|later| (pushed - (age - later).max(0)).max(0));
+                assert_eq!(delay.four_apart(age as usize), four);
+                let wanted = (age >= 3).then_some(&four);
+                assert_eq!(delay.four(age as usize), wanted);
             }
             assert_eq!(delay.delayed(MAX_DELAY + 1), 0);
         }

@@ -1,7 +1,7 @@
 //! One axis of the chain: SI values into machine numbers once, then positions, velocities and the measured force in them.
 
 use super::RawAxis;
-use super::channel::{COUNTER_SAMPLES, Channel, Settling, in_time};
+use super::channel::{COUNTER_PLACES, Channel, Settling, in_time};
 use super::term::{TERM_PLACES, Term};
 use crate::error::Error;
 use crate::filter::{Delay, shift_round};
@@ -262,8 +262,8 @@ impl AxisChain {
 /// What moves of an axis: its channels that are not filtered, and counters that have to wait for another one.
 #[derive(Clone, Debug)]
 pub(super) struct AxisState {
-    late_displacement: Delay<COUNTER_SAMPLES>,
-    late_body: Delay<COUNTER_SAMPLES>,
+    late_displacement: Delay<COUNTER_PLACES>,
+    late_body: Delay<COUNTER_PLACES>,
     acceleration: Delay,
     pub(super) force: Delay,
 }
