@@ -6,6 +6,7 @@
 //! the same number to the bit, and on the device one multiplication for each step of both axes, as for the low-pass.
 
 use crate::fixed::{in_order, round_shift, saturate};
+use crate::kernels::Kernels;
 use crate::rig::{MAX_TAPS, Taps};
 use core::ops::Range;
 use heapless::Vec;
@@ -116,10 +117,7 @@ impl Counters {
     #[inline(always)]
     pub fn steps(&self, length: usize) -> [&[[i32; 2]]; 2] {
         let place = self.steps.newest(length);
-        [
-            self.steps.window(0, &place),
-            self.steps.window(1, &place),
-        ]
+        [self.steps.window(0, &place), self.steps.window(1, &place)]
     }
 }
 
@@ -129,8 +127,8 @@ impl Counters {
 /// Right as long as no step is 2³¹ or more and all counts of the window are within 2³¹ of the middle one: with Σ|tap| < 2³²
 /// ([`crate::rig::Rig::check`]) the sum is then under 2⁶³.
 #[inline(always)]
-pub fn derivative(weights: &[i32], steps: &[[i32; 2]]) -> [i64; 2] {
-    products(weights, steps)
+pub fn derivative<K: Kernels>(weights: &[i32], steps: &[[i32; 2]]) -> [i64; 2] {
+    K::products(weights, steps)
 }
 
 /// What a derivative's taps make of the steps of a counter, oldest step first: sums of taps, which sum to zero.
@@ -236,9 +234,12 @@ impl<const PLACES: usize> Delay<PLACES> {
 }
 
 /// `Σ tap·x` with symmetric taps, rounded to nearest and saturated: the window's low-passed middle, of both axes.
-pub fn low_pass<const MOST: usize>(taps: &Taps<MOST>, history: &History<MOST>) -> [i32; 2] {
+pub fn low_pass<K: Kernels, const MOST: usize>(
+    taps: &Taps<MOST>,
+    history: &History<MOST>,
+) -> [i32; 2] {
     let window = history.window(0, &history.newest(taps.taps.len()));
-    let [first, second] = products(&taps.taps, window);
+    let [first, second] = K::products(&taps.taps, window);
     [
         shift_round(first, taps.shift),
         shift_round(second, taps.shift),
@@ -249,7 +250,7 @@ pub fn low_pass<const MOST: usize>(taps: &Taps<MOST>, history: &History<MOST>) -
 ///
 /// Eight rows at a time, nine instructions for two: as few as there can be but for the counting.
 #[inline(never)]
-fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
+pub(crate) fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
     let (many_weights, weights) = weights.as_chunks::<16>();
     let (many_rows, rows) = rows.as_chunks::<16>();
     let mut many_rows = many_rows.iter();
@@ -317,6 +318,7 @@ pub fn shift_round(value: i64, shift: i8) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernels::Portable;
     use heapless::Vec;
 
     fn taps(values: &[i32], shift: i8) -> Taps {
@@ -376,7 +378,9 @@ mod tests {
             assert_eq!(counters.middle(), &[[count(8), -64], [-64, count(8)]]);
             let derivatives = |taps: &Taps| {
                 let weights = weights_of_steps(taps.taps.iter().copied());
-                counters.steps(2).map(|steps| derivative(&weights, steps))
+                counters
+                    .steps(2)
+                    .map(|steps| derivative::<Portable>(&weights, steps))
             };
             let (slope, curvature) = (2 * (6 * 8 + 5), 2 * 6);
             assert_eq!(derivatives(&first), [[slope, -32], [-32, slope]]);
@@ -406,7 +410,7 @@ mod tests {
                 .sum();
             let weights = weights_of_steps(taps.taps.iter().copied());
             for steps in counters.steps(weights.len()) {
-                let seen = derivative(&weights, steps);
+                let seen = derivative::<Portable>(&weights, steps);
                 assert_eq!(seen.map(i128::from), [wanted; 2], "{taps:?}");
             }
         }
@@ -415,7 +419,9 @@ mod tests {
     #[test]
     fn the_low_pass_keeps_a_constant_and_saturates_at_the_rails() {
         let mean = taps(&[1 << 20, 1 << 21, 1 << 20], 22);
-        let passed = |taps: &Taps, value: i32| low_pass(taps, &filled([value; 5].into_iter()));
+        let passed = |taps: &Taps, value: i32| {
+            low_pass::<Portable, _>(taps, &filled([value; 5].into_iter()))
+        };
         assert_eq!(passed(&mean, 7), [7, -7]);
         assert_eq!(passed(&mean, i32::MIN), [i32::MIN; 2]);
         let gain_two = taps(&[1 << 21, 1 << 22, 1 << 21], 22);

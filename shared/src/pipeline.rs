@@ -24,6 +24,7 @@ mod term;
 
 use crate::error::Error;
 use crate::filter::{Counters, History, MAX_STEPS, derivative, low_pass, weights_of_steps};
+use crate::kernels::{Kernels, Portable};
 use crate::model::Model;
 use crate::model::terms::Memory;
 use crate::rig::{MAX_BAND_TAPS, Rig, Taps};
@@ -235,16 +236,26 @@ impl Chain {
 
     /// Takes one sample in; gives an output as soon as the filters are full.
     pub fn step(&self, state: &mut ChainState, model: &Model, raw: &RawSample) -> Option<Output> {
+        self.step_by::<Portable>(state, model, raw)
+    }
+
+    /// [`Self::step`] with a board's kernels.
+    pub fn step_by<K: Kernels>(
+        &self,
+        state: &mut ChainState,
+        model: &Model,
+        raw: &RawSample,
+    ) -> Option<Output> {
         self.take(state, raw);
         state.samples = state.samples.saturating_add(1);
         let full = self.velocity.len() + 1 + self.settling.wait + self.settling.before;
         if state.samples < full {
             return None;
         }
-        let [x, phi] = self.see(state);
+        let [x, phi] = self.see::<K>(state);
         let ([a, b], [c, d]) = (x.states, phi.states);
         let inputs = [a, b, c, d];
-        let predicted = model.step(&mut state.model, &inputs);
+        let predicted = model.step_by::<K>(&mut state.model, &inputs);
         let ([r, s], measured) = (predicted, [x.force, phi.force]);
         // What a rig of one axis has not is 0 in both.
         let residual = [x.force.saturating_sub(r), phi.force.saturating_sub(s)];
@@ -257,7 +268,7 @@ impl Chain {
             measured,
             predicted,
             residual,
-            residual_band: band_is_full.then(|| low_pass(&self.band, &state.residual)),
+            residual_band: band_is_full.then(|| low_pass::<K, _>(&self.band, &state.residual)),
             saturated: at_rail(x.force) | at_rail(e) | (at_rail(phi.force) | at_rail(f)) << 1,
         })
     }
@@ -279,17 +290,17 @@ impl Chain {
 
     /// Both axes in the middle of the derivatives' window; of one that is not there all 0.
     #[inline(always)]
-    fn see(&self, state: &ChainState) -> [Seen; 2] {
+    fn see<K: Kernels>(&self, state: &ChainState) -> [Seen; 2] {
         let [positions, bodies] = state.counters.middle();
         // Both derivatives have as many taps.
         let [steps, body_steps] = state.counters.steps(self.velocity.len());
-        let slopes = derivative(&self.velocity, steps);
+        let slopes = derivative::<K>(&self.velocity, steps);
         let (mut body_slopes, mut curvatures) = ([0; 2], [0; 2]);
         if self.damped {
-            body_slopes = derivative(&self.velocity, body_steps);
+            body_slopes = derivative::<K>(&self.velocity, body_steps);
         }
         if self.derived {
-            curvatures = derivative(&self.acceleration, body_steps);
+            curvatures = derivative::<K>(&self.acceleration, body_steps);
         }
         let mut forces = [0; 2];
         for (number, axis) in self.axes.iter().enumerate() {

@@ -2,6 +2,7 @@
 //! chain and monitor together, sample by sample, so that their instructions can be counted.
 
 use crate::error::Error;
+use crate::kernels::{Kernels, Portable};
 use crate::model::Model;
 use crate::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
 use crate::monitor::{Faults, Monitor, MonitorState, Verdict};
@@ -133,7 +134,12 @@ impl Motion {
 
 /// The digest of every output of the chain over `samples` samples of the fixed motion; 0 when `model` does not fit the rig.
 pub fn chain_digest(model: &Model, seed: u64, samples: u32) -> u64 {
-    reference_chain(model, SHORT_TAPS).map_or(0, |chain| run(&chain, model, seed, samples))
+    chain_digest_by::<Portable>(model, seed, samples)
+}
+
+/// [`chain_digest`] with a board's kernels.
+pub fn chain_digest_by<K: Kernels>(model: &Model, seed: u64, samples: u32) -> u64 {
+    reference_chain(model, SHORT_TAPS).map_or(0, |chain| run::<K>(&chain, model, seed, samples))
 }
 
 /// The chain of the reference rig. Kept apart from [`run`], so that the rig has left the stack before the chain's state
@@ -163,12 +169,12 @@ fn usual_chain(model: &Model) -> Result<Chain, Error> {
 }
 
 #[inline(never)]
-fn run(chain: &Chain, model: &Model, seed: u64, samples: u32) -> u64 {
+fn run<K: Kernels>(chain: &Chain, model: &Model, seed: u64, samples: u32) -> u64 {
     let mut motion = Motion::new(seed);
     let mut state = ChainState::default();
     let mut digest = Digest::new();
     for _ in 0..samples {
-        if let Some(output) = chain.step(&mut state, model, &motion.next()) {
+        if let Some(output) = chain.step_by::<K>(&mut state, model, &motion.next()) {
             output.words().for_each(|word| digest.add(word));
         }
     }
@@ -210,8 +216,8 @@ impl<'a> Watched<'a> {
     }
 
     /// One sample through chain, model and monitor.
-    pub fn step(&mut self, raw: &RawSample) -> Verdict {
-        let output = self.chain.step(&mut self.state, self.model, raw);
+    pub fn step<K: Kernels>(&mut self, raw: &RawSample) -> Verdict {
+        let output = self.chain.step_by::<K>(&mut self.state, self.model, raw);
         let well = Faults::default();
         self.monitor
             .update(&mut self.watch, raw, output.as_ref(), &well)
@@ -277,7 +283,7 @@ mod tests {
         let mut watched = Watched::new(model, 1).unwrap();
         for _ in 0..5000 {
             let raw = watched.counts();
-            watched.step(&raw);
+            watched.step::<Portable>(&raw);
         }
         let (blocks, sums) = watched.watch.last_block();
         assert!(blocks > 5, "{blocks} blocks");

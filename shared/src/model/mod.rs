@@ -15,6 +15,7 @@ mod with_effects;
 
 use crate::error::{Checks, Error};
 use crate::fixed::{round_shift, round_shift_32, saturate};
+use crate::kernels::{Kernels, Portable};
 use crate::scalar::q::Q;
 use axis::{Axis, MAGNITUDE};
 use corrections::ForceCorrection;
@@ -295,16 +296,28 @@ impl Model {
     /// nothing overflows; without effects, no branch on an input.
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
+        self.evaluate_by::<Portable>(u)
+    }
+
+    /// [`Self::evaluate`] with a board's kernels.
+    #[inline]
+    pub fn evaluate_by<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
         if self.terms.list().is_empty() {
-            return self.of_base(u);
+            return self.of_base::<K>(u);
         }
-        self.step(&mut Memory::default(), u)
+        self.step_by::<K>(&mut Memory::default(), u)
     }
 
     /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go on from `memory`.
     #[inline]
     pub fn step(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
-        let base = self.of_base(u);
+        self.step_by::<Portable>(memory, u)
+    }
+
+    /// [`Self::step`] with a board's kernels.
+    #[inline]
+    pub fn step_by<K: Kernels>(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
+        let base = self.of_base::<K>(u);
         if self.terms.list().is_empty() {
             return base;
         }
@@ -315,9 +328,9 @@ impl Model {
     }
 
     #[inline]
-    fn of_base(&self, u: &[i32; 4]) -> [i32; 2] {
+    fn of_base<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
         match &self.base {
-            Base::Polynomial(polynomial) => polynomial.evaluate(u),
+            Base::Polynomial(polynomial) => polynomial.evaluate::<K>(u),
             Base::Network(network) => network.evaluate(u),
             Base::None { .. } => [0; 2],
         }

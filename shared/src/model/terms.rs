@@ -190,7 +190,8 @@ impl Terms {
                 turned = !turned;
                 turn(at, &mut other_step, &mut forces);
             }
-            let ([f, g], [own, other]) = (forces, (term.entry.device)(&term.parameters, at, states));
+            let ([f, g], [own, other]) =
+                (forces, (term.entry.device)(&term.parameters, at, states));
             forces = [f + own, g + other];
         }
         if turned {
