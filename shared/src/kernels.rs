@@ -4,6 +4,7 @@
 //! board compares them with these on the host.
 
 use crate::filter;
+use crate::model::network::{self, Neuron};
 use crate::model::polynomial::{self, BLOCKS, Blocks};
 
 /// The loops.
@@ -19,6 +20,13 @@ pub trait Kernels {
         row: &[i32; 3],
         column: &[i32; 3],
     ) -> i64;
+
+    /// `bias` and what the neurons add to the forces of the first `AXES` axes; words of an axis that is not there are 0, as was checked.
+    fn sum_of_neurons<const AXES: usize>(
+        neurons: &[Neuron],
+        bias: [i64; 2],
+        u: &[i32; 4],
+    ) -> [i64; 2];
 }
 
 /// In Rust.
@@ -39,5 +47,14 @@ impl Kernels for Portable {
         column: &[i32; 3],
     ) -> i64 {
         polynomial::sum_of_blocks(blocks, outer, row, column)
+    }
+
+    #[inline(always)]
+    fn sum_of_neurons<const AXES: usize>(
+        neurons: &[Neuron],
+        bias: [i64; 2],
+        u: &[i32; 4],
+    ) -> [i64; 2] {
+        network::sum_of_neurons::<AXES>(neurons, bias, u)
     }
 }

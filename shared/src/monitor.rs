@@ -29,6 +29,7 @@ pub use sliding::Window;
 pub use verdict::{CHANNEL_NAMES, Cause, State, Verdict, Words};
 
 use crate::error::{Checks, Error};
+use crate::fixed::in_order;
 use crate::pipeline::{Chain, Output, RawSample};
 use crate::rig::MAX_BAND_TAPS;
 use block::Waiting;
@@ -450,7 +451,10 @@ fn permille_of(rate: i32) -> u16 {
 impl MonitorState {
     /// Begins the block that is to be filled.
     fn begin_block(&mut self) {
-        self.sums[self.filling & 1] = [Sums::default(); 2];
+        let [first, second] = &mut self.sums[self.filling & 1];
+        first.clear();
+        in_order();
+        second.clear();
         self.count = 0;
     }
 

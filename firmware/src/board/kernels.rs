@@ -5,7 +5,9 @@
 
 use core::arch::naked_asm;
 use jointwatch_shared::kernels;
+use jointwatch_shared::model::network::Neuron;
 use jointwatch_shared::model::polynomial::{BLOCKS, Block, Blocks};
+use jointwatch_shared::tanh::{LAST, Row, TABLE};
 
 /// In assembly.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +32,19 @@ impl kernels::Kernels for Kernels {
     ) -> i64 {
         // SAFETY: all four are there to be read, for as long as the function says.
         unsafe { sum_of_blocks(blocks, outer, row, column) }
+    }
+
+    #[inline(always)]
+    fn sum_of_neurons<const AXES: usize>(
+        neurons: &[Neuron],
+        mut sums: [i64; 2],
+        u: &[i32; 4],
+    ) -> [i64; 2] {
+        if !neurons.is_empty() {
+            // SAFETY: there are as many neurons as it is told, and every step of a table from 0 to `LAST` is in it.
+            unsafe { sum_of_neurons(neurons.as_ptr(), neurons.len(), u, &TABLE, &mut sums) };
+        }
+        sums
     }
 }
 
@@ -164,5 +179,76 @@ unsafe extern "C" fn sum_of_blocks(
         "mov r1, r9",
         "add sp, #8",
         "pop {{r4, r5, r6, r7, r8, r9, r10, r11, r12, pc}}",
+    )
+}
+
+/// What a neuron is to the loop: weights, outputs, bias, steps, and a word that nothing is in.
+const _: () = assert!(
+    size_of::<Neuron>() == 40
+        && core::mem::offset_of!(Neuron, outputs) == 16
+        && core::mem::offset_of!(Neuron, bias) == 24
+        && core::mem::offset_of!(Neuron, steps) == 32
+);
+
+/// r0 neurons, r1 how many, r2 inputs, r3 the table of tanh; on the stack where the sums are, to which it adds.
+///
+/// # Safety
+/// There are `count` neurons, one at least; the others can be read, and `sums` written.
+#[unsafe(naked)]
+unsafe extern "C" fn sum_of_neurons(
+    neurons: *const Neuron,
+    count: usize,
+    u: *const [i32; 4],
+    table: *const [Row; LAST as usize + 1],
+    sums: *mut [i64; 2],
+) {
+    naked_asm!(
+        "push {{r4, r5, r6, r7, r8, r9, r10, r11, r12, lr}}",
+        "ldr r12, [sp, #40]",
+        "ldm r12, {{r8, r9, r10, r11}}",
+        // On the stack: the inputs, the table, where the sums are.
+        "push {{r3, r12}}",
+        "ldm r2, {{r4, r5, r6, r7}}",
+        "push {{r4, r5, r6, r7}}",
+        "1:",
+        // The argument in r3:r4, of which the high word counts.
+        "ldrd r3, r4, [r0, #24]",
+        "ldm r0!, {{r5, r6, r7, r12}}",
+        "ldrd r2, lr, [sp]",
+        "smlal r3, r4, r5, r2",
+        "smlal r3, r4, r6, lr",
+        "ldrd r2, lr, [sp, #8]",
+        "smlal r3, r4, r7, r2",
+        "smlal r3, r4, r12, lr",
+        // Its sign in r5, its size in steps in r4 and 2⁻³² of one in r3; the nearest node in r4.
+        "ldr r6, [r0, #16]",
+        "asr r5, r4, #31",
+        "eor r4, r4, r5",
+        "sub r4, r4, r5",
+        "umull r3, r4, r4, r6",
+        "add r4, r4, r3, lsr #31",
+        "cmp r4, #{last}",
+        "it hi",
+        "movhi r4, #{last}",
+        // (c₀ + c₁·s) + s²·(c₂ + c₃·s)
+        "ldr r2, [sp, #16]",
+        "add r4, r2, r4, lsl #4",
+        "ldm r4, {{r2, r4, r6, lr}}",
+        "smmlar r6, r3, lr, r6",
+        "smmulr lr, r3, r3",
+        "smmlar r2, r3, r4, r2",
+        "smmlar r2, r6, lr, r2",
+        "eor r2, r2, r5",
+        "sub r2, r2, r5",
+        "ldrd r7, r12, [r0], #24",
+        "smlal r8, r9, r7, r2",
+        "smlal r10, r11, r12, r2",
+        "subs r1, #1",
+        "bne 1b",
+        "add sp, #16",
+        "pop {{r3, r12}}",
+        "stm r12, {{r8, r9, r10, r11}}",
+        "pop {{r4, r5, r6, r7, r8, r9, r10, r11, r12, pc}}",
+        last = const LAST,
     )
 }

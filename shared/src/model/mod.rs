@@ -331,7 +331,7 @@ impl Model {
     fn of_base<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
         match &self.base {
             Base::Polynomial(polynomial) => polynomial.evaluate::<K>(u),
-            Base::Network(network) => network.evaluate(u),
+            Base::Network(network) => network.evaluate::<K>(u),
             Base::None { .. } => [0; 2],
         }
     }

@@ -165,7 +165,8 @@ impl Terms {
     /// sample in Q31; brings `memory` to that sample.
     #[inline]
     pub fn forces(&self, memory: &mut Memory, u: &[i32; 4]) -> [Q; 2] {
-        let mut forces = [Q::default(); 2];
+        let zero = Q::default();
+        let mut forces = [zero, zero];
         if self.list.is_empty() {
             return forces;
         }

@@ -2,6 +2,7 @@
 
 use super::limits::AxisLimits;
 use super::logarithm::{OCTAVE, SHARE, exp2, log2};
+use crate::fixed::in_order;
 
 /// The largest force that is counted, in the monitor's units: 128 times the validation records' RMS force at least.
 const MOST_FORCE: i32 = 1 << 23;
@@ -51,6 +52,16 @@ pub struct Sums {
 }
 
 impl Sums {
+    /// Begins anew. Not all at once: the compiler would call a function that takes six instructions for a word.
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        (self.error, self.force) = (0, 0);
+        in_order();
+        (self.force_sum, self.state) = (0, [0; 2]);
+        in_order();
+        self.along = [0; 2];
+    }
+
     /// Adds one sample of an axis; `residual` in the model's force unit.
     #[inline(always)]
     pub(super) fn add(&mut self, limits: &AxisLimits, at: &Waiting, residual: i32) {
