@@ -193,7 +193,10 @@ impl Terms {
             }
             let ([f, g], [own, other]) =
                 (forces, (term.entry.device)(&term.parameters, at, states));
-            forces = [f + own, g + other];
+            forces = match term.entry.acts {
+                Acts::OwnAxis => [f + own, g],
+                Acts::BothAxes => [f + own, g + other],
+            };
         }
         if turned {
             turn(at, &mut other_step, &mut forces);
