@@ -36,7 +36,7 @@ use block::Waiting;
 use level::{CAUSES, Level, SIDES, sides, values};
 use limits::{CHANNELS, Limits};
 use sensors::{SensorState, forget};
-use sliding::{MEMORY, Sliding};
+use sliding::{FAST, SLOW, Sliding};
 
 /// The longest wait for the low-pass over the residual, in samples.
 const MOST_WAIT: usize = MAX_BAND_TAPS / 2 + 1;
@@ -305,9 +305,9 @@ impl Monitor {
         };
         match judging.done {
             0 => {
-                for (sliding, memory) in sliding.iter_mut().zip(MEMORY) {
-                    sliding.add(sums, memory);
-                }
+                let [fast, slow] = sliding;
+                fast.add::<FAST>(sums);
+                slow.add::<SLOW>(sums);
             }
             done @ 1..=2 => {
                 let input = usize::from(done - 1) & 1;

@@ -330,8 +330,8 @@ impl Model {
     #[inline]
     fn of_base<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
         match &self.base {
-            Base::Polynomial(polynomial) => polynomial.evaluate::<K>(u),
-            Base::Network(network) => network.evaluate::<K>(u),
+            Base::Polynomial(polynomial) => polynomial.evaluate_by::<K>(u),
+            Base::Network(network) => network.evaluate_by::<K>(u),
             Base::None { .. } => [0; 2],
         }
     }

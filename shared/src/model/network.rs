@@ -9,7 +9,7 @@
 //! sum leaves its 64 bits for the words at hand.
 
 use crate::error::{Checks, Error};
-use crate::kernels::Kernels;
+use crate::kernels::{Kernels, Portable};
 use crate::layout::laid_out;
 use crate::tanh::tanh_scaled;
 use heapless::Vec;
@@ -81,7 +81,13 @@ impl NetworkModel {
     /// the same for all inputs: no branch depends on one. Nothing overflows and nothing has to be saturated, because
     /// [`Self::check`] has bounded every sum for all inputs.
     #[inline]
-    pub fn evaluate<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
+    pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
+        self.evaluate_by::<Portable>(u)
+    }
+
+    /// [`Self::evaluate`] with a board's kernels.
+    #[inline]
+    pub fn evaluate_by<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
         let [first, second] = if self.axes == 1 {
             K::sum_of_neurons::<1>(&self.neurons, self.output_bias, u)
         } else {

@@ -10,7 +10,7 @@
 
 use crate::error::{Checks, Error};
 use crate::fixed::{in_order, mul_high_add, q31_powers};
-use crate::kernels::Kernels;
+use crate::kernels::{Kernels, Portable};
 use crate::layout::laid_out;
 
 /// Blocks of a two-axis polynomial, one for each x^i·ẋ^j; block number 4·i + j.
@@ -95,7 +95,13 @@ impl PolynomialModel {
     /// are the same for all inputs: no branch depends on one. Nothing overflows and nothing has to be saturated,
     /// because [`Self::check`] has bounded every sum for all inputs.
     #[inline]
-    pub fn evaluate<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
+    pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
+        self.evaluate_by::<Portable>(u)
+    }
+
+    /// [`Self::evaluate`] with a board's kernels.
+    #[inline]
+    pub fn evaluate_by<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
         let [first, second] = &self.blocks;
         let [x, v, phi, omega] = *u;
         let (a, b) = (q31_powers(x), q31_powers(v));
