@@ -139,7 +139,10 @@ pub fn chain_digest(model: &Model, seed: u64, samples: u32) -> u64 {
 
 /// [`chain_digest`] with a board's kernels.
 pub fn chain_digest_by<K: Kernels>(model: &Model, seed: u64, samples: u32) -> u64 {
-    reference_chain(model, SHORT_TAPS).map_or(0, |chain| run::<K>(&chain, model, seed, samples))
+    match &reference_chain(model, SHORT_TAPS) {
+        Ok(chain) => run::<K>(chain, model, seed, samples),
+        Err(_) => 0,
+    }
 }
 
 /// The chain of the reference rig. Kept apart from [`run`], so that the rig has left the stack before the chain's state
