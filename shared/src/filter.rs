@@ -248,7 +248,7 @@ pub fn low_pass<K: Kernels, const MOST: usize>(
 
 /// `Σ weight·row` of both columns, modulo 2⁶⁴.
 ///
-/// Eight rows at a time, nine instructions for two: as few as there can be but for the counting.
+/// Sixteen rows at a time, seven instructions for two: as few as the compiler can do with, but for the counting.
 #[inline(never)]
 pub(crate) fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
     let (many_weights, weights) = weights.as_chunks::<16>();
