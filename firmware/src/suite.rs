@@ -8,9 +8,10 @@ use crate::store::{Place, Slot};
 use core::fmt::{self, Write};
 use core::hint::black_box;
 use jointwatch_shared::blob;
+use jointwatch_shared::kernels::Kernels;
 use jointwatch_shared::model::Model;
-use jointwatch_shared::selftest::{CORNER_POINTS, Points, corner, digest, reference_model};
-use jointwatch_shared::selftest_chain::{USUAL_TAPS, Watched, chain_digest};
+use jointwatch_shared::selftest::{CORNER_POINTS, Points, corner, digest_by, reference_model};
+use jointwatch_shared::selftest_chain::{USUAL_TAPS, Watched, chain_digest_by};
 use jointwatch_shared::selftest_network::reference_network;
 
 /// Reads a counter that, under QEMU's `-icount shift=0`, has counted every executed instruction.
@@ -79,7 +80,11 @@ impl Arguments {
 ///
 /// # Errors
 /// When the text cannot be written. A run that nobody could read must not count as passed.
-pub fn run(board: &Board, command_line: &str, text: &mut impl Write) -> Result<bool, fmt::Error> {
+pub fn run<K: Kernels>(
+    board: &Board,
+    command_line: &str,
+    text: &mut impl Write,
+) -> Result<bool, fmt::Error> {
     writeln!(text, "selftest {}", env!("CARGO_PKG_VERSION"))?;
     writeln!(text, "board {}", board.name)?;
     writeln!(text, "clock {}", board.clock)?;
@@ -99,7 +104,7 @@ pub fn run(board: &Board, command_line: &str, text: &mut impl Write) -> Result<b
         ("reference", reference_model(), KNOWN_DIGEST),
         ("network", reference_network(), KNOWN_NETWORK_DIGEST),
     ] {
-        let seen = digest(reference, SEED, KNOWN_POINTS);
+        let seen = digest_by::<K>(reference, SEED, KNOWN_POINTS);
         if seen != known {
             errors += 1;
             writeln!(
@@ -107,14 +112,14 @@ pub fn run(board: &Board, command_line: &str, text: &mut impl Write) -> Result<b
                 "error the model {name} gives {seen:#018x}, not {known:#018x}"
             )?;
         }
-        errors += model(name, reference, board, arguments, text)?;
+        errors += model::<K>(name, reference, board, arguments, text)?;
     }
-    chain(arguments, text)?;
+    chain::<K>(arguments, text)?;
     if !board.slots.is_empty() {
         errors += decoder(text)?;
     }
     for (place, bytes) in Place::ALL.into_iter().zip(board.slots) {
-        errors += slot(place, bytes, board, arguments, text)?;
+        errors += slot::<K>(place, bytes, board, arguments, text)?;
     }
     finish(errors, text)
 }
@@ -159,7 +164,7 @@ fn decoder(text: &mut impl Write) -> Result<u32, fmt::Error> {
 
 /// What one slot holds, and its model's figures. Gives the number of errors. Not inlined, as [`decoder`].
 #[inline(never)]
-fn slot(
+fn slot<K: Kernels>(
     place: Place,
     bytes: &[u8],
     board: &Board,
@@ -178,21 +183,21 @@ fn slot(
         }
         Slot::Model(found) => {
             writeln!(text, "slot {name} model")?;
-            model(name, &found, board, arguments, text)
+            model::<K>(name, &found, board, arguments, text)
         }
     }
 }
 
 /// The digest of the whole on-board chain over a fixed motion. Not inlined, as [`decoder`].
 #[inline(never)]
-fn chain(arguments: Arguments, text: &mut impl Write) -> fmt::Result {
+fn chain<K: Kernels>(arguments: Arguments, text: &mut impl Write) -> fmt::Result {
     let samples = arguments.points / POINTS_PER_SAMPLE;
-    let value = chain_digest(reference_model(), SEED, samples);
+    let value = chain_digest_by::<K>(reference_model(), SEED, samples);
     writeln!(text, "chain seed {SEED} samples {samples} {value:#018x}")
 }
 
 /// Digest and instruction count of one model. Gives the number of errors.
-fn model(
+fn model<K: Kernels>(
     name: &str,
     model: &Model,
     board: &Board,
@@ -200,7 +205,7 @@ fn model(
     text: &mut impl Write,
 ) -> Result<u32, fmt::Error> {
     let points = arguments.points;
-    let value = digest(model, SEED, points);
+    let value = digest_by::<K>(model, SEED, points);
     writeln!(
         text,
         "digest {name} seed {SEED} points {points} {value:#018x}"
@@ -208,13 +213,13 @@ fn model(
     let (Some(counter), true) = (board.counter, arguments.count > 0) else {
         return Ok(0);
     };
-    let (least, most) = instructions(model, counter, arguments.count);
+    let (least, most) = instructions::<K>(model, counter, arguments.count);
     let inputs = arguments.count;
     writeln!(
         text,
         "instructions {name} inputs {inputs} min {least} max {most}"
     )?;
-    if let Some((least, most)) = instructions_per_sample(model, counter) {
+    if let Some((least, most)) = instructions_per_sample::<K>(model, counter) {
         let [derivative, band] = USUAL_TAPS;
         writeln!(
             text,
@@ -230,7 +235,7 @@ fn model(
 }
 
 /// The fewest and the most instructions that one evaluation took, over the corner points first and then random ones.
-fn instructions(model: &Model, counter: Counter, inputs: u32) -> (u32, u32) {
+fn instructions<K: Kernels>(model: &Model, counter: Counter, inputs: u32) -> (u32, u32) {
     let overhead = span(counter, || ());
     let mut points = Points::new(SEED);
     let mut least = u32::MAX;
@@ -242,7 +247,7 @@ fn instructions(model: &Model, counter: Counter, inputs: u32) -> (u32, u32) {
             points.next_point()
         };
         let taken = span(counter, || {
-            black_box(model.evaluate(black_box(&input)));
+            black_box(model.evaluate_by::<K>(black_box(&input)));
         })
         .saturating_sub(overhead);
         least = least.min(taken);
@@ -259,14 +264,14 @@ const SAMPLES_TO_FILL: u32 = 400;
 /// The fewest and the most instructions that one sample took from counts to verdict; none when the model does not fit the
 /// rig of the fixed motion. Not inlined, as [`decoder`].
 #[inline(never)]
-fn instructions_per_sample(model: &Model, counter: Counter) -> Option<(u32, u32)> {
+fn instructions_per_sample<K: Kernels>(model: &Model, counter: Counter) -> Option<(u32, u32)> {
     let overhead = span(counter, || ());
     let mut watched = Watched::new(model, SEED)?;
     let (mut least, mut most) = (u32::MAX, 0);
     for number in 0..SAMPLES_TO_FILL + SAMPLES_COUNTED {
         let raw = watched.counts();
         let taken = span(counter, || {
-            black_box(watched.step(black_box(&raw)));
+            black_box(watched.step::<K>(black_box(&raw)));
         })
         .saturating_sub(overhead);
         if number >= SAMPLES_TO_FILL {
@@ -290,6 +295,8 @@ mod tests {
     extern crate std;
     use super::*;
     use core::cell::Cell;
+    use jointwatch_shared::kernels::Portable;
+    use jointwatch_shared::selftest::digest;
     use std::string::String;
     use std::thread_local;
 
@@ -320,7 +327,7 @@ mod tests {
 
     fn outcome(board: &Board, line: &str) -> (bool, String) {
         let mut text = String::new();
-        let passed = run(board, line, &mut text).expect("a string takes any text");
+        let passed = run::<Portable>(board, line, &mut text).expect("a string takes any text");
         (passed, text)
     }
 
@@ -416,6 +423,6 @@ mod tests {
                 Err(fmt::Error)
             }
         }
-        assert!(run(&board(&[&ERASED, &ERASED], None), "selftest", &mut Shut).is_err());
+        assert!(run::<Portable>(&board(&[&ERASED, &ERASED], None), "selftest", &mut Shut).is_err());
     }
 }

@@ -6,108 +6,129 @@
 //! the same number to the bit, and on the device one multiplication for each step of both axes, as for the low-pass.
 
 use crate::fixed::{in_order, round_shift, saturate};
+use crate::kernels::Kernels;
 use crate::rig::{MAX_TAPS, Taps};
+use core::ops::Range;
 use heapless::Vec;
 
-/// The last `LENGTH` values of the channels of both axes, readable as one contiguous window.
+/// The last `LENGTH` values of `CHANNELS` channels of both axes, each readable as one contiguous window.
 ///
 /// Every row is written twice, `LENGTH` places apart, so that a window never has to be put together from two
 /// pieces: a filter is then one loop over two slices.
 #[derive(Clone, Debug)]
-pub struct History<const LENGTH: usize> {
-    rows: [[[i32; 2]; LENGTH]; 2],
+pub struct History<const LENGTH: usize, const CHANNELS: usize = 1> {
+    rows: [[[[i32; 2]; LENGTH]; 2]; CHANNELS],
     next: usize,
 }
 
-impl<const LENGTH: usize> History<LENGTH> {
+impl<const LENGTH: usize, const CHANNELS: usize> History<LENGTH, CHANNELS> {
     /// All zeros.
     pub const NEW: Self = Self {
-        rows: [[[0; 2]; LENGTH]; 2],
+        rows: [[[[0; 2]; LENGTH]; 2]; CHANNELS],
         next: 0,
     };
 
-    /// Adds the newest row; the oldest is forgotten.
+    /// Adds the newest row of every channel; the oldest is forgotten.
     #[inline(always)]
-    pub fn push(&mut self, row: [i32; 2]) {
-        let [first, second] = &mut self.rows;
-        if let (Some(first), Some(second)) = (first.get_mut(self.next), second.get_mut(self.next)) {
-            (*first, *second) = (row, row);
+    pub fn push(&mut self, rows: [[i32; 2]; CHANNELS]) {
+        let place = self.next;
+        for ([first, second], row) in self.rows.iter_mut().zip(rows) {
+            if let (Some(first), Some(second)) = (first.get_mut(place), second.get_mut(place)) {
+                (*first, *second) = (row, row);
+            }
         }
-        self.next = if self.next + 1 < LENGTH {
-            self.next + 1
-        } else {
-            0
-        };
+        self.next = if place + 1 < LENGTH { place + 1 } else { 0 };
     }
 
-    /// The newest `length` rows, oldest first; empty when `length` is more than `LENGTH`.
+    /// Where the newest `length` rows lie, for [`Self::window`]; nowhere when `length` is more than `LENGTH`.
     #[inline(always)]
-    pub fn window(&self, length: usize) -> &[[i32; 2]] {
+    pub fn newest(&self, length: usize) -> Range<usize> {
         let end = self.next + LENGTH;
-        match end.checked_sub(length) {
-            Some(start) if length <= LENGTH => {
-                self.rows.as_flattened().get(start..end).unwrap_or_default()
-            }
-            _ => &[],
+        if length <= LENGTH {
+            end - length..end
+        } else {
+            0..0
         }
+    }
+
+    /// The rows of a channel in such a place, oldest first; empty for a channel that is not there.
+    #[inline(always)]
+    pub fn window(&self, channel: usize, place: &Range<usize>) -> &[[i32; 2]] {
+        let rows = self.rows.get(channel).map(|rows| rows.as_flattened());
+        rows.and_then(|rows| rows.get(place.clone()))
+            .unwrap_or_default()
     }
 }
 
 /// Steps from one sample to the next that the longest derivative sees.
 pub const MAX_STEPS: usize = MAX_TAPS - 1;
 
-/// A counter of each axis: where it was in the middle of the derivatives' window, and its steps over the window.
+/// Two counters of each axis, of its displacement and of its body: where they were in the middle of the derivatives' window, and their
+/// steps over the window.
 #[derive(Clone, Debug)]
 pub struct Counters {
-    steps: History<MAX_STEPS>,
-    newest: [i32; 2],
-    middle: [i32; 2],
+    steps: History<MAX_STEPS, 2>,
+    newest: [[i32; 2]; 2],
+    middle: [[i32; 2]; 2],
 }
 
 impl Counters {
     /// At rest at 0.
     pub const NEW: Self = Self {
         steps: History::NEW,
-        newest: [0; 2],
-        middle: [0; 2],
+        newest: [[0; 2]; 2],
+        middle: [[0; 2]; 2],
     };
 
     /// Takes the first counts: until then the joint counts as at rest there.
-    pub fn begin(&mut self, counts: [i32; 2]) {
+    pub fn begin(&mut self, counts: [[i32; 2]; 2]) {
         (self.newest, self.middle) = (counts, counts);
     }
 
     /// Takes the next counts; the middle of the window is `delay` samples ago, at most [`MAX_DELAY`].
     #[inline(always)]
-    pub fn push(&mut self, counts: [i32; 2], delay: usize) {
-        let ([a, b], [old_a, old_b]) = (counts, self.newest);
-        self.steps
-            .push([a.wrapping_sub(old_a), b.wrapping_sub(old_b)]);
+    pub fn push(&mut self, counts: [[i32; 2]; 2], delay: usize) {
+        let [[a, b], [c, d]] = counts;
+        let [[old_a, old_b], [old_c, old_d]] = self.newest;
+        self.steps.push([
+            [a.wrapping_sub(old_a), b.wrapping_sub(old_b)],
+            [c.wrapping_sub(old_c), d.wrapping_sub(old_d)],
+        ]);
         self.newest = counts;
-        let [step_a, step_b] = self
-            .steps
-            .window(delay + 1)
-            .first()
-            .copied()
-            .unwrap_or_default();
-        let [a, b] = self.middle;
-        self.middle = [a.wrapping_add(step_a), b.wrapping_add(step_b)];
+        let place = self.steps.newest(delay + 1);
+        let step = |kind| {
+            let window = self.steps.window(kind, &place);
+            window.first().copied().unwrap_or_default()
+        };
+        let ([[a, b], [c, d]], [step_a, step_b], [step_c, step_d]) =
+            (self.middle, step(0), step(1));
+        self.middle = [
+            [a.wrapping_add(step_a), b.wrapping_add(step_b)],
+            [c.wrapping_add(step_c), d.wrapping_add(step_d)],
+        ];
     }
 
-    /// The counts in the middle of the window.
-    pub fn middle(&self) -> [i32; 2] {
-        self.middle
+    /// The counts in the middle of the window: displacements and bodies.
+    pub fn middle(&self) -> &[[i32; 2]; 2] {
+        &self.middle
     }
 
-    /// `Σ tap·x` of both counters, the derivative in the middle of the window times `2^shift`, for weights of
-    /// [`weights_of_steps`].
-    ///
-    /// Right as long as no step is 2³¹ or more and all counts of the window are within 2³¹ of the middle one: with Σ|tap| < 2³² ([`crate::rig::Rig::check`]) the sum
-    /// is then under 2⁶³.
+    /// The newest `length` steps of displacements and bodies, oldest first.
     #[inline(always)]
-    pub fn derivative(&self, weights: &[i32]) -> [i64; 2] {
-        products(weights, self.steps.window(weights.len()))
+    pub fn steps(&self, length: usize) -> [&[[i32; 2]]; 2] {
+        let place = self.steps.newest(length);
+        [self.steps.window(0, &place), self.steps.window(1, &place)]
     }
+}
+
+/// `Σ tap·x` of a counter of both axes, the derivative in the middle of the window times `2^shift`, for weights of
+/// [`weights_of_steps`] and as many steps.
+///
+/// Right as long as no step is 2³¹ or more and all counts of the window are within 2³¹ of the middle one: with Σ|tap| < 2³²
+/// ([`crate::rig::Rig::check`]) the sum is then under 2⁶³.
+#[inline(always)]
+pub fn derivative<K: Kernels>(weights: &[i32], steps: &[[i32; 2]]) -> [i64; 2] {
+    K::products(weights, steps)
 }
 
 /// What a derivative's taps make of the steps of a counter, oldest step first: sums of taps, which sum to zero.
@@ -138,23 +159,32 @@ pub(crate) fn put_weights_of_steps(
 /// The longest delay of a channel that is not filtered: half of [`MAX_TAPS`], rounded down.
 pub const MAX_DELAY: usize = MAX_TAPS / 2;
 
-/// A channel that only has to wait, for the filters unless told otherwise: the last `LENGTH` values.
+/// Places that a [`Delay`] has more than it remembers values.
+pub const DELAY_ENDS: usize = 3;
+
+/// A channel that only has to wait, for the filters unless told otherwise: the last `PLACES` − 3 values.
+///
+/// The first three places of the ring are behind its end once more, so that four neighbours always lie in one piece.
 #[derive(Clone, Debug)]
-pub struct Delay<const LENGTH: usize = { MAX_DELAY + 1 }> {
-    values: [i32; LENGTH],
+pub struct Delay<const PLACES: usize = { MAX_DELAY + 1 + DELAY_ENDS }> {
+    values: [i32; PLACES],
     newest: usize,
 }
 
-impl<const LENGTH: usize> Delay<LENGTH> {
+impl<const PLACES: usize> Delay<PLACES> {
+    /// Values that are remembered.
+    const LENGTH: usize = PLACES - DELAY_ENDS;
+
     /// All zeros.
     pub const NEW: Self = Self {
-        values: [0; LENGTH],
+        values: [0; PLACES],
         newest: 0,
     };
 
     /// Adds the newest value; the oldest is forgotten.
+    #[inline(always)]
     pub fn push(&mut self, value: i32) {
-        self.newest = if self.newest + 1 < LENGTH {
+        self.newest = if self.newest + 1 < Self::LENGTH {
             self.newest + 1
         } else {
             0
@@ -162,43 +192,54 @@ impl<const LENGTH: usize> Delay<LENGTH> {
         if let Some(slot) = self.values.get_mut(self.newest) {
             *slot = value;
         }
+        if self.newest < DELAY_ENDS
+            && let Some(slot) = self.values.get_mut(self.newest + Self::LENGTH)
+        {
+            *slot = value;
+        }
     }
 
-    /// The value that came `age` pushes before the newest; 0 when `age` is `LENGTH` or more.
+    /// The value that came `age` pushes before the newest; 0 when it is not remembered any more.
     #[inline(always)]
     pub fn delayed(&self, age: usize) -> i32 {
-        if age >= LENGTH {
+        if age >= Self::LENGTH {
             return 0;
         }
         self.values.get(self.place(age)).copied().unwrap_or(0)
     }
 
-    /// The values that came `age`, `age` − 1, `age` − 2 and `age` − 3 pushes before the newest, which stands in for those after it.
+    /// The values that came `age`, `age` − 1, `age` − 2 and `age` − 3 pushes before the newest, where they are all there; else
+    /// [`Self::four_apart`] has them.
     #[inline(always)]
-    pub fn four(&self, age: usize) -> [i32; 4] {
-        // One piece of the ring, but for three places of it.
-        let piece = self
-            .values
-            .get(self.place(age)..)
-            .and_then(<[i32]>::first_chunk);
-        match piece {
-            Some(&four) if age >= 3 && age < LENGTH => four,
-            _ => [0, 1, 2, 3].map(|later| self.delayed(age.saturating_sub(later))),
+    pub fn four(&self, age: usize) -> Option<&[i32; 4]> {
+        if age < 3 || age >= Self::LENGTH {
+            return None;
         }
+        self.values.get(self.place(age)..)?.first_chunk()
+    }
+
+    /// [`Self::four`] at any age; the newest stands in for those after it.
+    #[inline(never)]
+    pub fn four_apart(&self, age: usize) -> [i32; 4] {
+        [0, 1, 2, 3].map(|later| self.delayed(age.saturating_sub(later)))
     }
 
     #[inline(always)]
     fn place(&self, age: usize) -> usize {
         match self.newest.checked_sub(age) {
             Some(place) => place,
-            None => (self.newest + LENGTH).saturating_sub(age),
+            None => (self.newest + Self::LENGTH).saturating_sub(age),
         }
     }
 }
 
 /// `Σ tap·x` with symmetric taps, rounded to nearest and saturated: the window's low-passed middle, of both axes.
-pub fn low_pass<const MOST: usize>(taps: &Taps<MOST>, history: &History<MOST>) -> [i32; 2] {
-    let [first, second] = products(&taps.taps, history.window(taps.taps.len()));
+pub fn low_pass<K: Kernels, const MOST: usize>(
+    taps: &Taps<MOST>,
+    history: &History<MOST>,
+) -> [i32; 2] {
+    let window = history.window(0, &history.newest(taps.taps.len()));
+    let [first, second] = K::products(&taps.taps, window);
     [
         shift_round(first, taps.shift),
         shift_round(second, taps.shift),
@@ -207,27 +248,47 @@ pub fn low_pass<const MOST: usize>(taps: &Taps<MOST>, history: &History<MOST>) -
 
 /// `Σ weight·row` of both columns, modulo 2⁶⁴.
 ///
-/// Eight rows at a time, nine instructions for two: as few as there can be but for the counting.
+/// Sixteen rows at a time, seven instructions for two: as few as the compiler can do with, but for the counting.
 #[inline(never)]
-fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
-    let (eight_weights, last_weights) = weights.as_chunks::<8>();
-    let (eight_rows, last_rows) = rows.as_chunks::<8>();
-    let mut eight_rows = eight_rows.iter();
+pub(crate) fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
+    let (many_weights, weights) = weights.as_chunks::<16>();
+    let (many_rows, rows) = rows.as_chunks::<16>();
+    let mut many_rows = many_rows.iter();
     let mut sums = (0, 0);
-    for [a, b, c, d, e, f, g, h] in eight_weights {
-        let Some([i, j, k, l, m, n, o, p]) = eight_rows.next() else {
+    for weights in many_weights {
+        let Some(rows) = many_rows.next() else {
             break;
         };
-        sums = add_two(sums, [a, b], [i, j]);
-        sums = add_two(sums, [c, d], [k, l]);
-        sums = add_two(sums, [e, f], [m, n]);
-        sums = add_two(sums, [g, h], [o, p]);
+        let ([a, b], [c, d]) = (weights.as_chunks().0, rows.as_chunks().0) else {
+            break;
+        };
+        sums = add_eight(add_eight(sums, a, c), b, d);
     }
-    for (weight, row) in last_weights.iter().zip(last_rows) {
+    let (mut weights, mut rows) = (weights, rows);
+    if let (Some((a, rest)), Some((b, other_rest))) =
+        (weights.split_first_chunk(), rows.split_first_chunk())
+    {
+        sums = add_eight(sums, a, b);
+        (weights, rows) = (rest, other_rest);
+    }
+    for (weight, row) in weights.iter().zip(rows) {
         sums = add(sums, *weight, *row);
     }
     // Not an array before: it would be kept in memory, where it is handed back.
     sums.into()
+}
+
+/// `sums` and eight rows more.
+#[inline(always)]
+fn add_eight(
+    sums: (i64, i64),
+    [a, b, c, d, e, f, g, h]: &[i32; 8],
+    [i, j, k, l, m, n, o, p]: &[[i32; 2]; 8],
+) -> (i64, i64) {
+    let sums = add_two(sums, [a, b], [i, j]);
+    let sums = add_two(sums, [c, d], [k, l]);
+    let sums = add_two(sums, [e, f], [m, n]);
+    add_two(sums, [g, h], [o, p])
 }
 
 /// `sums` and two rows more. In order, or the compiler would load all rows before it multiplies, and had no registers left.
@@ -251,12 +312,13 @@ fn add((first, second): (i64, i64), weight: i32, [a, b]: [i32; 2]) -> (i64, i64)
 /// `value · 2^−shift`, rounded half up and saturated to `i32`, for a shift from 0 to 62.
 #[inline(always)]
 pub fn shift_round(value: i64, shift: i8) -> i32 {
-    saturate(round_shift(value, u32::from(shift.unsigned_abs()))).0
+    saturate(round_shift(value, u32::from(shift as u8))).0
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernels::Portable;
     use heapless::Vec;
 
     fn taps(values: &[i32], shift: i8) -> Taps {
@@ -269,7 +331,7 @@ mod tests {
     /// Two channels, of which the second is the first upside down.
     fn filled(values: impl Iterator<Item = i32>) -> History<MAX_TAPS> {
         let mut history = History::NEW;
-        values.for_each(|v| history.push([v, v.wrapping_neg()]));
+        values.for_each(|v| history.push([[v, v.wrapping_neg()]]));
         history
     }
 
@@ -279,10 +341,11 @@ mod tests {
             let history = filled(0..pushed as i32);
             for length in [1, 2, 7, MAX_TAPS] {
                 let wanted = (pushed - length) as i32..pushed as i32;
-                let seen = history.window(length).iter().map(|[value, _]| *value);
+                let window = history.window(0, &history.newest(length));
+                let seen = window.iter().map(|[value, _]| *value);
                 assert!(seen.eq(wanted), "pushed {pushed}, length {length}");
             }
-            assert!(history.window(MAX_TAPS + 1).is_empty());
+            assert!(history.newest(MAX_TAPS + 1).is_empty());
         }
     }
 
@@ -293,6 +356,10 @@ mod tests {
             delay.push(pushed);
             for age in 0..=MAX_DELAY as i32 {
                 assert_eq!(delay.delayed(age as usize), (pushed - age).max(0));
+                let four = [0, 1, 2, 3].map(|later| (pushed - (age - later).max(0)).max(0));
+                assert_eq!(delay.four_apart(age as usize), four);
+                let wanted = (age >= 3).then_some(&four);
+                assert_eq!(delay.four(age as usize), wanted);
             }
             assert_eq!(delay.delayed(MAX_DELAY + 1), 0);
         }
@@ -306,13 +373,18 @@ mod tests {
         for offset in [0, 1_000_000, i32::MAX - 30] {
             let count = |n: i32| (3 * n * n + 5 * n).wrapping_add(offset);
             let mut counters = Counters::NEW;
-            counters.begin([count(0), 0]);
-            (0..10).for_each(|n| counters.push([count(n), -n * n], 1));
-            assert_eq!(counters.middle(), [count(8), -64]);
-            let derivative =
-                |taps: &Taps| counters.derivative(&weights_of_steps(taps.taps.iter().copied()));
-            assert_eq!(derivative(&first), [2 * (6 * 8 + 5), -32]);
-            assert_eq!(derivative(&second), [2 * 6, -4]);
+            counters.begin([[count(0), 0], [0, count(0)]]);
+            (0..10).for_each(|n| counters.push([[count(n), -n * n], [-n * n, count(n)]], 1));
+            assert_eq!(counters.middle(), &[[count(8), -64], [-64, count(8)]]);
+            let derivatives = |taps: &Taps| {
+                let weights = weights_of_steps(taps.taps.iter().copied());
+                counters
+                    .steps(2)
+                    .map(|steps| derivative::<Portable>(&weights, steps))
+            };
+            let (slope, curvature) = (2 * (6 * 8 + 5), 2 * 6);
+            assert_eq!(derivatives(&first), [[slope, -32], [-32, slope]]);
+            assert_eq!(derivatives(&second), [[curvature, -4], [-4, curvature]]);
         }
     }
 
@@ -328,23 +400,28 @@ mod tests {
             (taps(&[5, -3, 0, 3, -5], 1), &[-7, 11, 13, 17, 1 << 30]),
         ] {
             let mut counters = Counters::NEW;
-            counters.begin([counts[0]; 2]);
+            counters.begin([[counts[0]; 2]; 2]);
             counts[1..]
                 .iter()
-                .for_each(|count| counters.push([*count; 2], 1));
+                .for_each(|count| counters.push([[*count; 2]; 2], 1));
             let products = taps.taps.iter().zip(counts.iter().rev());
             let wanted: i128 = products
                 .map(|(tap, x)| i128::from(*tap) * i128::from(*x))
                 .sum();
-            let seen = counters.derivative(&weights_of_steps(taps.taps.iter().copied()));
-            assert_eq!(seen.map(i128::from), [wanted; 2], "{taps:?}");
+            let weights = weights_of_steps(taps.taps.iter().copied());
+            for steps in counters.steps(weights.len()) {
+                let seen = derivative::<Portable>(&weights, steps);
+                assert_eq!(seen.map(i128::from), [wanted; 2], "{taps:?}");
+            }
         }
     }
 
     #[test]
     fn the_low_pass_keeps_a_constant_and_saturates_at_the_rails() {
         let mean = taps(&[1 << 20, 1 << 21, 1 << 20], 22);
-        let passed = |taps: &Taps, value: i32| low_pass(taps, &filled([value; 5].into_iter()));
+        let passed = |taps: &Taps, value: i32| {
+            low_pass::<Portable, _>(taps, &filled([value; 5].into_iter()))
+        };
         assert_eq!(passed(&mean, 7), [7, -7]);
         assert_eq!(passed(&mean, i32::MIN), [i32::MIN; 2]);
         let gain_two = taps(&[1 << 21, 1 << 22, 1 << 21], 22);

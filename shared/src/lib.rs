@@ -15,6 +15,7 @@ pub mod error;
 pub mod filter;
 pub mod fixed;
 pub mod interpolate;
+pub mod kernels;
 mod layout;
 pub mod model;
 pub mod monitor;

@@ -29,13 +29,14 @@ pub use sliding::Window;
 pub use verdict::{CHANNEL_NAMES, Cause, State, Verdict, Words};
 
 use crate::error::{Checks, Error};
+use crate::fixed::in_order;
 use crate::pipeline::{Chain, Output, RawSample};
 use crate::rig::MAX_BAND_TAPS;
 use block::Waiting;
 use level::{CAUSES, Level, SIDES, sides, values};
 use limits::{CHANNELS, Limits};
 use sensors::{SensorState, forget};
-use sliding::{MEMORY, Sliding};
+use sliding::{FAST, SLOW, Sliding};
 
 /// The longest wait for the low-pass over the residual, in samples.
 const MOST_WAIT: usize = MAX_BAND_TAPS / 2 + 1;
@@ -61,18 +62,20 @@ pub struct Monitor {
 /// What the monitor keeps between samples.
 #[derive(Clone, Debug)]
 pub struct MonitorState {
-    waiting: [Waiting; MOST_WAIT],
+    waiting: [[Waiting; 2]; MOST_WAIT],
     newest: usize,
     /// Residuals that are still spoilt.
     spoilt: u16,
-    sums: [Sums; 2],
+    /// The block that is being filled and the last one that was, which change places.
+    sums: [[Sums; 2]; 2],
+    filling: usize,
     count: u16,
-    finished: [Sums; 2],
     blocks: u32,
-    /// Axes whose finished block is still to be added to the sliding sums, and to be judged, and what else is still to be done.
-    to_slide: u8,
-    to_judge: u8,
-    to_review: bool,
+    /// What is still to be done about the last block, a piece per sample.
+    judging: Judging,
+    /// Pieces of the end of the sensors' block that are still to be done.
+    to_end: u8,
+    review: Review,
     levels: [[Level; SIDES]; 2],
     sliding: [[Sliding; 2]; 2],
     sensors: SensorState,
@@ -86,19 +89,42 @@ pub struct MonitorState {
     verdict: Verdict,
 }
 
+/// How far the judgement of a block has come.
+#[derive(Clone, Copy, Debug, Default)]
+struct Judging {
+    /// Axes that are still to be judged, and pieces that were done of the first of them.
+    axes: usize,
+    done: u8,
+    shares: [i32; 2],
+    seen: Statistics,
+}
+
+/// A verdict that is being come to.
+#[derive(Clone, Copy, Debug, Default)]
+struct Review {
+    verdict: Verdict,
+    /// Of the change of the joint that it names: how grave it is, whether it has a direction, whether it was said before, how far it is.
+    preference: (State, bool, bool, u16),
+}
+
+/// Pieces of the end of the sensors' block: the courses of both axes and the rates, which come before everything else, and then the review
+/// of both axes and of the sensors.
+const END: u8 = 6;
+const REVIEW: u8 = 3;
+
 impl Default for MonitorState {
     fn default() -> Self {
         Self {
-            waiting: [Waiting::default(); MOST_WAIT],
+            waiting: [[Waiting::default(); 2]; MOST_WAIT],
             newest: 0,
             spoilt: 0,
-            sums: [Sums::default(); 2],
+            sums: [[Sums::default(); 2]; 2],
+            filling: 0,
             count: 0,
-            finished: [Sums::default(); 2],
             blocks: 0,
-            to_slide: 0,
-            to_judge: 0,
-            to_review: false,
+            judging: Judging::default(),
+            to_end: 0,
+            review: Review::default(),
             levels: [[Level::default(); SIDES]; 2],
             sliding: [[Sliding::default(); 2]; 2],
             sensors: SensorState::default(),
@@ -147,38 +173,49 @@ impl Monitor {
         output: Option<&Output>,
         faults: &Faults,
     ) -> Verdict {
-        let mut faults = *faults;
-        if let Some(output) = output {
-            for axis in 0..self.limits.axes.len() {
-                if output.saturated & (1 << (axis & 7)) != 0 {
-                    faults.saturated |= Faults::bit(axis, CHANNELS - 1);
-                }
+        match output {
+            Some(output) if output.saturated != 0 => {
+                let faults = self.with_saturated(faults, output.saturated);
+                self.sense(state, raw, &faults);
             }
-        }
-        state.sensors.sample(&self.limits, raw, &faults);
-        if faults.any() {
-            state.spoilt = self.after_fault;
+            _ => self.sense(state, raw, faults),
         }
         if let Some(output) = output {
             self.take(state, output);
         }
-        // At most one of these per sample, so that the end of a block does not come all at once.
+        // A piece per sample, so that the end of a block does not come all at once.
         state.ticks = state.ticks.saturating_add(1);
         if state.ticks >= self.limits.block {
+            (state.ticks, state.to_end) = (0, END);
+        }
+        if state.to_end > REVIEW {
             self.end_block(state);
-        } else if state.to_slide != 0 {
-            let axis = usize::from(state.to_slide & 1 == 0);
-            state.slide(axis);
-            state.to_slide &= !(1 << axis);
-        } else if state.to_judge != 0 {
-            let axis = usize::from(state.to_judge & 1 == 0);
-            self.judge(state, axis);
-            state.to_judge &= !(1 << axis);
-        } else if state.to_review {
-            state.to_review = false;
+        } else if state.judging.axes != 0 {
+            self.judge(state);
+        } else if state.to_end != 0 {
             self.review(state);
         }
         state.verdict
+    }
+
+    /// The faults with those of forces at a rail: bit a of `saturated` for axis a.
+    #[inline(never)]
+    fn with_saturated(&self, faults: &Faults, saturated: u8) -> Faults {
+        let mut faults = *faults;
+        for axis in 0..self.limits.axes.len() {
+            if saturated & (1 << (axis & 7)) != 0 {
+                faults.saturated |= Faults::bit(axis, CHANNELS - 1);
+            }
+        }
+        faults
+    }
+
+    #[inline(never)]
+    fn sense(&self, state: &mut MonitorState, raw: &RawSample, faults: &Faults) {
+        state.sensors.sample(&self.limits, raw, faults);
+        if faults.any() {
+            state.spoilt = self.after_fault;
+        }
     }
 
     /// Adds an output to the block that is being filled, unless its residual is spoilt.
@@ -189,7 +226,12 @@ impl Monitor {
             0
         };
         if let Some(place) = state.waiting.get_mut(state.newest) {
-            *place = Waiting::new(output, &self.limits.axes);
+            for (axis, limits) in self.limits.axes.iter().enumerate() {
+                // Two axes at most.
+                let own = axis & 1;
+                let states = [output.state[2 * own], output.state[2 * own + 1]];
+                place[own] = Waiting::new(states, output.measured[own], limits);
+            }
         }
         if output.outside != 0 {
             state.outside = state.outside.saturating_add(1);
@@ -209,28 +251,33 @@ impl Monitor {
         let Some(at) = state.waiting.get(place) else {
             return;
         };
-        let sums = state.sums.iter_mut().zip(&self.limits.axes).zip(residual);
-        for (index, ((sums, limits), residual)) in sums.enumerate() {
-            sums.add(limits, index, at, residual);
+        let sums = &mut state.sums[state.filling & 1];
+        for (axis, limits) in self.limits.axes.iter().enumerate() {
+            let own = axis & 1;
+            sums[own].add(limits, &at[own], residual[own]);
         }
         state.count += 1;
         if state.count >= self.limits.block {
-            state.finished = state.sums;
             state.blocks = state.blocks.wrapping_add(1);
-            state.to_judge = if self.limits.axes.len() == 2 { 3 } else { 1 };
-            state.to_slide = state.to_judge;
-            state.sums = [Sums::default(); 2];
-            state.count = 0;
+            state.judging.axes = self.limits.axes.len();
+            state.judging.done = 0;
+            state.filling ^= 1;
+            state.begin_block();
         }
     }
 
-    /// The sensors' figures once per block, whether its residuals were good or not.
+    /// A piece of the sensors' figures once per block, whether its residuals were good or not.
     fn end_block(&self, state: &mut MonitorState) {
-        state.ticks = 0;
-        if state.sensors.end_block(&self.limits, self.log_block) {
+        let axis = END - state.to_end;
+        state.to_end -= 1;
+        if axis < 2 {
+            state.sensors.end_courses(&self.limits, axis.into());
+            return;
+        }
+        if state.sensors.end_rates(self.log_block) {
             // A channel stands still: what was summed up meanwhile says nothing about the joint.
-            state.sums = [Sums::default(); 2];
-            (state.count, state.to_slide, state.to_judge) = (0, 0, 0);
+            state.begin_block();
+            state.judging.axes = 0;
             state.spoilt = self.after_fault;
         }
         forget(
@@ -240,31 +287,65 @@ impl Monitor {
             OUTSIDE_MEMORY,
         );
         state.outside = 0;
-        state.to_review = true;
     }
 
-    /// What the finished block of one axis says, where the joint moved enough.
-    fn judge(&self, state: &mut MonitorState, axis: usize) {
-        let (Some(limits), Some(sums), Some(levels)) = (
+    /// A piece of what the last block says about each axis, where the joint moved enough.
+    fn judge(&self, state: &mut MonitorState) {
+        let judging = &mut state.judging;
+        let axis = self.limits.axes.len().saturating_sub(judging.axes);
+        let sums = &state.sums[(state.filling & 1) ^ 1];
+        let (Some(limits), Some(sums), Some(levels), Some(sliding)) = (
             self.limits.axes.get(axis),
-            state.finished.get(axis),
+            sums.get(axis),
             state.levels.get_mut(axis),
+            state.sliding.get_mut(axis),
         ) else {
+            judging.axes = 0;
             return;
         };
-        let seen = sums.statistics(limits, self.log_block);
-        if !seen.moves {
-            return;
+        match judging.done {
+            0 => {
+                let [fast, slow] = sliding;
+                fast.add::<FAST>(sums);
+                slow.add::<SLOW>(sums);
+            }
+            done @ 1..=2 => {
+                let input = usize::from(done - 1) & 1;
+                judging.shares[input] = sums.share(limits, self.log_block, input);
+            }
+            3 => judging.seen = sums.judged(limits, self.log_block, judging.shares),
+            _ => {
+                if judging.seen.moves {
+                    state.moved = true;
+                    let levels = levels.iter_mut().zip(values(&judging.seen));
+                    for (number, ((level, value), side)) in levels.zip(sides(limits)).enumerate() {
+                        level.add(value, side, most_of_block(number, side.threshold));
+                    }
+                }
+                (judging.axes, judging.done) = (judging.axes - 1, 0);
+                return;
+            }
         }
-        state.moved = true;
-        let levels = levels.iter_mut().zip(values(&seen)).zip(sides(limits));
-        for (number, ((level, value), side)) in levels.enumerate() {
-            level.add(value, side, most_of_block(number, side.threshold));
+        judging.done += 1;
+    }
+
+    /// A piece of the state machine.
+    fn review(&self, state: &mut MonitorState) {
+        let axis = REVIEW.saturating_sub(state.to_end);
+        state.to_end -= 1;
+        if axis == 0 {
+            self.review_range(state);
+        }
+        if axis < 2 {
+            self.review_joint(state, axis);
+        } else {
+            review_sensors(state);
+            state.verdict = state.review.verdict;
         }
     }
 
-    /// The state machine.
-    fn review(&self, state: &mut MonitorState) {
+    /// What is to be said where neither joint nor sensors are ill.
+    fn review_range(&self, state: &mut MonitorState) {
         let mut verdict = Verdict {
             state: State::Healthy,
             cause: Cause::AsExpected,
@@ -292,44 +373,50 @@ impl Monitor {
                 ..Verdict::default()
             };
         }
-        self.review_joint(state, &mut verdict);
-        review_sensors(state, &mut verdict);
-        state.verdict = verdict;
+        state.review = Review {
+            verdict,
+            preference: (State::Suspect, false, false, 0),
+        };
     }
 
-    /// Puts a change of the joint into the verdict where that is as grave as what stands there: a stiffness or a friction
+    /// Puts a change of the joint on one axis into the verdict where that is as grave as what stands there: a stiffness or a friction
     /// rather than an error that grew, and what was said before rather than something else.
-    fn review_joint(&self, state: &mut MonitorState, verdict: &mut Verdict) {
-        let before = state.verdict;
-        let mut preference = (State::Suspect, false, false, 0);
-        let axes = state.levels.iter_mut().zip(&self.limits.axes);
-        for (axis, (levels, limits)) in (0..).zip(axes) {
-            for ((level, cause), side) in levels.iter_mut().zip(CAUSES).zip(sides(limits)) {
-                level.state = level.next(side);
-                if level.state < State::Suspect {
-                    continue;
-                }
-                let permille = level.permille(side);
-                let told = before.cause == cause && before.axis == axis;
-                let own = (level.state, cause != Cause::ErrorGrew, told, permille);
-                if own > preference && level.state >= verdict.state {
-                    preference = own;
-                    *verdict = Verdict {
-                        state: level.state,
-                        cause,
-                        axis,
-                        channel: 0,
-                        permille,
-                    };
-                }
+    fn review_joint(&self, state: &mut MonitorState, axis: u8) {
+        let (before, number) = (state.verdict, usize::from(axis));
+        let Review {
+            verdict,
+            preference,
+        } = &mut state.review;
+        let (Some(levels), Some(limits)) =
+            (state.levels.get_mut(number), self.limits.axes.get(number))
+        else {
+            return;
+        };
+        for ((level, cause), side) in levels.iter_mut().zip(CAUSES).zip(sides(limits)) {
+            level.state = level.next(side);
+            if level.state < State::Suspect {
+                continue;
+            }
+            let permille = level.permille(side);
+            let told = before.cause == cause && before.axis == axis;
+            let own = (level.state, cause != Cause::ErrorGrew, told, permille);
+            if own > *preference && level.state >= verdict.state {
+                *preference = own;
+                *verdict = Verdict {
+                    state: level.state,
+                    cause,
+                    axis,
+                    channel: 0,
+                    permille,
+                };
             }
         }
     }
 }
 
 /// Puts a fault of a sensor into the verdict where that is as grave as what stands there.
-fn review_sensors(state: &mut MonitorState, verdict: &mut Verdict) {
-    let worst = state.sensors.worst();
+fn review_sensors(state: &mut MonitorState) {
+    let (verdict, worst) = (&mut state.review.verdict, state.sensors.worst());
     let [suspect, alarm] = FAULT_RATES;
     let over = |limit: i32, was: bool| worst.rate >= if was { limit / 2 } else { limit };
     state.sensor_state = if over(alarm, state.sensor_state == State::Alarm) {
@@ -362,13 +449,13 @@ fn permille_of(rate: i32) -> u16 {
 }
 
 impl MonitorState {
-    /// Adds the finished block of one axis to its sliding sums.
-    fn slide(&mut self, axis: usize) {
-        if let (Some(sums), Some(sliding)) = (self.finished.get(axis), self.sliding.get_mut(axis)) {
-            for (sliding, memory) in sliding.iter_mut().zip(MEMORY) {
-                sliding.add(sums, memory);
-            }
-        }
+    /// Begins the block that is to be filled.
+    fn begin_block(&mut self) {
+        let [first, second] = &mut self.sums[self.filling & 1];
+        first.clear();
+        in_order();
+        second.clear();
+        self.count = 0;
     }
 
     /// The last verdict.
@@ -406,6 +493,6 @@ impl MonitorState {
 
     /// How many blocks were finished so far (wrapping), and the sums of the last one: what the limits are made from.
     pub fn last_block(&self) -> (u32, &[Sums; 2]) {
-        (self.blocks, &self.finished)
+        (self.blocks, &self.sums[(self.filling & 1) ^ 1])
     }
 }

@@ -23,7 +23,8 @@ pub(crate) mod numbers;
 mod term;
 
 use crate::error::Error;
-use crate::filter::{Counters, History, MAX_STEPS, low_pass, weights_of_steps};
+use crate::filter::{Counters, History, MAX_STEPS, derivative, low_pass, weights_of_steps};
+use crate::kernels::{Kernels, Portable};
 use crate::model::Model;
 use crate::model::terms::Memory;
 use crate::rig::{MAX_BAND_TAPS, Rig, Taps};
@@ -102,8 +103,7 @@ pub struct Chain {
 #[derive(Clone, Debug)]
 pub struct ChainState {
     axes: [AxisState; 2],
-    displacement: Counters,
-    body: Counters,
+    counters: Counters,
     residual: History<MAX_BAND_TAPS>,
     model: Memory,
     samples: usize,
@@ -113,8 +113,7 @@ impl ChainState {
     /// Before the first sample; a constant, so that a device need not build these 9 KiB on its stack.
     pub const NEW: Self = Self {
         axes: [const { AxisState::NEW }; 2],
-        displacement: Counters::NEW,
-        body: Counters::NEW,
+        counters: Counters::NEW,
         residual: History::NEW,
         model: Memory::NEW,
         samples: 0,
@@ -237,21 +236,31 @@ impl Chain {
 
     /// Takes one sample in; gives an output as soon as the filters are full.
     pub fn step(&self, state: &mut ChainState, model: &Model, raw: &RawSample) -> Option<Output> {
+        self.step_by::<Portable>(state, model, raw)
+    }
+
+    /// [`Self::step`] with a board's kernels.
+    pub fn step_by<K: Kernels>(
+        &self,
+        state: &mut ChainState,
+        model: &Model,
+        raw: &RawSample,
+    ) -> Option<Output> {
         self.take(state, raw);
         state.samples = state.samples.saturating_add(1);
         let full = self.velocity.len() + 1 + self.settling.wait + self.settling.before;
         if state.samples < full {
             return None;
         }
-        let [x, phi] = self.see(state);
+        let [x, phi] = self.see::<K>(state);
         let ([a, b], [c, d]) = (x.states, phi.states);
         let inputs = [a, b, c, d];
-        let predicted = model.step(&mut state.model, &inputs);
+        let predicted = model.step_by::<K>(&mut state.model, &inputs);
         let ([r, s], measured) = (predicted, [x.force, phi.force]);
         // What a rig of one axis has not is 0 in both.
         let residual = [x.force.saturating_sub(r), phi.force.saturating_sub(s)];
         let [e, f] = residual;
-        state.residual.push(residual);
+        state.residual.push([residual]);
         let band_is_full = state.samples >= full + self.band.taps.len() - 1;
         Some(Output {
             state: inputs,
@@ -259,7 +268,7 @@ impl Chain {
             measured,
             predicted,
             residual,
-            residual_band: band_is_full.then(|| low_pass(&self.band, &state.residual)),
+            residual_band: band_is_full.then(|| low_pass::<K, _>(&self.band, &state.residual)),
             saturated: at_rail(x.force) | at_rail(e) | (at_rail(phi.force) | at_rail(f)) << 1,
         })
     }
@@ -267,68 +276,51 @@ impl Chain {
     /// Puts a sample behind those before it.
     #[inline(always)]
     fn take(&self, state: &mut ChainState, raw: &RawSample) {
-        let ([x_moving, phi_moving], [x_raw, phi_raw]) = (&mut state.axes, raw);
-        let (mut x, mut phi) = ([0; 2], [0; 2]);
-        if let Some(axis) = self.axes.first() {
-            x = axis.take(x_moving, x_raw);
+        let mut counts = [[0; 2]; 2];
+        for (number, axis) in self.axes.iter().enumerate() {
+            // Two axes at most.
+            let own = number & 1;
+            [counts[0][own], counts[1][own]] = axis.take(&mut state.axes[own], &raw[own]);
         }
-        if let Some(axis) = self.axes.get(1) {
-            phi = axis.take(phi_moving, phi_raw);
-        }
-        let ([x, x_body], [phi, phi_body]) = (x, phi);
         if state.samples == 0 {
-            state.displacement.begin([x, phi]);
-            state.body.begin([x_body, phi_body]);
+            state.counters.begin(counts);
         }
-        let delay = self.filter_delay();
-        state.displacement.push([x, phi], delay);
-        state.body.push([x_body, phi_body], delay);
+        state.counters.push(counts, self.filter_delay());
     }
 
     /// Both axes in the middle of the derivatives' window; of one that is not there all 0.
     #[inline(always)]
-    fn see(&self, state: &ChainState) -> [Seen; 2] {
-        let [x, phi] = state.displacement.middle();
-        let [slope, other_slope] = state.displacement.derivative(&self.velocity);
-        let [body, other_body] = state.body.middle();
-        let ([mut body_slope, mut other_body_slope], [mut curvature, mut other_curvature]) =
-            ([0; 2], [0; 2]);
+    fn see<K: Kernels>(&self, state: &ChainState) -> [Seen; 2] {
+        let [positions, bodies] = state.counters.middle();
+        // Both derivatives have as many taps.
+        let [steps, body_steps] = state.counters.steps(self.velocity.len());
+        let slopes = derivative::<K>(&self.velocity, steps);
+        let (mut body_slopes, mut curvatures) = ([0; 2], [0; 2]);
         if self.damped {
-            [body_slope, other_body_slope] = state.body.derivative(&self.velocity);
+            body_slopes = derivative::<K>(&self.velocity, body_steps);
         }
         if self.derived {
-            [curvature, other_curvature] = state.body.derivative(&self.acceleration);
+            curvatures = derivative::<K>(&self.acceleration, body_steps);
         }
-        let x = Instant {
-            position: x,
-            slope,
-            body,
-            body_slope,
-            curvature,
-        };
-        let phi = Instant {
-            position: phi,
-            slope: other_slope,
-            body: other_body,
-            body_slope: other_body_slope,
-            curvature: other_curvature,
-        };
-        let ([moving, other_moving], delay) = (&state.axes, self.delay());
-        match &self.axes[..] {
-            [first, second] => {
-                let force = first.force.read(&moving.force);
-                let other_force = second.force.read(&other_moving.force);
-                [
-                    first.see(&x, moving, delay, [force, other_force]),
-                    second.see(&phi, other_moving, delay, [other_force, force]),
-                ]
-            }
-            [only] => {
-                let force = only.force.read(&moving.force);
-                [only.see(&x, moving, delay, [force, 0]), Seen::default()]
-            }
-            _ => [Seen::default(); 2],
+        let mut forces = [0; 2];
+        for (number, axis) in self.axes.iter().enumerate() {
+            let own = number & 1;
+            forces[own] = axis.force.read(&state.axes[own].force);
         }
+        let (mut seen, delay) = ([Seen::default(); 2], self.delay());
+        for (number, axis) in self.axes.iter().enumerate() {
+            let (own, other) = (number & 1, (number & 1) ^ 1);
+            let at = Instant {
+                position: positions[own],
+                slope: slopes[own],
+                body: bodies[own],
+                body_slope: body_slopes[own],
+                curvature: curvatures[own],
+            };
+            let forces = [forces[own], forces[other]];
+            seen[own] = axis.see(at, &state.axes[own], delay, forces);
+        }
+        seen
     }
 }
 

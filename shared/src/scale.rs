@@ -89,6 +89,7 @@ impl Scale {
     }
 
     /// The machine number, and whether it ran into a rail.
+    #[inline(always)]
     pub fn apply(&self, counts: i32) -> (i32, bool) {
         let moved = counts.wrapping_sub(self.origin) as i64;
         let value = shift_round(moved * self.multiplier as i64 + self.offset, self.shift);

@@ -3,6 +3,7 @@
 //! Host and device draw the same inputs, evaluate the same model and fold every output bit into a digest. Equal
 //! digests mean equal bits. Integers only, so that the check itself cannot depend on the machine.
 
+use crate::kernels::{Kernels, Portable};
 use crate::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
 use crate::model::corrections::ForceCorrection;
 use crate::model::polynomial::{BLOCKS, Block, Blocks, PolynomialModel};
@@ -100,10 +101,15 @@ impl Default for Digest {
 ///
 /// Host and device call this with the same model, seed and `n` and compare the result.
 pub fn digest(model: &Model, seed: u64, n: u32) -> u64 {
+    digest_by::<Portable>(model, seed, n)
+}
+
+/// [`digest`] with a board's kernels.
+pub fn digest_by<K: Kernels>(model: &Model, seed: u64, n: u32) -> u64 {
     let mut digest = Digest::new();
     let mut memory = Memory::default();
     let mut add = |u: &[i32; 4]| {
-        for force in model.step(&mut memory, u) {
+        for force in model.step_by::<K>(&mut memory, u) {
             digest.add(force);
         }
     };

@@ -2,12 +2,13 @@
 //! chain and monitor together, sample by sample, so that their instructions can be counted.
 
 use crate::error::Error;
+use crate::kernels::{Kernels, Portable};
 use crate::model::Model;
 use crate::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
 use crate::monitor::{Faults, Monitor, MonitorState, Verdict};
 use crate::pipeline::{Chain, ChainState, RawSample};
 use crate::rig::{ChannelDelays, Rig, RigAxis, Taps};
-use crate::selftest::{Digest, Points};
+use crate::selftest::{Digest, Points, reference_model};
 use heapless::Vec;
 
 /// Taps of the derivatives of the reference rig: five-point formulas at 32 Hz, times 2²⁵ and 2¹⁹. The reference model's
@@ -133,7 +134,15 @@ impl Motion {
 
 /// The digest of every output of the chain over `samples` samples of the fixed motion; 0 when `model` does not fit the rig.
 pub fn chain_digest(model: &Model, seed: u64, samples: u32) -> u64 {
-    reference_chain(model, SHORT_TAPS).map_or(0, |chain| run(&chain, model, seed, samples))
+    chain_digest_by::<Portable>(model, seed, samples)
+}
+
+/// [`chain_digest`] with a board's kernels.
+pub fn chain_digest_by<K: Kernels>(model: &Model, seed: u64, samples: u32) -> u64 {
+    match &reference_chain(model, SHORT_TAPS) {
+        Ok(chain) => run::<K>(chain, model, seed, samples),
+        Err(_) => 0,
+    }
 }
 
 /// The chain of the reference rig. Kept apart from [`run`], so that the rig has left the stack before the chain's state
@@ -143,13 +152,32 @@ fn reference_chain(model: &Model, taps: [usize; 2]) -> Result<Chain, Error> {
     reference_rig(taps).and_then(|rig| Chain::new(model, &rig))
 }
 
+/// The chain of a rig with filters of the usual length and forces of the model's size.
 #[inline(never)]
-fn run(chain: &Chain, model: &Model, seed: u64, samples: u32) -> u64 {
+fn usual_chain(model: &Model) -> Result<Chain, Error> {
+    let mut rig = reference_rig(USUAL_TAPS)?;
+    let forces = model.outputs().iter().zip(reference_model().outputs());
+    for (axis, (output, reference)) in rig.axes.iter_mut().zip(forces) {
+        let larger = output.force_per_lsb / reference.force_per_lsb;
+        for force in [
+            &mut axis.force_step,
+            &mut axis.inertia,
+            &mut axis.ground_stiffness,
+            &mut axis.ground_damping,
+        ] {
+            *force *= larger;
+        }
+    }
+    Chain::new(model, &rig)
+}
+
+#[inline(never)]
+fn run<K: Kernels>(chain: &Chain, model: &Model, seed: u64, samples: u32) -> u64 {
     let mut motion = Motion::new(seed);
     let mut state = ChainState::default();
     let mut digest = Digest::new();
     for _ in 0..samples {
-        if let Some(output) = chain.step(&mut state, model, &motion.next()) {
+        if let Some(output) = chain.step_by::<K>(&mut state, model, &motion.next()) {
             output.words().for_each(|word| digest.add(word));
         }
     }
@@ -167,9 +195,9 @@ pub struct Watched<'a> {
 }
 
 impl<'a> Watched<'a> {
-    /// Sets both up for a model; none when it does not fit the rig.
+    /// Sets both up for a model, whose forces the rig's are made to resemble; none when it does not fit the rig all the same.
     pub fn new(model: &'a Model, seed: u64) -> Option<Self> {
-        let chain = reference_chain(model, USUAL_TAPS).ok()?;
+        let chain = usual_chain(model).ok()?;
         let monitor = Monitor::new(limits(model.axes()), &chain).ok()?;
         Some(Self {
             chain,
@@ -191,8 +219,8 @@ impl<'a> Watched<'a> {
     }
 
     /// One sample through chain, model and monitor.
-    pub fn step(&mut self, raw: &RawSample) -> Verdict {
-        let output = self.chain.step(&mut self.state, self.model, raw);
+    pub fn step<K: Kernels>(&mut self, raw: &RawSample) -> Verdict {
+        let output = self.chain.step_by::<K>(&mut self.state, self.model, raw);
         let well = Faults::default();
         self.monitor
             .update(&mut self.watch, raw, output.as_ref(), &well)
@@ -232,7 +260,6 @@ fn limits(axes: usize) -> Limits {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::selftest::reference_model;
 
     /// Made by this test; it changes only when a bit of the chain, the motion or the reference model changes.
     const GOLDEN: u64 = 0xb9cf_cde2_7294_ec29;
@@ -259,7 +286,7 @@ mod tests {
         let mut watched = Watched::new(model, 1).unwrap();
         for _ in 0..5000 {
             let raw = watched.counts();
-            watched.step(&raw);
+            watched.step::<Portable>(&raw);
         }
         let (blocks, sums) = watched.watch.last_block();
         assert!(blocks > 5, "{blocks} blocks");

@@ -33,16 +33,16 @@ pub const MAX_ERROR: f64 = 2.25e-9;
 /// 2³¹.
 const RAIL: f64 = 2_147_483_648.0;
 /// The last node of the table; beyond half a step after it everything is as it is there.
-const LAST: u32 = 12 * STEPS_PER_UNIT;
+pub const LAST: u32 = 12 * STEPS_PER_UNIT;
 /// A row per node: 6160 bytes.
-static TABLE: [Row; LAST as usize + 1] = table();
+pub static TABLE: [Row; LAST as usize + 1] = table();
 /// What stands in for a row that is not there; the clamp of the node to [`LAST`] leaves none.
 const FLAT: Row = Row([i32::MAX, 0, 0, 0]);
 
 /// c₀ to c₃ in Q31, for s in steps; aligned so that two are loaded at once.
-#[derive(Clone, Copy)]
-#[repr(align(8))]
-struct Row([i32; 4]);
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(8))]
+pub struct Row([i32; 4]);
 
 /// tanh of an argument in Q27, which holds −16 to 16 − 2⁻²⁷; the result is in Q31, from −(1 − 2⁻³¹) to 1 − 2⁻³¹.
 ///

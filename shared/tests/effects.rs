@@ -1,5 +1,7 @@
 //! Every effect of the table, without being named: its numbers, its derivative, its units, its device arithmetic.
 
+#[path = "effects/derivative.rs"]
+mod derivative;
 #[path = "effects/memory.rs"]
 mod memory;
 
@@ -13,7 +15,6 @@ use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Nam
 use jointwatch_shared::model::terms::InSi;
 use jointwatch_shared::model::{Base, Header, Model};
 use jointwatch_shared::scalar::Scalar;
-use jointwatch_shared::scalar::dual::Dual;
 use jointwatch_shared::units::{Dimension, References};
 use proptest::prelude::*;
 
@@ -236,40 +237,6 @@ fn units_read_as_engineers_write_them() {
 }
 
 proptest! {
-    #[test]
-    fn the_dual_law_is_the_derivative_of_the_real_one(
-        seed in prop::array::uniform4(0.0_f64..6.0), p in prop::array::uniform6(0.05_f64..0.95),
-    ) {
-        let rows = motion(seed, 200);
-        for entry in EFFECTS {
-            let relative = parameters(entry, &p);
-            let values = taken(entry, &relative, &SCALES);
-            for at in 0..relative.len() {
-                let mut dual = values.map(Dual::constant);
-                dual[at] = Dual::variable(values[at]);
-                let slopes = run(entry.dual, dual, &rows, &SCALES, Dual::constant);
-                let step = 1e-6 * values[at].abs();
-                let moved = |by: f64| {
-                    let mut values = values;
-                    values[at] += by;
-                    run(entry.real, values, &rows, &SCALES, |v| v)
-                };
-                let (above, below) = (moved(step), moved(-step));
-                let real = run(entry.real, values, &rows, &SCALES, |v| v);
-                let scale = largest(&real) / values[at].abs();
-                // A corner or a switch that lies between the two sides belongs to neither.
-                let mut wrong = 0;
-                for (slope, (a, b)) in slopes.iter().zip(above.iter().zip(&below)) {
-                    for axis in 0..2 {
-                        let difference = (a[axis] - b[axis]) / (2.0 * step);
-                        wrong += usize::from((slope[axis].slope - difference).abs() > 1e-5 * scale);
-                    }
-                }
-                prop_assert!(wrong <= 4, "{} parameter {at}: {wrong} rows differ", entry.about.name);
-            }
-        }
-    }
-
     #[test]
     fn a_linear_parameter_is_linear(
         seed in prop::array::uniform4(0.0_f64..6.0), p in prop::array::uniform6(0.05_f64..0.95),

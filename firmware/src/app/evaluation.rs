@@ -4,6 +4,7 @@ use super::sampling::Frame;
 use super::watch::Watch;
 use core::mem::MaybeUninit;
 use heapless::spsc::{Consumer, Producer};
+use jointwatch_shared::kernels::Kernels;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::pipeline::{Chain, ChainState, Output};
 
@@ -49,7 +50,7 @@ pub struct Evaluated {
 ///
 /// The chain goes on over a gap as if there were none; the frame behind it says so, and the monitor judges no residual that
 /// the gap can have spoilt.
-pub fn evaluate(
+pub fn evaluate<K: Kernels>(
     mut evaluator: Option<&mut Evaluator>,
     frames: &mut Consumer<'_, Frame>,
     evaluated: &mut Producer<'_, Evaluated>,
@@ -63,7 +64,7 @@ pub fn evaluate(
                 model,
                 state,
             } = &mut **evaluator;
-            chain.step(state, model, &waiting.sample)
+            chain.step_by::<K>(state, model, &waiting.sample)
         });
         let mut frame = *waiting;
         frame.overruns = frame.overruns.saturating_add(*overruns);

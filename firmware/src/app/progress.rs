@@ -27,6 +27,7 @@ mod tests {
     use super::super::{Evaluated, Frame, evaluate};
     use super::*;
     use heapless::spsc::Queue;
+    use jointwatch_shared::kernels::Portable;
 
     #[test]
     fn it_is_fed_while_samples_come_and_the_monitor_takes_them() {
@@ -44,7 +45,7 @@ mod tests {
                 frames_in.enqueue(frame).unwrap();
                 number += 1;
             }
-            let newest = evaluate(None, &mut frames, &mut evaluated_in, &mut overruns);
+            let newest = evaluate::<Portable>(None, &mut frames, &mut evaluated_in, &mut overruns);
             while monitor_takes && evaluated.dequeue().is_some() {}
             progress.made(newest)
         };

@@ -2,12 +2,16 @@
 #![no_std]
 #![no_main]
 
+#[cfg(feature = "stm32f405")]
+use jointwatch_firmware::board::kernels::Kernels;
 #[cfg(not(feature = "stm32f405"))]
 use jointwatch_firmware::board::microbit as board;
 use jointwatch_firmware::board::semihosting;
 #[cfg(feature = "stm32f405")]
 use jointwatch_firmware::board::stm32f405 as board;
 use jointwatch_firmware::suite::{self, Board};
+#[cfg(not(feature = "stm32f405"))]
+use jointwatch_shared::kernels::Portable as Kernels;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -21,7 +25,7 @@ fn main() -> ! {
     let mut room = [0; semihosting::MAX_COMMAND_LINE];
     let line = semihosting::command_line(&mut room);
     let passed = semihosting::text()
-        .map(|mut text| suite::run(&board, line, &mut text))
+        .map(|mut text| suite::run::<Kernels>(&board, line, &mut text))
         .is_some_and(|outcome| outcome == Ok(true));
     semihosting::exit(passed)
 }

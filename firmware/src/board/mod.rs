@@ -1,5 +1,7 @@
 //! The boards: what differs between one microcontroller and another, and the only `unsafe` code of the firmware.
 
+#[cfg(feature = "stm32f405")]
+pub mod kernels;
 #[cfg(feature = "semihosting-link")]
 pub mod link;
 #[cfg(feature = "microbit")]

@@ -26,6 +26,7 @@ mod app {
         Begun, Evaluated, Evaluator, Frame, Progress, Room, Sampler, Server, Setup, Streamed,
         Watch, begin, evaluate,
     };
+    use jointwatch_firmware::board::kernels::Kernels;
     use jointwatch_firmware::board::stm32f405::parts::{
         self, Device, Devices, Serial, SlotFlash, Ticker,
     };
@@ -157,7 +158,7 @@ mod app {
     #[task(binds = UART4, priority = 3, local = [evaluator, frames, evaluated_in, overruns, progress])]
     fn evaluate_frames(cx: evaluate_frames::Context) {
         let begun = board::count();
-        let newest = evaluate(
+        let newest = evaluate::<Kernels>(
             cx.local.evaluator.as_deref_mut(),
             cx.local.frames,
             cx.local.evaluated_in,

@@ -13,6 +13,7 @@ use jointwatch_firmware::sensor::acquire::{CHIPS, Sensors};
 use jointwatch_firmware::sensor::presence::Health;
 use jointwatch_firmware::store::{Key, Store, Trust};
 use jointwatch_shared::blob;
+use jointwatch_shared::kernels::Portable;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
 use jointwatch_shared::pipeline::RawSample;
@@ -294,7 +295,7 @@ impl Bench {
     /// Everything behind the sampling.
     pub(crate) fn work(&mut self) {
         let evaluator = self.evaluator.as_deref_mut();
-        evaluate(
+        evaluate::<Portable>(
             evaluator,
             &mut self.frames,
             &mut self.evaluated_in,

@@ -21,8 +21,8 @@ pub(super) const BREAKAWAY: Shape = Shape {
 ///
 /// 1 ∓ z falls by e^−|travel|; the decay of a negative number is 1, so that one of the two factors is always idle.
 pub(super) fn relax<S: Scalar>(z: S, travel: S) -> S {
-    let [ahead, back] = travel.decay_of_either_sign();
-    (z * (ahead * back) + (back - ahead)).within(S::one())
+    let [ahead, back, either] = travel.decay_of_either_sign();
+    (z * either + (back - ahead)).within(S::one())
 }
 
 impl Effect for Dahl {

@@ -14,7 +14,8 @@ pub mod terms;
 mod with_effects;
 
 use crate::error::{Checks, Error};
-use crate::fixed::{round_shift, saturate};
+use crate::fixed::{round_shift, round_shift_32, saturate};
+use crate::kernels::{Kernels, Portable};
 use crate::scalar::q::Q;
 use axis::{Axis, MAGNITUDE};
 use corrections::ForceCorrection;
@@ -295,16 +296,28 @@ impl Model {
     /// nothing overflows; without effects, no branch on an input.
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
+        self.evaluate_by::<Portable>(u)
+    }
+
+    /// [`Self::evaluate`] with a board's kernels.
+    #[inline]
+    pub fn evaluate_by<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
         if self.terms.list().is_empty() {
-            return self.of_base(u);
+            return self.of_base::<K>(u);
         }
-        self.step(&mut Memory::default(), u)
+        self.step_by::<K>(&mut Memory::default(), u)
     }
 
     /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go on from `memory`.
     #[inline]
     pub fn step(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
-        let base = self.of_base(u);
+        self.step_by::<Portable>(memory, u)
+    }
+
+    /// [`Self::step`] with a board's kernels.
+    #[inline]
+    pub fn step_by<K: Kernels>(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
+        let base = self.of_base::<K>(u);
         if self.terms.list().is_empty() {
             return base;
         }
@@ -315,10 +328,10 @@ impl Model {
     }
 
     #[inline]
-    fn of_base(&self, u: &[i32; 4]) -> [i32; 2] {
+    fn of_base<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
         match &self.base {
-            Base::Polynomial(polynomial) => polynomial.evaluate(u),
-            Base::Network(network) => network.evaluate(u),
+            Base::Polynomial(polynomial) => polynomial.evaluate_by::<K>(u),
+            Base::Network(network) => network.evaluate_by::<K>(u),
             Base::None { .. } => [0; 2],
         }
     }
@@ -326,6 +339,7 @@ impl Model {
 
 /// The base's force, shifted, and what the effects add: half of 2³² is 2³¹ force units.
 fn with_effect(base: i32, shift: u8, effect: Q) -> i32 {
-    let base = round_shift(i64::from(base), u32::from(shift.min(MAX_BASE_SHIFT)));
-    saturate(base.saturating_add(round_shift(effect.raw(), 1))).0
+    let base = round_shift_32(base, u32::from(shift.min(MAX_BASE_SHIFT)));
+    // Under 2³¹ and 2⁶² in size.
+    saturate(i64::from(base) + round_shift(effect.raw(), 1)).0
 }

@@ -9,6 +9,7 @@
 //! sum leaves its 64 bits for the words at hand.
 
 use crate::error::{Checks, Error};
+use crate::kernels::{Kernels, Portable};
 use crate::layout::laid_out;
 use crate::tanh::tanh_scaled;
 use heapless::Vec;
@@ -24,6 +25,7 @@ laid_out! {
 ///
 /// With s the scale of its argument, `steps` = 2³⁷/s, a weight is stored as 2·s·w and its bias as 2³²·s·b + 2³¹.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
 pub struct Neuron {
     /// Weights of the inputs x, ẋ, φ, φ̇; the last two are 0 for one axis.
     pub weights: [i32; 4],
@@ -80,30 +82,17 @@ impl NetworkModel {
     /// [`Self::check`] has bounded every sum for all inputs.
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
-        if self.axes == 1 {
-            self.forces::<1>(u)
-        } else {
-            self.forces::<2>(u)
-        }
+        self.evaluate_by::<Portable>(u)
     }
 
-    /// The forces of the first `AXES` axes; 0 for the other.
-    #[inline(never)]
-    fn forces<const AXES: usize>(&self, u: &[i32; 4]) -> [i32; 2] {
-        let [mut first, mut second] = self.output_bias;
-        for neuron in &self.neurons {
-            let ([a, b, c, d], [x, v, phi, omega]) = (neuron.weights, *u);
-            let mut argument = neuron.bias + product(a, x) + product(b, v);
-            if AXES == 2 {
-                argument += product(c, phi) + product(d, omega);
-            }
-            let value = tanh_scaled((argument >> 32) as i32, neuron.steps);
-            let [v, w] = neuron.outputs;
-            first += product(v, value);
-            if AXES == 2 {
-                second += product(w, value);
-            }
-        }
+    /// [`Self::evaluate`] with a board's kernels.
+    #[inline]
+    pub fn evaluate_by<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
+        let [first, second] = if self.axes == 1 {
+            K::sum_of_neurons::<1>(&self.neurons, self.output_bias, u)
+        } else {
+            K::sum_of_neurons::<2>(&self.neurons, self.output_bias, u)
+        };
         [(first >> 32) as i32, (second >> 32) as i32]
     }
 
@@ -155,6 +144,29 @@ impl NetworkModel {
         }
         checks.done()
     }
+}
+
+/// `bias` and what the neurons add to the forces of the first `AXES` axes.
+#[inline(never)]
+pub(crate) fn sum_of_neurons<const AXES: usize>(
+    neurons: &[Neuron],
+    [mut first, mut second]: [i64; 2],
+    u: &[i32; 4],
+) -> [i64; 2] {
+    for neuron in neurons {
+        let ([a, b, c, d], [x, v, phi, omega]) = (neuron.weights, *u);
+        let mut argument = neuron.bias + product(a, x) + product(b, v);
+        if AXES == 2 {
+            argument += product(c, phi) + product(d, omega);
+        }
+        let value = tanh_scaled((argument >> 32) as i32, neuron.steps);
+        let [v, w] = neuron.outputs;
+        first += product(v, value);
+        if AXES == 2 {
+            second += product(w, value);
+        }
+    }
+    [first, second]
 }
 
 /// The exact product, widened where it is used so that it and an addition are one instruction.

@@ -10,6 +10,7 @@
 
 use crate::error::{Checks, Error};
 use crate::fixed::{in_order, mul_high_add, q31_powers};
+use crate::kernels::{Kernels, Portable};
 use crate::layout::laid_out;
 
 /// Blocks of a two-axis polynomial, one for each x^i·ẋ^j; block number 4·i + j.
@@ -23,7 +24,7 @@ pub const SUM_PLACES: u32 = 29;
 laid_out! {
 /// The terms of one x^i·ẋ^j as stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(align(8))]
+#[repr(C, align(8))]
 pub struct Block {
     /// The coefficient of φ^k·φ̇^l at 4·k + l (one axis: of x^k·ẋ^l), at the block's own scale.
     pub words: [i32; 16],
@@ -95,6 +96,12 @@ impl PolynomialModel {
     /// because [`Self::check`] has bounded every sum for all inputs.
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
+        self.evaluate_by::<Portable>(u)
+    }
+
+    /// [`Self::evaluate`] with a board's kernels.
+    #[inline]
+    pub fn evaluate_by<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
         let [first, second] = &self.blocks;
         let [x, v, phi, omega] = *u;
         let (a, b) = (q31_powers(x), q31_powers(v));
@@ -106,8 +113,8 @@ impl PolynomialModel {
         let outer = monomials(&a, &b);
         let [s, t] = self.shifts;
         [
-            output(sum_of_blocks(first, &outer, &c, &d), s),
-            output(sum_of_blocks(second, &outer, &c, &d), t),
+            output(K::sum_of_blocks(first, &outer, &c, &d), s),
+            output(K::sum_of_blocks(second, &outer, &c, &d), t),
         ]
     }
 
@@ -271,7 +278,12 @@ fn monomials(x: &[i32; 3], v: &[i32; 3]) -> [i32; BLOCKS] {
 /// eight instructions for a product that is otherwise one. Written out, not a loop: the addresses of all words are then
 /// constants, which leaves two more registers for powers and lets pairs of words be loaded at once.
 #[inline(never)]
-fn sum_of_blocks(blocks: &Blocks, outer: &[i32; BLOCKS], row: &[i32; 3], column: &[i32; 3]) -> i64 {
+pub(crate) fn sum_of_blocks(
+    blocks: &Blocks,
+    outer: &[i32; BLOCKS],
+    row: &[i32; 3],
+    column: &[i32; 3],
+) -> i64 {
     let (blocks, _) = blocks.as_chunks::<4>();
     let (outer, _) = outer.as_chunks::<4>();
     let ([b0, b1, b2, b3], [m0, m1, m2, m3]) = (blocks, outer) else {

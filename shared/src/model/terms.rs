@@ -9,8 +9,8 @@ use crate::effect::{Acts, Entry, Instrument, Kinematics, MAX_STATES, Parameters,
 #[cfg(feature = "fit")]
 use crate::effect::{Bound, Fading};
 use crate::error::{Checks, Error};
-use crate::scalar::Scalar;
 use crate::scalar::q::Q;
+use core::mem::swap;
 use heapless::Vec;
 
 /// The most effects that a model holds on the device.
@@ -32,19 +32,47 @@ pub struct Terms {
     origins: [Q; 4],
 }
 
-/// What moves: the internal states of every effect, and where each axis was at the sample before.
-#[derive(Clone, Debug, Default)]
+/// What moves: the internal states of every effect, and the joint at the sample before.
+#[derive(Clone, Debug)]
 pub struct Memory {
     states: [States<Q>; MAX_TERMS],
-    before: Option<[Q; 2]>,
+    /// As the first axis sees it. Kept, so that what no sample changes need not be written anew.
+    at: Kinematics<Q>,
+    /// Whether there was a sample.
+    moved: bool,
 }
 
 impl Memory {
-    /// At rest.
-    pub const NEW: Self = Self {
-        states: [[Q::from_raw(0); MAX_STATES]; MAX_TERMS],
-        before: None,
+    /// At rest; all of it 0, so that it takes no flash to hold what RAM begins with.
+    pub const NEW: Self = {
+        let zero = Q::from_raw(0);
+        Self {
+            states: [[zero; MAX_STATES]; MAX_TERMS],
+            at: Kinematics {
+                displacement: zero,
+                velocity: zero,
+                step: zero,
+                other_displacement: zero,
+                other_velocity: zero,
+                period: zero,
+                instrument: Instrument {
+                    time: zero,
+                    acceleration: zero,
+                    force: zero,
+                    force_rate: zero,
+                    other_force: zero,
+                    phase: zero,
+                },
+            },
+            moved: false,
+        }
     };
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self::NEW
+    }
 }
 
 impl Term {
@@ -137,44 +165,53 @@ impl Terms {
     /// sample in Q31; brings `memory` to that sample.
     #[inline]
     pub fn forces(&self, memory: &mut Memory, u: &[i32; 4]) -> [Q; 2] {
-        let mut forces = [Q::default(); 2];
+        let zero = Q::default();
+        let mut forces = [zero, zero];
         if self.list.is_empty() {
             return forces;
         }
         let [a, b, c, d] = self.origins;
-        let [x, v, phi, omega] = u.map(Q::from_q31);
-        let (x, v, phi, omega) = (x + a, v + b, phi + c, omega + d);
-        let [x_before, phi_before] = memory.before.unwrap_or([x, phi]);
-        memory.before = Some([x, phi]);
-        let from_first = Kinematics {
-            displacement: x,
-            velocity: v,
-            step: x - x_before,
-            other_displacement: phi,
-            other_velocity: omega,
-            period: Q::one(),
-            instrument: Instrument::silent(),
-        };
-        let from_second = Kinematics {
-            displacement: phi,
-            velocity: omega,
-            step: phi - phi_before,
-            other_displacement: x,
-            other_velocity: v,
-            ..from_first
-        };
-        for (term, states) in self.list.iter().zip(&mut memory.states) {
-            let [f, g] = forces;
-            forces = if term.axis == 0 {
-                let [own, other] = (term.entry.device)(&term.parameters, &from_first, states);
-                [f + own, g + other]
-            } else {
-                let [own, other] = (term.entry.device)(&term.parameters, &from_second, states);
-                [f + other, g + own]
+        let [x, v, phi, omega] = *u;
+        let (x, v) = (Q::from_q31(x) + a, Q::from_q31(v) + b);
+        let (phi, omega) = (Q::from_q31(phi) + c, Q::from_q31(omega) + d);
+        let Memory { states, at, moved } = memory;
+        let (x_before, phi_before) = (at.displacement, at.other_displacement);
+        let (mut step, mut other_step) = (Q::default(), Q::default());
+        if *moved {
+            (step, other_step) = (x - x_before, phi - phi_before);
+        }
+        *moved = true;
+        (at.displacement, at.velocity, at.step) = (x, v, step);
+        (at.other_displacement, at.other_velocity) = (phi, omega);
+        at.period = Q::ONE;
+        // Turned round for an effect on the second axis and back again: most models have effects on one.
+        let mut turned = false;
+        for (term, states) in self.list.iter().zip(states) {
+            if (term.axis != 0) != turned {
+                turned = !turned;
+                turn(at, &mut other_step, &mut forces);
+            }
+            let ([f, g], [own, other]) =
+                (forces, (term.entry.device)(&term.parameters, at, states));
+            forces = match term.entry.acts {
+                Acts::OwnAxis => [f + own, g],
+                Acts::BothAxes => [f + own, g + other],
             };
+        }
+        if turned {
+            turn(at, &mut other_step, &mut forces);
         }
         forces
     }
+}
+
+/// The same as the other axis sees it.
+#[inline(never)]
+fn turn(at: &mut Kinematics<Q>, other_step: &mut Q, forces: &mut [Q; 2]) {
+    swap(&mut at.displacement, &mut at.other_displacement);
+    swap(&mut at.velocity, &mut at.other_velocity);
+    swap(&mut at.step, other_step);
+    forces.reverse();
 }
 
 /// Refuses an effect that the device does not evaluate, and an axis that the model or the effect has not.

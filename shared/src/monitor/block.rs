@@ -2,18 +2,18 @@
 
 use super::limits::AxisLimits;
 use super::logarithm::{OCTAVE, SHARE, exp2, log2};
-use crate::pipeline::Output;
+use crate::fixed::in_order;
 
 /// The largest force that is counted, in the monitor's units: 128 times the validation records' RMS force at least.
 const MOST_FORCE: i32 = 1 << 23;
 
-/// What of one output has to wait for the low-pass over the residual, in the monitor's units.
+/// What of one output has to wait for the low-pass over the residual, of one axis, in the monitor's units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Waiting {
-    /// States in 2⁻¹⁵ of their training half-range.
-    states: [i16; 4],
-    /// Measured forces.
-    measured: [i32; 2],
+    /// Displacement and velocity in 2⁻¹⁵ of their training half-range.
+    states: [i16; 2],
+    /// Measured force.
+    measured: i32,
 }
 
 /// A force in the monitor's units, rounded half up.
@@ -24,15 +24,12 @@ fn force(value: i32, shift: u8) -> i32 {
 }
 
 impl Waiting {
-    pub(super) fn new(output: &Output, limits: &[AxisLimits]) -> Self {
-        let mut measured = [0; 2];
-        let places = measured.iter_mut().zip(output.measured);
-        for ((place, value), axis) in places.zip(limits) {
-            *place = force(value, axis.force_shift);
-        }
+    /// Of an axis at an output's states and measured force.
+    #[inline(always)]
+    pub(super) fn new([x, v]: [i32; 2], measured: i32, limits: &AxisLimits) -> Self {
         Self {
-            states: output.state.map(|state| (state >> 16) as i16),
-            measured,
+            states: [(x >> 16) as i16, (v >> 16) as i16],
+            measured: force(measured, limits.force_shift),
         }
     }
 }
@@ -55,40 +52,67 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Adds one sample of axis `index`; `residual` in the model's force unit.
-    pub(super) fn add(&mut self, limits: &AxisLimits, index: usize, at: &Waiting, residual: i32) {
-        let e = i64::from(force(residual, limits.force_shift));
-        let r = i64::from(at.measured.get(index).copied().unwrap_or(0));
-        self.error += e * e;
-        self.force += r * r;
-        self.force_sum += r;
-        let mine = at.states.iter().skip(2 * index);
-        let sums = self.state.iter_mut().zip(&mut self.along);
-        for ((power, along), &u) in sums.zip(mine) {
-            let u = i64::from(u);
-            *power += u * u;
-            *along += e * u;
-        }
+    /// Begins anew. Not all at once: the compiler would call a function that takes six instructions for a word.
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        (self.error, self.force) = (0, 0);
+        in_order();
+        (self.force_sum, self.state) = (0, [0; 2]);
+        in_order();
+        self.along = [0; 2];
+    }
+
+    /// Adds one sample of an axis; `residual` in the model's force unit.
+    #[inline(always)]
+    pub(super) fn add(&mut self, limits: &AxisLimits, at: &Waiting, residual: i32) {
+        let (e, r, [x, v]) = (force(residual, limits.force_shift), at.measured, at.states);
+        let (x, v) = (i32::from(x), i32::from(v));
+        // Widened where it is used, so that it and an addition are one instruction.
+        let product = |a: i32, b: i32| i64::from(a) * i64::from(b);
+        let ([power_x, power_v], [along_x, along_v]) = (&mut self.state, &mut self.along);
+        self.error += product(e, e);
+        self.force += product(r, r);
+        self.force_sum += i64::from(r);
+        *power_x += product(x, x);
+        *power_v += product(v, v);
+        *along_x += product(e, x);
+        *along_v += product(e, v);
     }
 
     /// The statistics of a full block of 2^`log_block` samples.
     pub fn statistics(&self, limits: &AxisLimits, log_block: u32) -> Statistics {
-        let log_block = log_block & 15;
-        let force = self.force as u64 + (limits.force_power << log_block);
-        let log_force = log2(force);
-        let mut shares = [0; 2];
-        let sums = self.along.iter().zip(&self.state).zip(limits.state_power);
-        for (share, ((&along, &power), floor)) in shares.iter_mut().zip(sums) {
-            let log_state = log2(power as u64 + (floor << log_block));
-            let log_share = log2(along.unsigned_abs()) - (log_force + log_state) / 2;
-            let size = if along == 0 { 0 } else { exp2(log_share) };
-            *share = if (along < 0) != limits.reversed {
-                -size
-            } else {
-                size
-            };
+        let shares = [0, 1].map(|input| self.share(limits, log_block, input));
+        self.judged(limits, log_block, shares)
+    }
+
+    /// log₂ of Σr² + n·P̄.
+    fn log_force(&self, limits: &AxisLimits, log_block: u32) -> i32 {
+        log2(self.force as u64 + (limits.force_power << (log_block & 15)))
+    }
+
+    /// The part of the residual that goes with the displacement (0) or the velocity (1), before the level of motion is taken off.
+    pub(super) fn share(&self, limits: &AxisLimits, log_block: u32, input: usize) -> i32 {
+        let input = input & 1;
+        let (along, power) = (self.along[input], self.state[input] as u64);
+        let log_state = log2(power + (limits.state_power[input] << (log_block & 15)));
+        let log_share =
+            log2(along.unsigned_abs()) - (self.log_force(limits, log_block) + log_state) / 2;
+        let size = if along == 0 { 0 } else { exp2(log_share) };
+        if (along < 0) != limits.reversed {
+            -size
+        } else {
+            size
         }
-        let [stiffness, friction] = shares;
+    }
+
+    /// All statistics, with both shares.
+    pub(super) fn judged(
+        &self,
+        limits: &AxisLimits,
+        log_block: u32,
+        [stiffness, friction]: [i32; 2],
+    ) -> Statistics {
+        let log_block = log_block & 15;
         // Displacement: the joint's nonlinearity, which a model misses some of, is one of displacement first of all.
         let [travel, _] = self.state;
         let [usual, _] = limits.state_power;
@@ -96,6 +120,7 @@ impl Sums {
         let level = level.clamp(-LEVELS * OCTAVE, LEVELS * OCTAVE);
         let [of_error, of_stiffness, of_friction] = limits.per_octave;
         let expected = |per_octave: i32| ((i64::from(per_octave) * i64::from(level)) >> 10) as i32;
+        let log_force = self.log_force(limits, log_block);
         Statistics {
             level,
             error: log2(self.error as u64) - log_force - expected(of_error),
@@ -152,13 +177,9 @@ mod tests {
             let force = 65536.0 * level * sin * 4096.0;
             let residual = 65536.0 * level * (stiffer * sin + rougher * cos) * 4096.0;
             let half = f64::from(1 << 30) * level;
-            let output = Output {
-                state: [(half * sin) as i32, (half * cos) as i32, 0, 0],
-                measured: [force as i32, 0],
-                ..Output::default()
-            };
-            let waiting = Waiting::new(&output, core::slice::from_ref(&limits));
-            sums.add(&limits, 0, &waiting, residual as i32);
+            let states = [(half * sin) as i32, (half * cos) as i32];
+            let waiting = Waiting::new(states, force as i32, &limits);
+            sums.add(&limits, &waiting, residual as i32);
         }
         sums
     }
@@ -198,15 +219,10 @@ mod tests {
         limits.force_power = 1 << 46;
         limits.state_power = [1 << 30; 2];
         for rail in [i32::MIN, i32::MAX] {
-            let output = Output {
-                state: [rail; 4],
-                measured: [rail; 2],
-                ..Output::default()
-            };
             let mut sums = Sums::default();
             for _ in 0..1024 {
-                let waiting = Waiting::new(&output, core::slice::from_ref(&limits));
-                sums.add(&limits, 0, &waiting, rail);
+                let waiting = Waiting::new([rail; 2], rail, &limits);
+                sums.add(&limits, &waiting, rail);
             }
             let seen = sums.statistics(&limits, 10);
             assert!(seen.moves && seen.error.abs() <= 1032, "{seen:?}");

@@ -71,12 +71,20 @@ struct Course {
 }
 
 impl Course {
+    /// How far it went within the block.
+    fn span(&self) -> u32 {
+        self.most.wrapping_sub(self.least) as u32
+    }
+
+    /// Takes the first count of a block in.
+    #[inline(always)]
+    fn begin(&mut self, value: i32) {
+        (self.first, self.least, self.most) = (value, 0, 0);
+    }
+
     /// Takes the next count in.
     #[inline(always)]
-    fn follow(&mut self, value: i32, started: bool) {
-        if !started {
-            self.first = value;
-        }
+    fn follow(&mut self, value: i32) {
         // Counters wrap, so what counts is the way from the first one.
         let way = value.wrapping_sub(self.first);
         if way < self.least {
@@ -97,7 +105,8 @@ pub(super) struct SensorState {
     last: [u16; KINDS],
     rates: [i32; KINDS],
     courses: [[Course; CHANNELS]; 2],
-    started: bool,
+    /// Axes of whose block there was a sample.
+    started: [bool; 2],
     /// Channels that are stuck.
     stuck: u16,
     /// Channels that stood still in the last block while their axis moved.
@@ -116,26 +125,70 @@ impl SensorState {
     /// Takes one sample in.
     pub(super) fn sample(&mut self, limits: &Limits, raw: &RawSample, faults: &Faults) {
         if faults.any() {
-            let tallies = self.counts.iter_mut().zip(&mut self.channels);
-            for ((count, channels), (_, seen)) in tallies.zip(faults.kinds()) {
-                *count = count.saturating_add(u16::from(seen != 0));
-                *channels |= seen;
+            self.count(faults);
+        }
+        for axis in 0..limits.axes.len() {
+            // Two axes at most.
+            let own = axis & 1;
+            let raw = &raw[own];
+            let [of_far, of_near] = raw.displacement;
+            let [far, near, body, acceleration, force] = &mut self.courses[own];
+            if self.started[own] {
+                far.follow(of_far);
+                near.follow(of_near);
+                body.follow(raw.body);
+                acceleration.follow(raw.acceleration);
+                force.follow(raw.force);
+            } else {
+                far.begin(of_far);
+                near.begin(of_near);
+                body.begin(raw.body);
+                acceleration.begin(raw.acceleration);
+                force.begin(raw.force);
+                self.started[own] = true;
             }
         }
-        for ((courses, raw), _) in self.courses.iter_mut().zip(raw).zip(&limits.axes) {
-            let [far, near, body, acceleration, force] = courses;
-            let [of_far, of_near] = raw.displacement;
-            far.follow(of_far, self.started);
-            near.follow(of_near, self.started);
-            body.follow(raw.body, self.started);
-            acceleration.follow(raw.acceleration, self.started);
-            force.follow(raw.force, self.started);
-        }
-        self.started = true;
     }
 
-    /// Ends a block: rates, and channels that stood still. True when the block is not to be trusted.
-    pub(super) fn end_block(&mut self, limits: &Limits, log_block: u32) -> bool {
+    #[inline(never)]
+    fn count(&mut self, faults: &Faults) {
+        let tallies = self.counts.iter_mut().zip(&mut self.channels);
+        for ((count, channels), (_, seen)) in tallies.zip(faults.kinds()) {
+            *count = count.saturating_add(u16::from(seen != 0));
+            *channels |= seen;
+        }
+    }
+
+    /// Ends the block of an axis: channels that stood still. The axes come one after the other, the first one first.
+    pub(super) fn end_courses(&mut self, limits: &Limits, axis: usize) {
+        let axis = axis & 1;
+        if axis == 0 {
+            (self.stuck, self.suspected) = (0, 0);
+        }
+        let Some(limits) = limits.axes.get(axis) else {
+            return;
+        };
+        let mut moves = false;
+        for (course, &least) in self.courses[axis].iter().zip(&limits.moving_counts) {
+            moves |= least != 0 && course.span() >= least;
+        }
+        let all = self.courses[axis].iter_mut().zip(&limits.moving_counts);
+        for (channel, (course, &least)) in all.enumerate() {
+            if course.span() != 0 || least == 0 {
+                course.still = 0;
+            } else if moves {
+                course.still = course.still.saturating_add(1);
+                self.suspected |= Faults::bit(axis, channel);
+            }
+            if course.still >= STUCK_BLOCKS {
+                self.stuck |= Faults::bit(axis, channel);
+            }
+        }
+        self.started[axis] = false;
+    }
+
+    /// Ends the block of the faults' rates. True when the block, whose courses have ended, is not to be trusted.
+    pub(super) fn end_rates(&mut self, log_block: u32) -> bool {
         let tallies = self.counts.iter_mut().zip(&mut self.channels);
         for ((rate, last), (count, channels)) in
             self.rates.iter_mut().zip(&mut self.last).zip(tallies)
@@ -146,26 +199,6 @@ impl SensorState {
             }
             (*count, *channels) = (0, 0);
         }
-        (self.stuck, self.suspected) = (0, 0);
-        for (axis, (courses, limits)) in self.courses.iter_mut().zip(&limits.axes).enumerate() {
-            let spans = courses.map(|course| course.most.wrapping_sub(course.least) as u32);
-            let moving = |(&span, &least): (&u32, &u32)| least != 0 && span >= least;
-            let moves = spans.iter().zip(&limits.moving_counts).any(moving);
-            let all = courses.iter_mut().zip(spans).zip(&limits.moving_counts);
-            for (channel, ((course, span), &least)) in all.enumerate() {
-                if span != 0 || least == 0 {
-                    course.still = 0;
-                } else if moves {
-                    course.still = course.still.saturating_add(1);
-                    self.suspected |= Faults::bit(axis, channel);
-                }
-                if course.still >= STUCK_BLOCKS {
-                    self.stuck |= Faults::bit(axis, channel);
-                }
-                (course.least, course.most) = (0, 0);
-            }
-        }
-        self.started = false;
         self.suspected != 0
     }
 

@@ -12,7 +12,8 @@ pub enum Window {
 }
 
 /// Binary logarithms of the blocks that the fast and the slow NMSE remember.
-pub(super) const MEMORY: [u32; 2] = [4, 10];
+pub(super) const FAST: u32 = 4;
+pub(super) const SLOW: u32 = 10;
 /// Bits below the monitor's units that the sliding sums keep.
 pub(super) const PLACES: u32 = 6;
 /// Sums of a sliding NMSE, times 2^[`PLACES`]: e², r², r per block.
@@ -24,8 +25,9 @@ pub(super) struct Sliding {
 }
 
 impl Sliding {
-    pub(super) fn add(&mut self, sums: &Sums, memory: u32) {
-        let slide = |mean: &mut i64, sum: i64| *mean += ((sum << PLACES) - *mean) >> memory;
+    /// Adds a block to sums that remember 2^`MEMORY` of them. A constant, because a shift of 64 bits by any number of places is a call.
+    pub(super) fn add<const MEMORY: u32>(&mut self, sums: &Sums) {
+        let slide = |mean: &mut i64, sum: i64| *mean += ((sum << PLACES) - *mean) >> MEMORY;
         slide(&mut self.error, sums.error);
         slide(&mut self.force, sums.force);
         slide(&mut self.force_sum, sums.force_sum);
@@ -64,16 +66,16 @@ mod tests {
             ..Sums::default()
         };
         for _ in 0..3 {
-            sliding.add(&block(6000), MEMORY[0]);
+            sliding.add::<FAST>(&block(6000));
         }
         let seen = sliding.nmse(6).unwrap();
         assert!(seen.abs_diff(1000) < 3, "{seen}");
         // The error trebles: nine times the power, of which one memory later 63 % are seen.
         for _ in 0..200 {
-            sliding.add(&block(6000), MEMORY[0]);
+            sliding.add::<FAST>(&block(6000));
         }
         for _ in 0..16 {
-            sliding.add(&block(18_000), MEMORY[0]);
+            sliding.add::<FAST>(&block(18_000));
         }
         let seen = sliding.nmse(6).unwrap();
         assert!((5800..6400).contains(&seen), "{seen}");
@@ -84,7 +86,7 @@ mod tests {
                 force_sum: -(1 << 33),
                 ..Sums::default()
             };
-            sliding.add(&rail, MEMORY[0]);
+            sliding.add::<FAST>(&rail);
         }
         assert!(sliding.nmse(10).is_none_or(|seen| seen >= 100_000));
     }

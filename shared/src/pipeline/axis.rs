@@ -1,7 +1,7 @@
 //! One axis of the chain: SI values into machine numbers once, then positions, velocities and the measured force in them.
 
 use super::RawAxis;
-use super::channel::{COUNTER_SAMPLES, Channel, Settling, in_time};
+use super::channel::{COUNTER_PLACES, Channel, Settling, in_time};
 use super::term::{TERM_PLACES, Term};
 use crate::error::Error;
 use crate::filter::{Delay, shift_round};
@@ -198,7 +198,7 @@ impl AxisChain {
     }
 
     /// Takes what the sensors of the axis gave; gives the counts of displacement and body, in time with each other.
-    #[inline(never)]
+    #[inline(always)]
     pub(super) fn take(&self, moving: &mut AxisState, raw: &RawAxis) -> [i32; 2] {
         let [first, second] = raw.displacement;
         let relative = if self.difference {
@@ -221,10 +221,10 @@ impl AxisChain {
 
     /// The axis in machine numbers, from the sums of its filters and the forces of its own and the other channel. The
     /// accelerometer is read `delay` samples ago unless it is late.
-    #[inline(never)]
+    #[inline(always)]
     pub(super) fn see(
         &self,
-        at: &Instant,
+        at: Instant,
         moving: &AxisState,
         delay: usize,
         [own, other]: [i32; 2],
@@ -262,8 +262,8 @@ impl AxisChain {
 /// What moves of an axis: its channels that are not filtered, and counters that have to wait for another one.
 #[derive(Clone, Debug)]
 pub(super) struct AxisState {
-    late_displacement: Delay<COUNTER_SAMPLES>,
-    late_body: Delay<COUNTER_SAMPLES>,
+    late_displacement: Delay<COUNTER_PLACES>,
+    late_body: Delay<COUNTER_PLACES>,
     acceleration: Delay,
     pub(super) force: Delay,
 }

@@ -1,7 +1,7 @@
 //! A channel that is not in time with the others: read so many samples ago, between its samples.
 
 use crate::error::{Checks, Error};
-use crate::filter::{Delay, MAX_DELAY};
+use crate::filter::{DELAY_ENDS, Delay, MAX_DELAY};
 use crate::interpolate::{Between, PLACES, mix};
 use crate::layout::laid_out;
 use crate::rig::Rig;
@@ -17,7 +17,9 @@ pub(super) struct Channel {
 }
 
 /// Samples of a counter that wait for one that is late.
-pub(super) const COUNTER_SAMPLES: usize = 8;
+const COUNTER_SAMPLES: usize = 8;
+/// Places of the ring that holds them.
+pub(super) const COUNTER_PLACES: usize = COUNTER_SAMPLES + DELAY_ENDS;
 
 /// What counters that are late or early cost, the worst of the rig.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -110,14 +112,19 @@ impl Channel {
     }
 
     /// The channel's code at the chain's instant.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn read(&self, values: &Delay) -> i32 {
-        mix(&self.weights, values.four(usize::from(self.oldest)))
+        let oldest = usize::from(self.oldest);
+        match values.four(oldest) {
+            Some(four) => mix(&self.weights, *four),
+            None => mix(&self.weights, values.four_apart(oldest)),
+        }
     }
 
     /// The counter's count at the chain's instant, also where it wraps in between.
-    fn read_counter(&self, values: &Delay<COUNTER_SAMPLES>) -> i32 {
-        let counts = values.four(usize::from(self.oldest));
+    #[inline(never)]
+    fn read_counter(&self, values: &Delay<COUNTER_PLACES>) -> i32 {
+        let counts = values.four_apart(usize::from(self.oldest));
         let [_, near, ..] = counts;
         let steps = counts.map(|count| count.wrapping_sub(near));
         near.wrapping_add(mix(&self.weights, steps))
@@ -125,9 +132,10 @@ impl Channel {
 }
 
 /// A new count into a counter's samples, and the count at the chain's instant out of them.
+#[inline(always)]
 pub(super) fn in_time(
     channel: Option<&Channel>,
-    values: &mut Delay<COUNTER_SAMPLES>,
+    values: &mut Delay<COUNTER_PLACES>,
     count: i32,
 ) -> i32 {
     match channel {

@@ -14,6 +14,7 @@
 //! function of the number that was given.
 
 use super::q::{PLACES, Q, UNIT};
+use crate::fixed::{mul_high_add, round_shift};
 
 /// The most by which `decay` is off: the polynomial 0.1 units, its roundings 1.5, log₂e 0.5, the last shift 0.5.
 pub const DECAY_ERROR: f64 = 3.0 * UNIT;
@@ -24,8 +25,9 @@ pub const SINE_ERROR: f64 = 9.0 * UNIT;
 
 /// log₂ e.
 const LOG2_E: Q = Q::from_f64(core::f64::consts::LOG2_E);
-/// (1 − 2⁻ᶠ)/f = Σ c_k·f^k with c_k = (−1)^k·(ln 2)^(k+1)/(k+1)!.
-const HALVING: [Q; 9] = halving();
+/// (1 − 2⁻ᶠ)/f = Σ c_k·f^k with c_k = (−1)^k·(ln 2)^(k+1)/(k+1)!, in 2⁻³²; from the second on they and their sums over f from −½ to ½
+/// are below ½ and fit 32 bits.
+const HALVING: [i64; 9] = halving();
 /// sin(q·π/2)/q = Σ s_k·q^2k with s_k = (−1)^k·(π/2)^(2k+1)/(2k+1)!.
 const QUARTER_WAVE: [Q; 8] = quarter_wave();
 
@@ -69,35 +71,29 @@ pub(super) fn sine(a: Q) -> Q {
 
 /// 2⁻ᵗ for t ≥ 0.
 fn halvings(t: Q) -> Q {
-    let half = 1_i64 << (PLACES - 1);
-    let whole = t.raw().saturating_add(half) >> PLACES;
-    // From −½ to ½, so that roundings fade from term to term.
-    let f = (t.raw() - (whole << PLACES)) as i32;
-    let [rest @ .., last] = HALVING;
-    let terms = rest.iter().rev();
-    let slope = terms.fold(last.raw(), |sum, c| times_fraction(sum, f) + c.raw());
-    let value = (1_i64 << PLACES) - times_fraction(slope, f);
-    // Rounded to nearest; after 40 halvings nothing is left of a number below 2.
-    let places = whole.clamp(0, 40) as u32;
-    Q::from_raw((value + ((1_i64 << places) >> 1)) >> places)
+    // The nearest whole number; from 40 on nothing is left of a number below 2.
+    let whole = ((t.raw() >> PLACES) as i32).clamp(-1, 40) + (t.raw() as u32 >> 31) as i32;
+    // What rests, from −½ to ½, so that roundings fade from term to term.
+    let f = t.raw() as i32;
+    // Written out: in a loop the compiler keeps f in two registers, and needs five instructions for a product with it.
+    let [first, a, b, c, d, e, g, h, i] = HALVING;
+    let bend = mul_high_add(mul_high_add(i as i32, f, h as i32), f, g as i32);
+    let bend = mul_high_add(mul_high_add(bend, f, e as i32), f, d as i32);
+    let bend = mul_high_add(mul_high_add(bend, f, c as i32), f, b as i32);
+    let bend = mul_high_add(mul_high_add(bend, f, a as i32), f, 0);
+    let slope = (first + i64::from(bend)) as u32;
+    let product = i64::from(slope) * i64::from(f);
+    let value = (1_i64 << PLACES) - ((product + (1 << (PLACES - 1))) >> PLACES);
+    Q::from_raw(round_shift(value, whole.max(0) as u32))
 }
 
-/// The product of a number of a few units and a fraction from −½ to ½, rounded as products of [`Q`] are, in a quarter of their
-/// instructions.
-#[inline(always)]
-fn times_fraction(a: i64, fraction: i32) -> i64 {
-    let (whole, rest) = (i64::from((a >> PLACES) as i32), i64::from(a as u32));
-    let f = i64::from(fraction);
-    whole * f + ((rest * f + (1 << (PLACES - 1))) >> PLACES)
-}
-
-const fn halving() -> [Q; 9] {
-    let mut coefficients = [Q::from_raw(0); 9];
+const fn halving() -> [i64; 9] {
+    let mut coefficients = [0; 9];
     let mut value = 1.0;
     let mut k = 0;
     while k < coefficients.len() {
         value *= core::f64::consts::LN_2 / (k + 1) as f64;
-        coefficients[k] = Q::from_f64(value);
+        coefficients[k] = Q::from_f64(value).raw();
         value = -value;
         k += 1;
     }

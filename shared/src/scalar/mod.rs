@@ -45,9 +45,10 @@ pub trait Scalar:
     /// e⁻ᵃ; 1 where `self` is negative.
     fn decay(self) -> Self;
     /// e⁻ᵃ and eᵃ, each at most 1: that of a positive number in the first place, of a negative one in the second, and 1 in the
-    /// other.
-    fn decay_of_either_sign(self) -> [Self; 2] {
-        [self.decay(), (-self).decay()]
+    /// other; and their product.
+    fn decay_of_either_sign(self) -> [Self; 3] {
+        let [ahead, back] = [self.decay(), (-self).decay()];
+        [ahead, back, ahead * back]
     }
     /// selfⁿ for a number from 0 to 1, held there, and an exponent from 1 to 4.
     fn power(self, exponent: Self) -> Self;

@@ -29,6 +29,9 @@ pub const PLACES: u32 = 32;
 pub const UNIT: f64 = 1.0 / (1_u64 << PLACES) as f64;
 
 impl Q {
+    /// 1.
+    pub(crate) const ONE: Self = Self::from_raw(1 << PLACES);
+
     /// The number whose bits are `raw`.
     #[inline]
     pub const fn from_raw(raw: i64) -> Self {
@@ -94,10 +97,10 @@ impl Mul for Q {
         // Schoolbook on 32-bit halves: a 128-bit product would be a library call on the device.
         let (a, b) = (self.raw >> PLACES, other.raw >> PLACES);
         let (c, d) = (i64::from(self.raw as u32), i64::from(other.raw as u32));
-        // Each product of a high and a low half is under 2⁶³ in size; their halves are added apart from each other.
-        let (ad, cb) = (a * d, c * b);
-        let low = ((c as u64 * d as u64) >> 31).div_ceil(2);
-        let sum = low + u64::from(ad as u32) + u64::from(cb as u32);
+        // Each product of a high and a low half is at least 2³² less than 2⁶³ in size; their halves are added apart from each other.
+        let low = (c as u64 * d as u64 + (1 << 31)) >> PLACES;
+        let (ad, cb) = (a * d + low as i64, c * b);
+        let sum = u64::from(ad as u32) + u64::from(cb as u32);
         let high = a * b + (ad >> PLACES) + (cb >> PLACES) + (sum >> PLACES) as i64;
         let top = high as i32;
         Self::from_raw(if i64::from(top) == high {
@@ -140,13 +143,13 @@ impl Scalar for Q {
     fn decay(self) -> Self {
         elementary::decay(self)
     }
-    fn decay_of_either_sign(self) -> [Self; 2] {
-        // One of the two is exactly 1, which takes as long to compute as the other.
+    fn decay_of_either_sign(self) -> [Self; 3] {
+        // One of the two is exactly 1, which takes as long to compute as the other, and the product is the other.
         let decay = elementary::decay(self.abs());
         if self.raw < 0 {
-            [Self::one(), decay]
+            [Self::one(), decay, decay]
         } else {
-            [decay, Self::one()]
+            [decay, Self::one(), decay]
         }
     }
     fn power(self, exponent: Self) -> Self {
