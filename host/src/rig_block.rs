@@ -302,7 +302,8 @@ fn skews_us(axis: &RigAxis, sample_rate_hz: f64) -> [f64; 4] {
 pub fn in_words(block: &RigBlock) -> String {
     let (rig, wiring) = (&block.rig, &block.wiring);
     let mut text = format!(
-        "Rig block: {} axes at {} Hz; derivatives of {} taps, residual's low-pass of {} taps; {} limits of the monitor.\n",
+        "Rig block: {} axes at {} Hz; derivatives of {} taps, residual's low-pass of {} taps; {} limits of the monitor; for the model \
+         whose checksum is {:08x}.\n",
         rig.axes.len(),
         rig.sample_rate_hz,
         rig.velocity.taps.len(),
@@ -312,6 +313,7 @@ pub fn in_words(block: &RigBlock) -> String {
         } else {
             "without"
         },
+        block.model_checksum,
     );
     let mut table = Table::new(&[
         "axis",
@@ -453,6 +455,7 @@ pub fn as_json(block: &RigBlock) -> serde_json::Value {
     });
     serde_json::json!({
         "rig_block": rig_block::RIG_BLOCK_VERSION,
+        "model_checksum": block.model_checksum,
         "sample_rate_hz": rig.sample_rate_hz,
         "derivative_taps": rig.velocity.taps.len(),
         "band_taps": rig.band.taps.len(),

@@ -110,6 +110,11 @@ fn a_study_puts_the_monitors_limits_into_the_block_and_replay_takes_them_from_th
     }
     let json = succeed(at, &["inspect", "rig.bin", "--json", "-", "--quiet"]);
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["model_checksum"], checksum);
+    let blob = succeed(at, &["inspect", "model.bin"]);
+    assert!(blob.contains(&format!("checksum {checksum:08x}")), "{blob}");
+    let head = format!("for the model whose checksum is {checksum:08x}");
+    assert!(inspected.contains(&head), "{inspected}");
     let seen = json["limits"]["axes"][1]["sums"][1]["threshold"]
         .as_f64()
         .unwrap();

@@ -10,6 +10,7 @@ use crate::rig_block;
 use crate::study::AxisKind;
 use crate::table::{Table, significant};
 use clap::Args;
+use jointwatch_shared::blob;
 use jointwatch_shared::model::axis::{Convention, InputRange};
 use jointwatch_shared::model::{Base as DeviceBase, Model};
 use std::path::PathBuf;
@@ -146,8 +147,11 @@ fn blob_in_words(model: &Model) -> String {
         _ => "a kind of base that this version cannot show".into(),
     };
     let mut text = format!(
-        "Blob: {base}; samples at {} Hz, residual judged up to {:.0} Hz, states to {:.0} Hz.\n",
-        header.sample_rate_hz, header.band_hz, header.state_band_hz
+        "Blob: {base}; samples at {} Hz, residual judged up to {:.0} Hz, states to {:.0} Hz; checksum {:08x}.\n",
+        header.sample_rate_hz,
+        header.band_hz,
+        header.state_band_hz,
+        checksum(model)
     );
     let mut table = Table::new(&[
         "axis",
@@ -188,6 +192,11 @@ fn blob_in_words(model: &Model) -> String {
     text
 }
 
+/// By which a rig block names the model that it is for.
+fn checksum(model: &Model) -> u32 {
+    blob::checksum(&blob::encode(model))
+}
+
 fn blob_as_json(model: &Model) -> serde_json::Value {
     let header = model.header();
     let axes: Vec<_> = header
@@ -217,6 +226,7 @@ fn blob_as_json(model: &Model) -> serde_json::Value {
         .collect();
     let mut json = serde_json::json!({
         "base": "unknown",
+        "checksum": checksum(model),
         "sample_rate_hz": header.sample_rate_hz,
         "band_hz": header.band_hz,
         "state_band_hz": header.state_band_hz,
