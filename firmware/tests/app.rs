@@ -186,7 +186,7 @@ fn a_rig_block_that_is_missing_damaged_or_for_another_model_leaves_raw_counts() 
 #[test]
 fn limits_of_another_model_are_not_used() {
     let of = |checksum| signed(model(), Some(&reference_rig(model(), Some(checksum))));
-    let own = blob::checksum(&blob::encode(model()));
+    let own = blob::checksum_of(model());
     for (checksum, cause) in [(own, Cause::Starting), (own ^ 1, Cause::OtherModel)] {
         let mut bench = Bench::start([of(checksum), Slot::Empty]);
         bench.sample(RawSample::default());
@@ -378,7 +378,7 @@ fn a_model_that_does_not_live_through_its_trial_is_given_up() {
 
 #[test]
 fn an_alarm_brings_the_residual_from_before_and_after_it() {
-    let own = blob::checksum(&blob::encode(model()));
+    let own = blob::checksum_of(model());
     let slot = signed(model(), Some(&reference_rig(model(), Some(own))));
     let mut bench = Bench::start([slot, Slot::Empty]);
     bench.ask(&Request::Stream { every: 1 });

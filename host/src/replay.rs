@@ -216,7 +216,7 @@ impl SetUp {
     /// As [`SetUp::new`], and [`crate::error::Kind::Data`] when the block is for another model, and when
     /// its wiring cannot give a record.
     pub fn of_block(study: &Study, model: &Model, block: &RigBlock) -> Result<Self> {
-        if block.model_checksum != blob::checksum(&blob::encode(model)) {
+        if block.model_checksum != blob::checksum_of(model) {
             return Err(Error::data(
                 "the rig block is for another model, and a device would not use it; export it for this model with `export --rig`",
             ));

@@ -94,7 +94,7 @@ pub fn set_limits(
     false_alarm_days: u32,
 ) -> Result<()> {
     let set_up = SetUp::of_block(study, model, block)?;
-    let checksum = blob::checksum(&blob::encode(model));
+    let checksum = blob::checksum_of(model);
     let hours = 24 * false_alarm_days;
     let calibration = monitor_limits::limits(study, &set_up, model, checksum, hours)?;
     block.limits = Some(calibration.limits);
@@ -113,7 +113,7 @@ pub fn usable_limits<'a>(
     model: &Model,
 ) -> std::result::Result<&'a Limits, Cause> {
     let limits = block.limits.as_ref().ok_or(Cause::NoLimits)?;
-    if limits.model_checksum == blob::checksum(&blob::encode(model)) {
+    if limits.model_checksum == blob::checksum_of(model) {
         Ok(limits)
     } else {
         Err(Cause::OtherModel)

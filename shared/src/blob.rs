@@ -97,6 +97,11 @@ pub fn checksum(blob: &[u8; BLOB_LEN]) -> u32 {
     blob.last_chunk().copied().map_or(0, u32::from_le_bytes)
 }
 
+/// The checksum that ends the blob of a model.
+pub fn checksum_of(model: &Model) -> u32 {
+    checksum(&encode(model))
+}
+
 /// The model of a blob, checked in every respect.
 ///
 /// # Errors

@@ -192,7 +192,7 @@ impl RigBlock {
             wiring,
             limits,
             chain,
-            model_checksum: blob::checksum(&blob::encode(model)),
+            model_checksum: blob::checksum_of(model),
         };
         block.check()?;
         Ok(block)

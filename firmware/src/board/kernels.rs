@@ -48,6 +48,27 @@ impl kernels::Kernels for Kernels {
     }
 }
 
+/// Eight weights and rows in [`products`].
+macro_rules! eight_products {
+    () => {
+        concat!(
+            ".rept 2\n",
+            "ldm r0!, {{r2, r3, r4, r5}}\n",
+            "ldm r1!, {{r6, r7, r12, lr}}\n",
+            "smlal r8, r9, r2, r6\n",
+            "smlal r10, r11, r2, r7\n",
+            "smlal r8, r9, r3, r12\n",
+            "smlal r10, r11, r3, lr\n",
+            "ldm r1!, {{r6, r7, r12, lr}}\n",
+            "smlal r8, r9, r4, r6\n",
+            "smlal r10, r11, r4, r7\n",
+            "smlal r8, r9, r5, r12\n",
+            "smlal r10, r11, r5, lr\n",
+            ".endr\n",
+        )
+    };
+}
+
 /// r0 weights, r1 rows, r2 count, r3 where both sums go.
 ///
 /// # Safety
@@ -75,33 +96,9 @@ unsafe extern "C" fn products(
         "tst r2, #8",
         "bne 5f",
         "1:",
-        ".rept 2",
-        "ldm r0!, {{r2, r3, r4, r5}}",
-        "ldm r1!, {{r6, r7, r12, lr}}",
-        "smlal r8, r9, r2, r6",
-        "smlal r10, r11, r2, r7",
-        "smlal r8, r9, r3, r12",
-        "smlal r10, r11, r3, lr",
-        "ldm r1!, {{r6, r7, r12, lr}}",
-        "smlal r8, r9, r4, r6",
-        "smlal r10, r11, r4, r7",
-        "smlal r8, r9, r5, r12",
-        "smlal r10, r11, r5, lr",
-        ".endr",
+        eight_products!(),
         "5:",
-        ".rept 2",
-        "ldm r0!, {{r2, r3, r4, r5}}",
-        "ldm r1!, {{r6, r7, r12, lr}}",
-        "smlal r8, r9, r2, r6",
-        "smlal r10, r11, r2, r7",
-        "smlal r8, r9, r3, r12",
-        "smlal r10, r11, r3, lr",
-        "ldm r1!, {{r6, r7, r12, lr}}",
-        "smlal r8, r9, r4, r6",
-        "smlal r10, r11, r4, r7",
-        "smlal r8, r9, r5, r12",
-        "smlal r10, r11, r5, lr",
-        ".endr",
+        eight_products!(),
         "ldr r2, [sp]",
         "cmp r0, r2",
         "bne 1b",

@@ -151,7 +151,7 @@ fn blob_in_words(model: &Model) -> String {
         header.sample_rate_hz,
         header.band_hz,
         header.state_band_hz,
-        checksum(model)
+        blob::checksum_of(model)
     );
     let mut table = Table::new(&[
         "axis",
@@ -192,11 +192,6 @@ fn blob_in_words(model: &Model) -> String {
     text
 }
 
-/// By which a rig block names the model that it is for.
-fn checksum(model: &Model) -> u32 {
-    blob::checksum(&blob::encode(model))
-}
-
 fn blob_as_json(model: &Model) -> serde_json::Value {
     let header = model.header();
     let axes: Vec<_> = header
@@ -226,7 +221,7 @@ fn blob_as_json(model: &Model) -> serde_json::Value {
         .collect();
     let mut json = serde_json::json!({
         "base": "unknown",
-        "checksum": checksum(model),
+        "checksum": blob::checksum_of(model),
         "sample_rate_hz": header.sample_rate_hz,
         "band_hz": header.band_hz,
         "state_band_hz": header.state_band_hz,

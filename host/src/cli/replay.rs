@@ -76,7 +76,7 @@ impl Replay {
                 &study,
                 &set_up,
                 &model,
-                blob::checksum(&blob::encode(&model)),
+                blob::checksum_of(&model),
                 24 * self.false_alarm_days,
             )?)),
             _ => None,

@@ -55,8 +55,8 @@ pub(crate) struct Search {
     pub(crate) rounds: Vec<Round>,
     /// What seemed to be missing last, but made the error on records that were not learnt from larger.
     pub(crate) refuted: Option<Refuted>,
-    /// Per axis, how what the last model leaves over follows the motion, if it does.
-    pub(crate) patterns: Vec<Option<Pattern>>,
+    /// How what the last model leaves over follows the motion, one per axis on which it does.
+    pub(crate) patterns: Vec<Pattern>,
 }
 
 /// An effect that other records speak against.

@@ -13,6 +13,7 @@ use crate::fit::effects::Solution;
 use crate::fit::effects::columns::{Moment, Records};
 use crate::lines;
 use crate::model::effects::Bound;
+use faer::Mat;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -36,6 +37,8 @@ pub(super) struct LeftOver<'a> {
     pub(super) solution: &'a Solution,
     beside: Beside<'a>,
     without: HeldOut,
+    /// Weighted, with everything taken out that the model can take up.
+    residual: Mat<f64>,
 }
 
 impl<'a> LeftOver<'a> {
@@ -53,6 +56,7 @@ impl<'a> LeftOver<'a> {
             records,
             terms,
             solution,
+            residual: beside.left(),
             beside,
             without,
         })
@@ -77,6 +81,8 @@ impl<'a> LeftOver<'a> {
 
 /// A way in which what is left follows the motion.
 pub(crate) struct Pattern {
+    /// Of which axis.
+    pub(crate) axis: usize,
     /// Which.
     pub(crate) words: String,
     /// Whether something is missing for its sake that the library does not have; not where it is small beside what the effects explain that
@@ -84,13 +90,9 @@ pub(crate) struct Pattern {
     pub(crate) decides: bool,
 }
 
-/// Per axis, the way in which most of what is left follows the motion, if any does. `found` are the effects that the search added,
+/// The way in which most of what is left on an axis follows the motion, for every axis on which any does. `found` are the effects that the search added,
 /// `explained` what they explain, RMS beside the RMS force of the axis.
-pub(super) fn found_in(
-    left: &LeftOver<'_>,
-    found: &[Bound],
-    explained: &[f64],
-) -> Vec<Option<Pattern>> {
+pub(super) fn found_in(left: &LeftOver<'_>, found: &[Bound], explained: &[f64]) -> Vec<Pattern> {
     let of_axis = |axis: usize| {
         let softened = |m: &Moment| m.displacement * m.largest;
         let softened = [left.records.of_motion(axis, None, softened)];
@@ -131,11 +133,13 @@ pub(super) fn found_in(
             .filter_map(|(worth, words)| Some((worth?, words)));
         let most = there.max_by(|a, b| a.0.part.total_cmp(&b.0.part));
         most.map(|(worth, words)| Pattern {
+            axis,
             words,
             decides: memory || worth.share >= OF_EXPLAINED * explained[axis],
         })
     };
-    (0..explained.len()).into_par_iter().map(of_axis).collect()
+    let axes = (0..explained.len()).into_par_iter();
+    axes.filter_map(of_axis).collect()
 }
 
 /// The products of powers of an axis's displacement and velocity.
@@ -165,12 +169,12 @@ fn swinging(
 ) -> (f64, Vec<Vec<f64>>) {
     let records = left.records;
     let mut start = axis * records.rows_per_axis();
-    let residual = left.beside.left();
     let steady = records.of_motion(axis, None, &force);
     let product = records.rows.iter().map(|&count| {
         start += count;
         let rows = start - count..start;
-        rows.map(|row| residual[(row, 0)] * steady[row]).collect()
+        rows.map(|row| left.residual[(row, 0)] * steady[row])
+            .collect()
     });
     let product: Vec<Vec<f64>> = product.collect();
     let product: Vec<&[f64]> = product.iter().map(Vec::as_slice).collect();

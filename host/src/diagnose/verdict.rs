@@ -149,16 +149,16 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             NEAR_GUESSED_FLOOR
         }
     };
+    let stands_out = |axis: usize, after: f64, floor: f64| after > near(axis) * floor;
     // An effect that is named explains nearly everything that can be seen. Gains are wrong by a part of the applied force, which
     // can be many times what the joint gives back.
     let left_beside = |axis: usize, records: &Records<'_>, (before, after, floor): Errors, part| {
         let applied = records.applied_rms(axis) / records.references.force[axis];
         let wrong = ALWAYS_WRONG * applied.max(1.0);
         last.terms[base.len()..].iter().any(|t| t.acts_on(axis))
-            && after > near(axis) * floor
+            && stands_out(axis, after, floor)
             && above(after, floor.hypot(wrong)) > part * above(before, floor)
     };
-    let stands_out = |axis: usize, after: f64, floor: f64| after > near(axis) * floor;
     let unexplained = (0..study.axes.len()).any(|axis| {
         let learnt_floor = floors[axis].rms / learnt.references.force[axis];
         let unseen = (held_before[axis], held_after[axis], floor[axis]);
@@ -170,7 +170,6 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
                 && left_beside(axis, &learnt, seen, BESIDE))
             || (left_beside(axis, &held, unseen, NOT_BORNE_OUT)
                 && stands_out(axis, seen.1, seen.2))
-            || patterns.get(axis).is_some_and(|p| p.as_ref().is_some_and(|p| p.decides))
             // An accelerometer's noise is flat, but only half of it is in the mix.
             || (as_logged[axis].acts_at_rest && floor[axis].min(learnt_floor) > DISCREPANCY)
     });
@@ -182,7 +181,8 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             && stands_out(axis, held_after[axis], floor[axis])
             && stands_out(axis, learnt_after[axis], learnt_floor)
     });
-    let unexplained = unexplained || spoken_against;
+    let follows = patterns.iter().any(|pattern| pattern.decides);
+    let unexplained = unexplained || spoken_against || follows;
     if let Some(Refuted {
         bound,
         axis,
@@ -198,10 +198,8 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             errors[1]
         ));
     }
-    let followed = names.iter().zip(patterns);
-    notes.extend(
-        followed.filter_map(|(name, pattern)| Some(format!("axis {name}: {}", pattern?.words))),
-    );
+    let followed = patterns.iter();
+    notes.extend(followed.map(|p| format!("axis {}: {}", names[p.axis], p.words)));
     let wrong = data_checks::check(study, &model.filters);
     let verdict = match (unexplained, found.is_empty()) {
         _ if wrong.iter().any(|finding| finding.serious) => Verdict::Data,

@@ -55,7 +55,7 @@ impl<'a> Device<'a> {
         };
         let set_up = SetUp::of_block(study, model, &block)?;
         if !given {
-            let crc = checksum(model);
+            let crc = blob::checksum_of(model);
             // A study without validation records leaves the monitor without limits: it then watches the sensors only.
             let limits = monitor_limits::limits(study, &set_up, model, crc, FALSE_ALARM_HOURS);
             block.limits = limits.ok().map(|calibration| calibration.limits);
@@ -91,7 +91,7 @@ impl<'a> Device<'a> {
     /// The model with the host's chain for it.
     pub fn known(&self) -> Known<'_> {
         Known {
-            crc: checksum(self.model),
+            crc: blob::checksum_of(self.model),
             model: self.model,
             chain: &self.set_up.chain,
         }
@@ -140,11 +140,6 @@ impl<'a> Device<'a> {
         let judge = Judge::new(replayed, known);
         Ok(Bench::new(wired.wiring(), rate, rows, judge, scenario))
     }
-}
-
-/// The checksum that ends a model's blob.
-fn checksum(model: &Model) -> u32 {
-    blob::checksum(&blob::encode(model))
 }
 
 /// Chips that give less often than they are asked would be taken for silent.

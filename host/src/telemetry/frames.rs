@@ -33,7 +33,7 @@ pub fn of(
         model: Some(ModelIdentity::new(
             model,
             Slot::A,
-            blob::checksum(&blob::encode(model)),
+            blob::checksum_of(model),
             false,
         )),
         rig: Some(RigIdentity::new(

@@ -95,7 +95,11 @@ impl<S: Scalar> Kinematics<S> {
 impl<S: Scalar> Instrument<S> {
     /// Instruments that say nothing.
     pub fn silent() -> Self {
-        let zero = S::zero();
+        Self::of(S::zero())
+    }
+
+    /// Instruments that say nothing, from a zero that is known beforehand.
+    pub(crate) const fn of(zero: S) -> Self {
         Self {
             time: zero,
             acceleration: zero,

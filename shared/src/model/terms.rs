@@ -55,14 +55,7 @@ impl Memory {
                 other_displacement: zero,
                 other_velocity: zero,
                 period: zero,
-                instrument: Instrument {
-                    time: zero,
-                    acceleration: zero,
-                    force: zero,
-                    force_rate: zero,
-                    other_force: zero,
-                    phase: zero,
-                },
+                instrument: Instrument::of(zero),
             },
             moved: false,
         }
