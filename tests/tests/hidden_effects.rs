@@ -272,7 +272,7 @@ fn verdicts_that_were_right_stay_right() {
 }
 
 /// Laws outside the library behind noise, with a case of seed 402 each, and what the diagnosis says of their kind.
-const KINDS: [(&str, usize, &str); 5] = [
+const KINDS: [(&str, usize, &str); 6] = [
     (
         "delayed feedback of the displacement",
         8,
@@ -298,6 +298,7 @@ const KINDS: [(&str, usize, &str); 5] = [
         3,
         "a dry friction that swings",
     ),
+    ("unmeasured force", 13, "the spectrum of what is left ends"),
 ];
 
 #[test]

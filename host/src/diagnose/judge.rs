@@ -9,9 +9,12 @@ use crate::fit::effects::columns::Records;
 use crate::model::effects::Bound;
 use crate::study::Axis;
 
-/// What an effect has to add to the force of its axis, RMS beside RMS, to be called missing: any model of a real joint is
-/// wrong by some thousandths, and that is no missing effect.
-const LEAST_SHARE: f64 = 0.0041;
+/// What an effect has to take away from the residual's held-out power, and to add to the force of its axis, to be called missing: any model
+/// of a real joint is wrong by some thousandths, and that is no missing effect.
+pub(super) const LEAST_MISSING: Worth = Worth {
+    part: 0.02,
+    share: 0.0041,
+};
 /// Beside a model to which nothing was added yet it may add less, down to this, if it explains nearly everything that is left: faults of a
 /// model look like this or that effect, but never quite.
 const LEAST_SHARE_OF_ALL: f64 = 0.002;
@@ -19,8 +22,6 @@ const LEAST_SHARE_OF_ALL: f64 = 0.002;
 const NEARLY_ALL: f64 = 0.75;
 /// By less than this, RMS beside RMS, one model is not better than another: noise and small faults decide.
 pub(super) const WRONG_BY: f64 = 0.006;
-/// The part of the residual's held-out power that it has to take away.
-const LEAST_PART: f64 = 0.02;
 /// A law with fewer parameters is preferred when this part of what is explained is lost at most,
 pub(super) const PARSIMONY: f64 = 0.01;
 /// and what it leaves over is at most so many times as much, as power: a law that is nearly right leaves little more than the
@@ -62,7 +63,7 @@ impl Judged {
         let all = self.is_first && nearly_all && self.share >= LEAST_SHARE_OF_ALL;
         // A stop may be met twice in a record.
         let sure = self.gain.is_sure() || (nearly_all && self.gain.is_repeated());
-        (self.share >= LEAST_SHARE || all) && self.part >= LEAST_PART && sure
+        (self.share >= LEAST_MISSING.share || all) && self.part >= LEAST_MISSING.part && sure
     }
 }
 

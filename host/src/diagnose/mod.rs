@@ -2,7 +2,6 @@
 
 mod absorbed;
 mod answer;
-mod at_rest;
 mod base;
 mod candidates;
 pub mod data_checks;
@@ -15,6 +14,7 @@ mod patterns;
 mod rivals;
 pub(crate) mod start;
 mod tolerances;
+mod unmeasured;
 mod verdict;
 pub mod where_it_fails;
 

@@ -4,7 +4,7 @@
 //! spectrum of the residual beside the motion's frequencies stands in for it: above them for white noise, below them for
 //! noise that grows with one over the frequency.
 
-use super::at_rest;
+use super::unmeasured;
 use crate::lines;
 use crate::model::course::{Course, add_forces};
 use crate::motion::Motion;
@@ -43,6 +43,8 @@ pub(crate) struct Floor {
     pub(crate) at_rest: bool,
     /// Whether what was seen at rest is too much for noise: something that nobody measures acts on the axis.
     pub(crate) acts_at_rest: bool,
+    /// Whether on an axis that never rests the spectrum of what is left ends, as that of a force does and that of noise does not.
+    pub(crate) ends: bool,
 }
 
 /// The noise floor of every axis under a sum of effects; `inertia` is the one in force, per axis.
@@ -124,13 +126,16 @@ pub(crate) fn floors_under(
                 return Floor {
                     rms,
                     at_rest: true,
-                    acts_at_rest: rms > ACTS * tail || at_rest::acts(at_rest, rate, band_hz),
+                    acts_at_rest: rms > ACTS * tail || unmeasured::rises(at_rest, rate, band_hz),
+                    ends: false,
                 };
             }
             let of_axis = residuals.iter().map(|record| record[axis].as_slice());
             let white = from_tail(of_axis.clone(), low_pass);
             let motion = motions.iter().map(|m| m.states[2 * axis].as_slice());
             let rate = motions.first().map_or(1.0, |m| m.sample_rate_hz);
+            let band_hz = 0.5 * rate * low_pass.iter().map(|t| t * t).sum::<f64>();
+            let ends = unmeasured::ends(of_axis.clone(), rate, band_hz);
             let guessed = white.hypot(slow(of_axis.clone(), motion, low_pass, rate, white));
             // The noise is in what is left, so it cannot be more.
             let left = of_axis.map(|series| {
@@ -142,6 +147,7 @@ pub(crate) fn floors_under(
                 rms: left.fold(guessed, f64::min),
                 at_rest: false,
                 acts_at_rest: false,
+                ends,
             }
         })
         .collect()

@@ -6,7 +6,7 @@
 
 use super::candidates::Beside;
 use super::held_out::{Gain, HeldOut, Worth, held_out};
-use super::judge::WRONG_BY;
+use super::judge::{LEAST_MISSING, WRONG_BY};
 use super::linear_memory;
 use super::tolerances;
 use crate::fit::effects::Solution;
@@ -18,11 +18,17 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// A polynomial has to explain this part of what is left: a model's small faults are in part one.
-const LEAST_PART_STATIC: f64 = 0.4;
+const LEAST_STATIC: Worth = Worth {
+    part: 0.4,
+    share: WRONG_BY,
+};
 /// Its degree.
 const DEGREE: i32 = 3;
 /// A stiffness or a friction that changes has to explain this part; what else is left does not look like one.
-const LEAST_PART_CHANGING: f64 = 0.1;
+const LEAST_CHANGING: Worth = Worth {
+    part: 0.1,
+    share: WRONG_BY,
+};
 /// The slowest swings of a stiffness and of a friction, Hz: a slower one of the stiffness is a drift.
 const SLOWEST_HZ: [f64; 2] = [1.0, 0.2];
 /// What is small beside what was found, RMS beside RMS.
@@ -71,10 +77,10 @@ impl<'a> LeftOver<'a> {
         Some((worth, with.better_than(&self.without)))
     }
 
-    /// What columns explain, if it is at least this part, and enough of the force.
-    fn worth(&self, axis: usize, least: f64, columns: &[Vec<f64>]) -> Option<Worth> {
+    /// What columns explain, if it is at least so much of what is left and of the force.
+    fn worth(&self, axis: usize, least: Worth, columns: &[Vec<f64>]) -> Option<Worth> {
         let (worth, gain) = self.explained_by(axis, columns)?;
-        let much = worth.part >= least && worth.share >= WRONG_BY && gain.is_sure();
+        let much = worth.part >= least.part && worth.share >= least.share && gain.is_sure();
         much.then_some(worth)
     }
 }
@@ -96,6 +102,12 @@ pub(super) fn found_in(left: &LeftOver<'_>, found: &[Bound], explained: &[f64]) 
     let of_axis = |axis: usize| {
         let softened = |m: &Moment| m.displacement * m.largest;
         let softened = [left.records.of_motion(axis, None, softened)];
+        // One column with nothing to seek is held to what an effect is, where no effect may have left it over.
+        let least_softened = if found.iter().any(|bound| bound.acts_on(axis)) {
+            LEAST_CHANGING
+        } else {
+            LEAST_MISSING
+        };
         let (hz, stiffness) = swinging(left, axis, SLOWEST_HZ[0], |m| m.displacement);
         let edge = EDGE * left.records.references.velocity[axis];
         let direction = |m: &Moment| m.velocity / m.velocity.hypot(edge);
@@ -108,22 +120,22 @@ pub(super) fn found_in(left: &LeftOver<'_>, found: &[Bound], explained: &[f64]) 
                     .to_string(),
             ),
             (
-                left.worth(axis, LEAST_PART_STATIC, &polynomial(left.records, axis)),
+                left.worth(axis, LEAST_STATIC, &polynomial(left.records, axis)),
                 "what is left follows from displacement and velocity of the same moment by a law that the library does not have, such \
                  as damping that grows with the displacement"
                     .to_string(),
             ),
             (
-                left.worth(axis, LEAST_PART_CHANGING, &softened),
+                left.worth(axis, least_softened, &softened),
                 "what is left is in part a stiffness that changes with the largest excursion so far"
                     .to_string(),
             ),
             (
-                left.worth(axis, LEAST_PART_CHANGING, &stiffness),
+                left.worth(axis, LEAST_CHANGING, &stiffness),
                 format!("what is left is in part a stiffness that swings {hz:.2} times a second"),
             ),
             (
-                left.worth(axis, LEAST_PART_CHANGING, &friction),
+                left.worth(axis, LEAST_CHANGING, &friction),
                 format!("what is left is in part a dry friction that swings {friction_hz:.2} times a second"),
             ),
         ];

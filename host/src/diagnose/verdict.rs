@@ -39,6 +39,8 @@ const BESIDE: f64 = 0.05;
 const NOT_BORNE_OUT: f64 = 0.2;
 /// and it is more than instruments within their tolerances make, as a part of the applied force.
 const ALWAYS_WRONG: f64 = 0.003;
+/// Relative errors from here on are more than a sound model's own where their spectrum ends with the motion's.
+const ENDS_ABOVE: f64 = 0.02;
 
 /// Relative error before and after everything that was found is added, and the noise floor beside the same force.
 type Errors = (f64, f64, f64);
@@ -159,8 +161,27 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             && stands_out(axis, after, floor)
             && above(after, floor.hypot(wrong)) > part * above(before, floor)
     };
+    let learnt_floor = |axis: usize| floors[axis].rms / learnt.references.force[axis];
+    let nobody_measures = |axis: usize| {
+        // An accelerometer's noise is flat, but only half of it is in the mix.
+        let at_rest =
+            as_logged[axis].acts_at_rest && floor[axis].min(learnt_floor(axis)) > DISCREPANCY;
+        let ends = floors[axis].ends
+            && found.is_empty()
+            && held_after[axis].min(learnt_after[axis]) > ENDS_ABOVE;
+        if at_rest {
+            Some(
+                "while the axis rests the force channel shows more than noise: a force that nobody measures acts there",
+            )
+        } else {
+            ends.then_some(
+                "the spectrum of what is left ends, as a force's does and noise's does not: a force that nobody measures, or a law that the \
+                 library does not have",
+            )
+        }
+    };
     let unexplained = (0..study.axes.len()).any(|axis| {
-        let learnt_floor = floors[axis].rms / learnt.references.force[axis];
+        let learnt_floor = learnt_floor(axis);
         let unseen = (held_before[axis], held_after[axis], floor[axis]);
         let seen = (learnt_before[axis], learnt_after[axis], learnt_floor);
         [unseen, seen].iter().all(|&errors| left_over(axis, errors))
@@ -170,16 +191,14 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
                 && left_beside(axis, &learnt, seen, BESIDE))
             || (left_beside(axis, &held, unseen, NOT_BORNE_OUT)
                 && stands_out(axis, seen.1, seen.2))
-            // An accelerometer's noise is flat, but only half of it is in the mix.
-            || (as_logged[axis].acts_at_rest && floor[axis].min(learnt_floor) > DISCREPANCY)
+            || nobody_measures(axis).is_some()
     });
     // What other records speak against is something all the same, unless it was in the noise.
     let spoken_against = refuted.as_ref().is_some_and(|refuted| {
         let axis = refuted.axis;
-        let learnt_floor = floors[axis].rms / learnt.references.force[axis];
         found.is_empty()
             && stands_out(axis, held_after[axis], floor[axis])
-            && stands_out(axis, learnt_after[axis], learnt_floor)
+            && stands_out(axis, learnt_after[axis], learnt_floor(axis))
     });
     let follows = patterns.iter().any(|pattern| pattern.decides);
     let unexplained = unexplained || spoken_against || follows;
@@ -198,8 +217,11 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             errors[1]
         ));
     }
-    let followed = patterns.iter();
-    notes.extend(followed.map(|p| format!("axis {}: {}", names[p.axis], p.words)));
+    notes.extend(names.iter().enumerate().filter_map(|(axis, name)| {
+        let pattern = patterns.iter().find(|p| p.axis == axis);
+        let words = pattern.map_or_else(|| nobody_measures(axis), |p| Some(p.words.as_str()));
+        words.map(|words| format!("axis {name}: {words}"))
+    }));
     let wrong = data_checks::check(study, &model.filters);
     let verdict = match (unexplained, found.is_empty()) {
         _ if wrong.iter().any(|finding| finding.serious) => Verdict::Data,

@@ -1,0 +1,155 @@
+//! Whether what no model explains is noise, or a force that nobody measures.
+//!
+//! Noise of sensors is white, or grows towards low frequencies, or both: its density nowhere rises with the frequency, and falls ever less
+//! steeply. A force has frequencies of its own: its density stands above what is below them, and ends where they end.
+
+use crate::signal::spectrum::{Accumulator, Spectrum};
+
+/// Length of the windows of the spectrum, s.
+const WINDOW_S: f64 = 4.0;
+/// Windows that a record has to have room for, beside each other; shorter ones do in a short record.
+const WINDOWS: usize = 3;
+/// Octaves below the band's end that are looked at; the lowest begins at two hertz in a band of 128 Hz. Lower ones have too few lines.
+const OCTAVES: usize = 6;
+/// Fewer lines than this say nothing of an octave.
+const LEAST_LINES: usize = 4;
+/// A density has risen where it is so many times that of a lower octave: those of single octaves scatter.
+const ABOVE: f64 = 1.6;
+/// The part of the power that has to have risen.
+const PART: f64 = 0.4;
+/// How far a density may bend where no force ends: the square of that of an octave beside the product of those of both neighbours. Sums of white
+/// noise and of noise that grows with powers of one over the frequency do not bend down at all; a low-pass of first order does, by less than this.
+const BEND: f64 = 2.0;
+/// Standard deviations of an octave's density that are left to chance.
+const CHANCE: f64 = 3.0;
+
+/// The lines between half a frequency and it.
+struct Octave {
+    /// Median of the densities, in which a single line, of the mains, does not show.
+    density: f64,
+    /// Standard deviation of that, as a part of it.
+    scatter: f64,
+    /// Hz.
+    width: f64,
+}
+
+/// The spectrum of residuals, and how many windows beside each other it is the mean of.
+fn spectrum<'a>(residuals: impl Iterator<Item = &'a [f64]> + Clone, rate: f64) -> (Spectrum, f64) {
+    let shortest = residuals.clone().map(<[f64]>::len).min().unwrap_or(0);
+    let segment = ((WINDOW_S * rate) as usize).min(shortest / WINDOWS);
+    let mut sum = Accumulator::new(rate, segment);
+    residuals.clone().for_each(|series| sum.add(series));
+    let rows: usize = residuals.map(<[f64]>::len).sum();
+    (sum.finish(), rows as f64 / segment.max(1) as f64)
+}
+
+/// The octave that ends at a frequency; nothing when it holds too few lines.
+fn octave((spectrum, windows): &(Spectrum, f64), to_hz: f64) -> Option<Octave> {
+    // Lines 0 and 1 hold what is left of a mean under the window.
+    let from = ((0.5 * to_hz / spectrum.resolution_hz).ceil() as usize).max(2);
+    let to = (to_hz / spectrum.resolution_hz).floor() as usize + 1;
+    let mut lines = spectrum.density.get(from..to)?.to_vec();
+    if lines.len() < LEAST_LINES {
+        return None;
+    }
+    lines.sort_by(f64::total_cmp);
+    // A Hann window makes neighbouring lines alike, so that two of three count; a median scatters a quarter more than a mean.
+    Some(Octave {
+        density: lines[lines.len() / 2],
+        scatter: 1.25 * (1.5 / (lines.len() as f64 * windows)).sqrt(),
+        width: 0.5 * to_hz,
+    })
+}
+
+/// Whether much of the power of residuals at rest, up to `band_hz`, is not noise, because its density rises.
+pub(super) fn rises<'a>(
+    residuals: impl Iterator<Item = &'a [f64]> + Clone,
+    rate: f64,
+    band_hz: f64,
+) -> bool {
+    let spectrum = spectrum(residuals, rate);
+    let (mut all, mut risen) = (0.0, 0.0);
+    let mut least = f64::INFINITY;
+    for below in (0..OCTAVES).rev() {
+        let to_hz = band_hz / f64::from(1_u32 << below);
+        let Some(octave) = octave(&spectrum, to_hz) else {
+            continue;
+        };
+        all += octave.density * octave.width;
+        if least.is_finite() {
+            risen += (octave.density - ABOVE * least).max(0.0) * octave.width;
+        }
+        least = least.min(octave.density);
+    }
+    risen > PART * all
+}
+
+/// Whether the density of residuals ends somewhere up to `band_hz`: falls there much more steeply than below.
+pub(super) fn ends<'a>(
+    residuals: impl Iterator<Item = &'a [f64]> + Clone,
+    rate: f64,
+    band_hz: f64,
+) -> bool {
+    let spectrum = spectrum(residuals, rate);
+    let octaves: Vec<Option<Octave>> = (0..=OCTAVES)
+        .map(|below| octave(&spectrum, 2.0 * band_hz / f64::from(1_u32 << below)))
+        .collect();
+    octaves.windows(3).any(|three| match three {
+        [Some(above), Some(middle), Some(below)] => {
+            let bend = middle.density.powi(2) / (above.density * below.density);
+            let scatter = (2.0 * middle.scatter).hypot(above.scatter.hypot(below.scatter));
+            bend > BEND * (1.0 + CHANCE * scatter)
+        }
+        _ => false,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ends, rises};
+    use rand::rngs::StdRng;
+    use rand::{RngExt, SeedableRng};
+
+    const RATE: f64 = 1000.0;
+
+    /// White noise, the same summed up so that it grows towards low frequencies, and the same in a band about 20 Hz.
+    fn series(rng: &mut StdRng) -> [Vec<f64>; 3] {
+        let white: Vec<f64> = (0..20_000).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let (mut level, mut slow) = (0.0, Vec::new());
+        let (mut past, mut band) = ([0.0; 2], Vec::new());
+        for (row, value) in white.iter().enumerate() {
+            level = 0.995 * level + 0.07 * value;
+            slow.push(level);
+            let change = value - white[row.saturating_sub(2)];
+            let next = 1.885 * past[0] - 0.9025 * past[1] + 0.3 * change;
+            past = [next, past[0]];
+            band.push(next);
+        }
+        [white, slow, band]
+    }
+
+    #[test]
+    fn noise_is_no_force_and_a_force_is_no_noise() {
+        for seed in 0..20 {
+            let mut rng = StdRng::seed_from_u64(seed);
+            let [white, slow, band] = series(&mut rng);
+            let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
+            let both: Vec<f64> = sum(&white, &slow);
+            let pushed: Vec<f64> = sum(&white, &band);
+            for noise in [&white, &slow, &both] {
+                assert!(!ends([noise.as_slice()].into_iter(), RATE, 120.0), "{seed}");
+                assert!(
+                    !rises([noise.as_slice()].into_iter(), RATE, 120.0),
+                    "{seed}"
+                );
+            }
+            assert!(
+                rises([pushed.as_slice()].into_iter(), RATE, 120.0),
+                "{seed}"
+            );
+            assert!(ends([pushed.as_slice()].into_iter(), RATE, 120.0), "{seed}");
+            assert!(!rises([&white[..100]].into_iter(), RATE, 120.0));
+            assert!(!ends([&white[..100]].into_iter(), RATE, 120.0));
+        }
+    }
+}
