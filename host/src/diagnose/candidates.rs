@@ -102,11 +102,7 @@ impl<'a> Beside<'a> {
     }
 
     fn is_physical(&self, candidate: &Candidate) -> bool {
-        is_physical(
-            &candidate.bound,
-            &candidate.values,
-            &self.records.references,
-        )
+        is_physical(&candidate.bound, &candidate.values, self.records)
     }
 
     /// Every effect that could be added to the model, one entry per effect and axis, the most promising first; the first

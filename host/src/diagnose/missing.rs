@@ -10,7 +10,7 @@ use crate::compare::Sums;
 use crate::error::{Error, Result};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::{Solved, cost};
-use crate::fit::effects::unknowns::shapes;
+use crate::fit::effects::unknowns::{is_physical, shapes};
 use crate::fit::effects::{Solution, solve};
 use crate::model::effects::Bound;
 use crate::motion::Motion;
@@ -270,6 +270,12 @@ impl Searcher<'_> {
             return Ok(Chosen::Nobody);
         };
         let solution = arena.solved(&terms, from)?;
+        // A law that only fits with values that it cannot have is not what acts.
+        let mut own = terms.iter().zip(&solution.solved.values);
+        let own = own.next_back();
+        if !own.is_some_and(|(bound, values)| is_physical(bound, values, &self.records)) {
+            return Ok(Chosen::Nobody);
+        }
         round.ranked[..=at].rotate_right(1);
         let bound = round.ranked[0].candidate.bound;
         let worse = self.unseen.and_then(|unseen| {

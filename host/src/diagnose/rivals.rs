@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::{Problem, cost};
 use crate::fit::effects::starts::starts;
-use crate::fit::effects::unknowns::shapes;
+use crate::fit::effects::unknowns::{is_physical, shapes};
 use crate::fit::effects::{Solution, solve};
 use crate::model::effects::Bound;
 use crate::study::Axis;
@@ -66,6 +66,8 @@ struct Left {
     unseen: Option<f64>,
     /// Shapes of the model with it.
     shapes: Vec<f64>,
+    /// Whether it is the law that it is called, and not another one in disguise.
+    is_physical: bool,
 }
 
 impl Left {
@@ -100,6 +102,10 @@ impl Arena<'_> {
                     _ => {}
                 }
             }
+        }
+        all.retain(|left| left.is_physical);
+        if all.is_empty() {
+            return Ok(None);
         }
         let before = cost(
             self.records,
@@ -179,8 +185,11 @@ impl Arena<'_> {
             let own = own.filter(|(_, weight)| **weight > 0.0);
             own.map(|(error, _)| error * error).sum()
         });
+        let last = own_terms.iter().zip(&solved.values).last();
         Ok(Left {
             at,
+            is_physical: last
+                .is_some_and(|(bound, values)| is_physical(bound, values, self.records)),
             learnt: cost(self.records, &solved.residual, &self.own),
             unseen,
             shapes: problem.shapes_of(&solved),

@@ -204,6 +204,12 @@ impl<'a> Records<'a> {
         self.on_axis(axis, parts.flatten().collect())
     }
 
+    /// How long the longest record lasts, s.
+    pub(crate) fn longest_s(&self) -> f64 {
+        let rows = self.rows.iter().max().copied().unwrap_or(0);
+        rows as f64 / self.thinned_rate_hz
+    }
+
     /// Rows of one axis.
     pub(crate) fn rows_per_axis(&self) -> usize {
         self.rows.iter().sum()

@@ -159,7 +159,7 @@ fn solve_from(
         .collect();
     let judged = |solved: &Solved| {
         let mut listed = terms.iter().zip(&solved.values);
-        let physical = listed.all(|(term, values)| is_physical(term, values, &records.references));
+        let physical = listed.all(|(term, values)| is_physical(term, values, records));
         let factor = if physical { 1.0 } else { UNPHYSICAL };
         factor * solved.cost
     };

@@ -1,8 +1,9 @@
 //! The unknowns of a sum of effects: what is proportional to the force, and what shapes a law.
 
+use super::columns::Records;
 use crate::model::effects::Bound;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
-use jointwatch_shared::units::References;
+use jointwatch_shared::units::{Dimension, References};
 
 /// The part of its largest value from which on a shape stands there.
 const AT_MOST: f64 = 0.9;
@@ -90,9 +91,9 @@ pub(crate) fn reference(bound: &Bound, parameter: &Parameter, references: &Refer
     parameter.dimension.scale(&seen)
 }
 
-/// Whether every parameter that has to be positive is, none is less than what it exceeds in nature, and the law has not become
-/// another one.
-pub(crate) fn is_physical(bound: &Bound, values: &[f64], references: &References) -> bool {
+/// Whether a law is what it is called: every parameter that has to be positive is, none is less than what it exceeds in nature, and it has
+/// not become another one. One whose memory outlasts the records has: it is a spring about another zero, and follows the drift of an instrument.
+pub(crate) fn is_physical(bound: &Bound, values: &[f64], records: &Records<'_>) -> bool {
     let entry = bound.entry;
     let parameters = entry.parameters();
     let mut listed = parameters.iter().zip(values);
@@ -101,13 +102,21 @@ pub(crate) fn is_physical(bound: &Bound, values: &[f64], references: &References
     });
     let at_most = |place: usize| match parameters[place].role {
         Role::Shape(shape) => {
-            let unit = reference(bound, &parameters[place], references);
+            let unit = reference(bound, &parameters[place], &records.references);
             values[place] > AT_MOST * shape.most * unit
         }
         _ => false,
     };
+    let longest_s = records.longest_s();
+    let mut listed = parameters.iter().zip(values);
+    let outlasts = listed.any(|(parameter, value)| {
+        matches!(parameter.role, Role::Shape(_))
+            && parameter.dimension == Dimension::TIME
+            && *value > longest_s
+    });
     let mut pairs = entry.never_less.iter();
     positive
         && pairs.all(|&(more, less)| values[more] >= values[less])
         && !entry.not_at_most.iter().any(|&place| at_most(place))
+        && !outlasts
 }
