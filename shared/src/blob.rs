@@ -19,11 +19,12 @@ use heapless::Vec;
 /// Bytes of a blob.
 pub const BLOB_LEN: usize = 4096;
 /// The format version that this program writes and reads.
-pub const BLOB_VERSION: u16 = 2;
+pub const BLOB_VERSION: u16 = 3;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
-/// Bytes of header, base, effects, corrections and origins; what follows up to the checksum is zero.
-pub const MESSAGE_LEN: usize = corrections::OFFSET + corrections::LEN + effects::ORIGINS_LEN;
+/// Bytes of header, base, effects, corrections, origins and hum; what follows up to the checksum is zero.
+pub const MESSAGE_LEN: usize =
+    corrections::OFFSET + corrections::LEN + effects::ORIGINS_LEN + corrections::HUM_LEN;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
 
@@ -82,7 +83,9 @@ pub fn encode(model: &Model) -> [u8; BLOB_LEN] {
     let effects = effects::write(&model.terms, terms);
     let (corrections, rest) = rest.split_at_mut(corrections::LEN);
     corrections::write(&model.corrections, corrections);
-    effects::write_origins(&model.terms, rest);
+    let (origins, rest) = rest.split_at_mut(effects::ORIGINS_LEN);
+    effects::write_origins(&model.terms, origins);
+    corrections::write_hum(&model.corrections, rest);
     Message::of(model, effects).write(&mut Writer::new(header));
     base::write(&model.base, base);
     let checksum = CRC.checksum(blob.get(..CHECKSUM_OFFSET).unwrap_or_default());
@@ -137,9 +140,11 @@ pub fn decode(blob: &[u8]) -> Result<Model, Error> {
     let (base, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
     let (effects, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
     let (corrections, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
-    let (origins, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
+    let (origins, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
+    let (hum, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
     unless_zero(MESSAGE_LEN, padding)?;
-    let corrections = corrections::read(message.axes, corrections)?;
+    let mut corrections = corrections::read(message.axes, corrections)?;
+    corrections::read_hum(&mut corrections, hum);
     message
         .model(header, base, effects, origins)?
         .correcting(corrections)

@@ -1,7 +1,9 @@
-//! The corrections' part of a blob: three numbers per force channel behind the effects, all zero where nothing is wrong.
+//! The corrections' part of a blob: three numbers per force channel behind the effects, and two of its hum behind everything; all
+//! zero where nothing is wrong.
 
 use super::unless_zero;
 use crate::error::Error;
+use crate::hum::Hum;
 use crate::layout::{Field, Reader, Writer, laid_out};
 use crate::model::corrections::ForceCorrection;
 
@@ -20,6 +22,18 @@ struct CorrectionMessage {
 }
 }
 
+laid_out! {
+/// The line of the mains in one force channel.
+#[derive(Clone, Copy)]
+struct HumMessage {
+    frequency_hz: f64,
+    amplitude: f64,
+}
+}
+
+/// Bytes of both channels' hum.
+pub(super) const HUM_LEN: usize = 2 * HumMessage::LEN;
+
 /// Writes the corrections to the beginning of `bytes`, which are [`LEN`] zeros.
 pub(super) fn write(corrections: &[ForceCorrection; 2], bytes: &mut [u8]) {
     for (place, correction) in bytes.chunks_mut(CorrectionMessage::LEN).zip(corrections) {
@@ -29,6 +43,28 @@ pub(super) fn write(corrections: &[ForceCorrection; 2], bytes: &mut [u8]) {
             delay_s: correction.delay_s,
         };
         message.write(&mut Writer::new(place));
+    }
+}
+
+/// Writes their hum to the beginning of `bytes`, which are [`HUM_LEN`] zeros.
+pub(super) fn write_hum(corrections: &[ForceCorrection; 2], bytes: &mut [u8]) {
+    for (place, correction) in bytes.chunks_mut(HumMessage::LEN).zip(corrections) {
+        let message = HumMessage {
+            frequency_hz: correction.hum.frequency_hz,
+            amplitude: correction.hum.amplitude,
+        };
+        message.write(&mut Writer::new(place));
+    }
+}
+
+/// Puts the hum in `bytes` into corrections; that of an axis that is not there is refused with them.
+pub(super) fn read_hum(corrections: &mut [ForceCorrection; 2], bytes: &[u8; HUM_LEN]) {
+    for (correction, place) in corrections.iter_mut().zip(bytes.chunks(HumMessage::LEN)) {
+        let message = HumMessage::read(&mut Reader::new(place));
+        correction.hum = Hum {
+            frequency_hz: message.frequency_hz,
+            amplitude: message.amplitude,
+        };
     }
 }
 
@@ -47,6 +83,7 @@ pub(super) fn read(axes: u8, bytes: &[u8; LEN]) -> Result<[ForceCorrection; 2], 
             excess: message.excess,
             cross: message.cross,
             delay_s: message.delay_s,
+            hum: Hum::NONE,
         };
     }
     Ok(corrections)
