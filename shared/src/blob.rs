@@ -22,9 +22,8 @@ pub const BLOB_LEN: usize = 4096;
 pub const BLOB_VERSION: u16 = 3;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
-/// Bytes of header, base, effects, corrections, origins and hum; what follows up to the checksum is zero.
-pub const MESSAGE_LEN: usize =
-    corrections::OFFSET + corrections::LEN + effects::ORIGINS_LEN + corrections::HUM_LEN;
+/// Bytes of header, base, effects, corrections and origins; what follows up to the checksum is zero.
+pub const MESSAGE_LEN: usize = corrections::OFFSET + corrections::LEN + effects::ORIGINS_LEN;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
 
@@ -83,9 +82,7 @@ pub fn encode(model: &Model) -> [u8; BLOB_LEN] {
     let effects = effects::write(&model.terms, terms);
     let (corrections, rest) = rest.split_at_mut(corrections::LEN);
     corrections::write(&model.corrections, corrections);
-    let (origins, rest) = rest.split_at_mut(effects::ORIGINS_LEN);
-    effects::write_origins(&model.terms, origins);
-    corrections::write_hum(&model.corrections, rest);
+    effects::write_origins(&model.terms, rest);
     Message::of(model, effects).write(&mut Writer::new(header));
     base::write(&model.base, base);
     let checksum = CRC.checksum(blob.get(..CHECKSUM_OFFSET).unwrap_or_default());
@@ -140,11 +137,9 @@ pub fn decode(blob: &[u8]) -> Result<Model, Error> {
     let (base, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
     let (effects, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
     let (corrections, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
-    let (origins, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
-    let (hum, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
+    let (origins, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
     unless_zero(MESSAGE_LEN, padding)?;
-    let mut corrections = corrections::read(message.axes, corrections)?;
-    corrections::read_hum(&mut corrections, hum);
+    let corrections = corrections::read(message.axes, corrections)?;
     message
         .model(header, base, effects, origins)?
         .correcting(corrections)

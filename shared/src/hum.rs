@@ -5,14 +5,11 @@ use crate::error::Checks;
 /// The line; both are 0 where there is none. Its phase is another one whenever a record or a device begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hum {
-    /// Frequency, Hz, 0 to [`MOST_HZ`].
+    /// Frequency, Hz.
     pub frequency_hz: f64,
     /// Amplitude in the restoring force, N or N·m.
     pub amplitude: f64,
 }
-
-/// Half of the highest sample rate, Hz.
-pub const MOST_HZ: f64 = 5e5;
 
 impl Hum {
     /// No line.
@@ -23,19 +20,14 @@ impl Hum {
 
     /// Whether there is none.
     pub fn is_none(&self) -> bool {
-        // Zeros of either sign, told from their bits: no arithmetic on real numbers.
-        [self.frequency_hz, self.amplitude].map(|x| x.to_bits() << 1) == [0; 2]
+        // Told from its bits: no arithmetic on real numbers.
+        self.frequency_hz.to_bits() == 0
     }
 
-    /// Checks that the numbers are usable: both are 0, or neither.
+    /// Checks that the numbers are real numbers that can be such: what more a line has to be, the rig that it is for says.
     pub(crate) fn check(&self, checks: &mut Checks) {
-        let least = if self.is_none() {
-            0.0
-        } else {
-            f64::MIN_POSITIVE
-        };
-        let quantity = "frequency of a line in Hz";
-        checks.within(quantity, self.frequency_hz, least, MOST_HZ);
-        checks.within("amplitude of a line", self.amplitude, least, 1e60);
+        for value in [self.frequency_hz, self.amplitude] {
+            checks.within("frequency or amplitude of a line", value, 0.0, 1e60);
+        }
     }
 }

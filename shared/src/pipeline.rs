@@ -252,11 +252,11 @@ impl Chain {
         lines
     }
 
-    /// Puts in the lines of a rig block, of which those of an axis that is not there are none.
-    pub(crate) fn put_lines(&mut self, lines: &[Line; 2]) {
-        for (axis, line) in self.axes.iter_mut().zip(lines) {
-            axis.line = *line;
-            self.humming |= !line.is_none();
+    /// Puts in the line of every axis out of a rig block.
+    pub(crate) fn put_lines(&mut self, mut next: impl FnMut() -> Line) {
+        for axis in &mut self.axes {
+            axis.line = next();
+            self.humming |= !axis.line.is_none();
         }
     }
 
@@ -295,56 +295,59 @@ impl Chain {
         if state.samples < full {
             return None;
         }
-        let [x, phi] = self.see::<K>(state);
-        let ([a, b], [c, d]) = (x.states, phi.states);
+        let mut seen = self.see::<K>(state);
+        let ([a, b], [c, d]) = (seen[0].states, seen[1].states);
         let inputs = [a, b, c, d];
         let predicted = model.step_by::<K>(&mut state.model, &inputs);
-        let ([r, s], mut measured) = (predicted, [x.force, phi.force]);
-        let outside = x.outside | phi.outside << 2;
-        let rails = at_rail(x.force) | at_rail(phi.force) << 1;
-        let mut held = 0;
+        let mut saturated = 0;
         if self.humming {
-            held = self.take_lines_out(state, &mut measured, &predicted, outside | rails != 0);
+            saturated = self.take_lines_out(state, &mut seen, &predicted);
         }
+        let [x, phi] = seen;
+        let ([r, s], measured) = (predicted, [x.force, phi.force]);
         // What a rig of one axis has not is 0 in both.
-        let [m, n] = measured;
-        let residual = [m.saturating_sub(r), n.saturating_sub(s)];
+        let residual = [x.force.saturating_sub(r), phi.force.saturating_sub(s)];
         let [e, f] = residual;
         state.residual.push([residual]);
         let band_is_full = state.samples >= full + self.band.taps.len() - 1;
+        saturated |= at_rail(x.force) | at_rail(e) | (at_rail(phi.force) | at_rail(f)) << 1;
         Some(Output {
             state: inputs,
-            outside,
+            outside: x.outside | phi.outside << 2,
             measured,
             predicted,
             residual,
             residual_band: band_is_full.then(|| low_pass::<K, _>(&self.band, &state.residual)),
-            saturated: rails | at_rail(e) | at_rail(f) << 1 | held,
+            saturated,
         })
     }
 
-    /// Takes the lines out of the measured forces, and follows them unless this output is `spoilt` or a fault is within the filters;
-    /// [`Output::HELD`] in the second case.
+    /// Takes the lines out of the measured forces, and follows them unless a state is outside the training range, a force at its rail
+    /// or a fault within the filters. The bits of [`Output::saturated`] that follow: what was at a rail was so before.
     #[inline(never)]
     fn take_lines_out(
         &self,
         state: &mut ChainState,
-        measured: &mut [i32; 2],
+        seen: &mut [Seen; 2],
         predicted: &[i32; 2],
-        spoilt: bool,
     ) -> u8 {
-        let faulty = state.held != 0;
-        state.held = state.held.saturating_sub(1);
+        let [x, phi] = seen;
+        let mut saturated = at_rail(x.force) | at_rail(phi.force) << 1;
+        let mut held = saturated | x.outside | phi.outside;
+        if state.held != 0 {
+            state.held -= 1;
+            held = 1;
+            saturated |= Output::HELD;
+        }
         for (number, axis) in self.axes.iter().enumerate() {
             let own = number & 1;
-            if !axis.line.is_none() {
-                let pointer = &mut state.axes[own].line;
-                let held = spoilt || faulty;
-                let with = measured[own];
-                measured[own] = axis.line.take_out(pointer, with, predicted[own], held);
+            let (line, pointer, force) =
+                (&axis.line, &mut state.axes[own].line, &mut seen[own].force);
+            if !line.is_none() {
+                *force = line.take_out(pointer, *force, predicted[own], held != 0);
             }
         }
-        if faulty { Output::HELD } else { 0 }
+        saturated
     }
 
     /// Puts a sample behind those before it.

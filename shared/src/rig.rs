@@ -214,6 +214,14 @@ impl Rig {
         let most = if axis.body_step > 0.0 { most } else { 0.0 };
         let late = axis.delays.body;
         checks.within("body delay in samples", late, -most, most);
-        axis.hum.check(checks);
+        let hum = &axis.hum;
+        let (most, quantity) = (0.5 * self.sample_rate_hz, "frequency of a line in Hz");
+        checks.within(quantity, hum.frequency_hz, 0.0, most);
+        let [least, most] = if hum.is_none() {
+            [0.0; 2]
+        } else {
+            [1e-60, 1e60]
+        };
+        checks.within("amplitude of a line", hum.amplitude, least, most);
     }
 }

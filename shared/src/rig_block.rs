@@ -12,7 +12,6 @@ mod si;
 
 use crate::blob::{self, BLOB_LEN, CRC};
 use crate::error::{Checks, Error};
-use crate::hum::Hum;
 use crate::layout::{Field, Reader, Writer};
 use crate::model::Model;
 use crate::monitor::limits::Limits;
@@ -21,7 +20,7 @@ use crate::rig::{MAX_BAND_TAPS, MAX_TAPS, Rig};
 use crate::wiring::Wiring;
 use core::fmt;
 use limits::LimitsMessage;
-use lines::{HumMessage, LinesMessage};
+use lines::{HumsMessage, LinesMessage};
 use message::Message;
 use si::SiMessage;
 
@@ -45,7 +44,7 @@ const SI_OFFSET: usize = LIMITS_OFFSET + LimitsMessage::LEN;
 /// Where the lines of the force channels begin, and the same in SI; the rest of the block up to the checksum is zero.
 const LINES_OFFSET: usize = SI_OFFSET + SiMessage::LEN;
 const HUMS_OFFSET: usize = LINES_OFFSET + LinesMessage::LEN;
-const PADDING_OFFSET: usize = HUMS_OFFSET + HumMessage::LEN;
+const PADDING_OFFSET: usize = HUMS_OFFSET + HumsMessage::LEN;
 
 /// A rig with one model on it, in SI and in the device's numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -289,12 +288,8 @@ pub fn encode(block: &RigBlock) -> Result<[u8; RIG_BLOCK_LEN], Error> {
     }
     let mut rest = Writer::new(rest);
     SiMessage::of(&block.rig).write(&mut rest);
-    LinesMessage::of(&block.chain).write(&mut rest);
-    let mut hums = [Hum::NONE; 2];
-    for (hum, axis) in hums.iter_mut().zip(&block.rig.axes) {
-        *hum = axis.hum;
-    }
-    HumMessage::of(hums).write(&mut rest);
+    block.chain.lines().write(&mut rest);
+    lines::hums(&block.rig.axes).write(&mut rest);
     let checksum = CRC.checksum(bytes.get(..CHECKSUM_OFFSET).unwrap_or_default());
     if let Some(place) = bytes.last_chunk_mut() {
         *place = checksum.to_le_bytes();
@@ -320,13 +315,7 @@ pub fn decode(bytes: &[u8]) -> Result<RigBlock, Refusal> {
     let mut rig = message.rig(sample_rate_hz, bytes, &chain, &wiring)?;
     let part = bytes.get(HUMS_OFFSET..PADDING_OFFSET).unwrap_or_default();
     let mut seen = Seen::new();
-    let hums = HumMessage::read(&mut Reader::new(part)).hums(&mut seen);
-    for (number, hum) in hums.into_iter().enumerate() {
-        match rig.axes.get_mut(number) {
-            Some(axis) => axis.hum = hum,
-            None => seen.zeros(HUMS_OFFSET + 16 * number, part.get(16 * number..).unwrap_or_default()),
-        }
-    }
+    lines::put_hums(part, &mut rig.axes, &mut seen);
     seen.done()?;
     let wanted = rig.sample_rate_uhz();
     let mut checks = Checks::new();
@@ -382,8 +371,7 @@ pub fn on_board(bytes: &[u8], chain: &mut Chain) -> Result<OnBoard, Refusal> {
     wiring.check()?;
     message.put_chain(part(TAPS_OFFSET, LIMITS_OFFSET), chain)?;
     let mut seen = Seen::new();
-    let lines = LinesMessage::read(&mut Reader::new(part(LINES_OFFSET, HUMS_OFFSET)));
-    lines.put(chain, &mut seen)?;
+    lines::put(part(LINES_OFFSET, HUMS_OFFSET), chain, &mut seen);
     seen.done()?;
     let mut checks = Checks::new();
     check_together(chain.axes(), &wiring, limits.as_ref(), &mut checks);

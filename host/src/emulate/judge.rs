@@ -180,7 +180,11 @@ impl<'a> Judge<'a> {
             self.step(&missing);
         }
         // Which samples a fault spoils the device knows from its chips.
-        if sample.output.as_ref().is_some_and(|o| o.saturated & Output::HELD != 0) {
+        if sample
+            .output
+            .as_ref()
+            .is_some_and(|o| o.saturated & Output::HELD != 0)
+        {
             self.state.hold_lines(1);
         }
         let wanted = self.step(&said);

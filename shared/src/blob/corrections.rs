@@ -1,5 +1,4 @@
-//! The corrections' part of a blob: three numbers per force channel behind the effects, and two of its hum behind everything; all
-//! zero where nothing is wrong.
+//! The corrections' part of a blob: five numbers per force channel behind the effects, all zero where nothing is wrong.
 
 use super::unless_zero;
 use crate::error::Error;
@@ -19,20 +18,10 @@ struct CorrectionMessage {
     excess: f64,
     cross: f64,
     delay_s: f64,
+    hum_hz: f64,
+    hum_amplitude: f64,
 }
 }
-
-laid_out! {
-/// The line of the mains in one force channel.
-#[derive(Clone, Copy)]
-struct HumMessage {
-    frequency_hz: f64,
-    amplitude: f64,
-}
-}
-
-/// Bytes of both channels' hum.
-pub(super) const HUM_LEN: usize = 2 * HumMessage::LEN;
 
 /// Writes the corrections to the beginning of `bytes`, which are [`LEN`] zeros.
 pub(super) fn write(corrections: &[ForceCorrection; 2], bytes: &mut [u8]) {
@@ -41,30 +30,10 @@ pub(super) fn write(corrections: &[ForceCorrection; 2], bytes: &mut [u8]) {
             excess: correction.excess,
             cross: correction.cross,
             delay_s: correction.delay_s,
+            hum_hz: correction.hum.frequency_hz,
+            hum_amplitude: correction.hum.amplitude,
         };
         message.write(&mut Writer::new(place));
-    }
-}
-
-/// Writes their hum to the beginning of `bytes`, which are [`HUM_LEN`] zeros.
-pub(super) fn write_hum(corrections: &[ForceCorrection; 2], bytes: &mut [u8]) {
-    for (place, correction) in bytes.chunks_mut(HumMessage::LEN).zip(corrections) {
-        let message = HumMessage {
-            frequency_hz: correction.hum.frequency_hz,
-            amplitude: correction.hum.amplitude,
-        };
-        message.write(&mut Writer::new(place));
-    }
-}
-
-/// Puts the hum in `bytes` into corrections; that of an axis that is not there is refused with them.
-pub(super) fn read_hum(corrections: &mut [ForceCorrection; 2], bytes: &[u8; HUM_LEN]) {
-    for (correction, place) in corrections.iter_mut().zip(bytes.chunks(HumMessage::LEN)) {
-        let message = HumMessage::read(&mut Reader::new(place));
-        correction.hum = Hum {
-            frequency_hz: message.frequency_hz,
-            amplitude: message.amplitude,
-        };
     }
 }
 
@@ -83,7 +52,10 @@ pub(super) fn read(axes: u8, bytes: &[u8; LEN]) -> Result<[ForceCorrection; 2], 
             excess: message.excess,
             cross: message.cross,
             delay_s: message.delay_s,
-            hum: Hum::NONE,
+            hum: Hum {
+                frequency_hz: message.hum_hz,
+                amplitude: message.hum_amplitude,
+            },
         };
     }
     Ok(corrections)

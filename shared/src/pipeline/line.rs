@@ -9,15 +9,17 @@
 //! ```
 //!
 //! That is the adaptive canceller with two weights and a reference in quadrature, least mean squares (B. Widrow et al., Adaptive noise
-//! cancelling: principles and applications, Proc. IEEE 63 (1975) 1692–1716, pp. 1701–1703), seen from the reference's turning
-//! frame: the reference's sine and cosine turn the weights instead of being looked up, and the bits are the same everywhere. From the residual
-//! without the canceller to the one with it, it is a notch at ω, as wide as g is large.
+//! cancelling: principles and applications, Proc. IEEE 63 (1975) 1692–1716, pp. 1701–1703), seen from the turning frame: sine
+//! and cosine turn the weights instead of being looked up at every sample. From the residual without the canceller to the one with it, it is
+//! a notch at ω, as wide as g is large.
 //!
-//! The gain is 2/n at first, with which the pointer is the mean over the samples so far, and ends at that of [`TIME_CONSTANT_S`].
-//! `docs/numerics.md` has what is left of a line, also of one that has another frequency than was thought.
+//! The gain is 2/n at first, with which the pointer is the mean over the samples so far, and ends at that of [`TIME_CONSTANT_S`]. The mains do
+//! not keep their frequency, and a notch that narrow would leave most of a line a tenth of a hertz beside it; so the angle is a little more
+//! or less than ω, by what the corrections turn the pointer in the mean: a loop of the second order (F. M. Gardner, Phaselock
+//! Techniques, 3rd ed., Wiley 2005, ch. 2). `docs/numerics.md` has what is left of a line.
 
-use crate::error::{Checks, Error};
-use crate::fixed::{round_shift, round_shift_32, round_to_i64};
+use crate::error::Error;
+use crate::fixed::{mul_high_add, round_to_i64, saturate};
 use crate::hum::Hum;
 use crate::layout::laid_out;
 use crate::scalar::Scalar;
@@ -29,28 +31,36 @@ laid_out! {
 pub(crate) struct Line {
     /// Cosine and sine of the angle from one sample to the next, in Q31.
     turn: [i32; 2],
-    /// The gain at the end, in 2⁻³¹.
+    /// The gain at the end, in 2⁻³².
     gain: i32,
     /// Binary places that the pointer has below the force unit.
     places: u8,
 }
 }
 
-/// Seconds after which a line that begins, or whose size or phase changes, is followed to 1/e. The notch is 1/(π·2 s) = 0.16 Hz wide. A changed
+/// Seconds after which a line whose size or phase changes is followed to 1/e. The notch is 1/(π·2 s) = 0.16 Hz wide. A changed
 /// joint has to raise its alarm within as long (2 s where the model is good): were it shaken by the mains' own frequency alone, 1 − 1/e of the
 /// change would still show in the mean over that time, and under any other drive, whose lines are further than 0.16 Hz away, all of it.
 const TIME_CONSTANT_S: f64 = 2.0;
-/// The gain of the first sample, in 2⁻³¹: 2/16, as if sixteen samples had gone before. A mean over fewer follows whatever comes first.
-const FIRST: i32 = 1 << 28;
-/// The most of either part of the pointer, in its places: four to eight times the amplitude that the host found, which fills
-/// [`FILLED`]. What is more is no longer the line that was found, and stays in the residual.
-const MOST: i64 = 1 << 29;
-/// What the amplitude that the host found is shifted up to, half of it at least.
-const FILLED: f64 = (1 << 27) as f64;
+/// The gain of the first sample, in 2⁻³²: 2/16, as if sixteen samples had gone before. A mean over fewer follows whatever comes first.
+const FIRST: i32 = 1 << 29;
+/// The most that the amplitude which the host found is shifted up to; more than half of it is filled.
+const FILLED: f64 = (1 << 26) as f64;
+/// The most of either part of the pointer, in its places: four to eight times that amplitude. What is more is no longer the line
+/// that was found, and stays in the residual.
+const MOST: i32 = 1 << 28;
+/// The most of the residual that a correction is made from, in the pointer's places: sixteen to 32 times that amplitude. A shock that the model
+/// has not does not turn the pointer round.
+const MOST_LEFT: i32 = 1 << 30;
 /// The most places below the force unit.
 const MOST_PLACES: u8 = 24;
 /// The most of the angle from sample to sample, in turns: a line closer to half the sample rate has no phase of its own.
 const MOST_TURNS: f64 = 0.49;
+/// Places that an angle's deviation has below those of the angle. Held to the sine of ω there, it is 1/128 of that at most: 0.4 Hz
+/// of 50 Hz.
+const FINER: u32 = 7;
+/// What turns residual times pointer and the square of the gain into a deviation: κ = γ·A²/2⁵², for g = 2γ, times 2³⁸.
+const TO_DEVIATION: u32 = 15;
 
 impl Line {
     /// The line of a channel whose restoring force counts `force_per_lsb`.
@@ -66,7 +76,7 @@ impl Line {
         Error::unless_within(quantity, turns, 1e-6, MOST_TURNS)?;
         let amplitude = hum.amplitude / force_per_lsb;
         let quantity = "amplitude of a line in force units";
-        Error::unless_within(quantity, amplitude, f64::MIN_POSITIVE, 2.0 * FILLED)?;
+        Error::unless_within(quantity, amplitude, 1e-6, 2.0 * FILLED)?;
         let (mut places, mut filled) = (0, amplitude);
         while 2.0 * filled <= FILLED && places < MOST_PLACES {
             filled *= 2.0;
@@ -79,7 +89,7 @@ impl Line {
         };
         let turns = Q::from_f64(turns);
         let samples = TIME_CONSTANT_S * sample_rate_hz;
-        let gain = round_to_i64(2.0 * (1_u64 << 31) as f64 / samples);
+        let gain = round_to_i64(2.0 * (1_u64 << 32) as f64 / samples);
         Ok(Self {
             turn: [part((turns + Q::ratio(1, 4)).sine()), part(turns.sine())],
             gain: gain.clamp(1, i64::from(FIRST)) as i32,
@@ -92,22 +102,18 @@ impl Line {
         self.gain == 0
     }
 
-    /// Checks that it is a turn of a pointer that does not grow, and that nothing can overflow.
-    pub(crate) fn check(&self, checks: &mut Checks) {
+    /// Whether it is a turn of a pointer that does not grow and with which nothing can overflow, or none.
+    pub(crate) fn is_usable(&self) -> bool {
         let [cosine, sine] = self.turn;
-        if self.is_none() {
-            let wrong = i32::from(*self != Self::default());
-            checks.whole("numbers of a line that is not there", wrong, 0, 0);
-            return;
-        }
-        checks.whole("sine of the turn of a line", sine, 1, i32::MAX);
         let square = |part: i32| (i64::from(part) * i64::from(part)) as u64;
-        let (length, whole) = (square(cosine) + square(sine), 1 << 62);
-        let quantity = "square of the length that a line's turn leaves";
-        checks.long(quantity, length, whole - (1 << 37), whole);
-        checks.whole("gain of a line", self.gain, 1, FIRST);
-        let (places, most) = (i32::from(self.places), i32::from(MOST_PLACES));
-        checks.whole("binary places of a line", places, 0, most);
+        let short = (1_u64 << 62).wrapping_sub(square(cosine).wrapping_add(square(sine)));
+        if self.is_none() {
+            return cosine | sine | i32::from(self.places) == 0;
+        }
+        sine > 0
+            && short < 1 << 37
+            && (1..=FIRST).contains(&self.gain)
+            && self.places <= MOST_PLACES
     }
 
     /// The measured force without the line; the pointer goes on to the next sample, and unless it is `held` learns from this one.
@@ -119,34 +125,47 @@ impl Line {
         predicted: i32,
         held: bool,
     ) -> i32 {
-        let places = u32::from(self.places.min(MOST_PLACES));
-        let without = measured.saturating_sub(round_shift_32(pointer.along, places));
-        let (mut along, across) = (i64::from(pointer.along), i64::from(pointer.across));
-        if !held {
-            let left = i64::from(without.saturating_sub(predicted));
-            along += round_shift(left * i64::from(pointer.gain), 31 - places);
-            // 2/n becomes 2/(n + 1): less half of its square, and a unit, so that roundings do not stop it above the last gain.
-            let gain = i64::from(pointer.gain);
-            let less = (gain * gain >> 32) as i32 + 1;
-            pointer.gain = (pointer.gain - less).max(self.gain);
-        }
-        let held_to = |part: i64| part.clamp(-MOST, MOST) as i32;
-        let (along, across) = (held_to(along), held_to(across));
+        let places = u32::from(self.places & 31);
+        let without = measured.saturating_sub(pointer.along >> places);
+        let (mut along, across) = (pointer.along, pointer.across);
         let [cosine, sine] = self.turn;
-        let product = |a: i32, b: i32| i64::from(a) * i64::from(b);
-        // Under 2³⁰, as both parts are at most 2²⁹.
-        pointer.along = round_shift(product(along, cosine) - product(across, sine), 31) as i32;
-        pointer.across = round_shift(product(along, sine) + product(across, cosine), 31) as i32;
+        if !held {
+            let most = MOST_LEFT >> places;
+            let left = without.saturating_sub(predicted).min(most).max(-most) << places;
+            let gain = FIRST.saturating_sub(pointer.fallen).max(self.gain);
+            // Under 2³⁰ and under 2²⁷.
+            along = mul_high_add(left, gain, along);
+            // 2/n becomes 2/(n + 1): less half of its square, and a unit, so that roundings do not stop it above the last gain.
+            let less = (mul_high_add(gain, gain, 0) >> 1) + 1;
+            pointer.fallen = FIRST.saturating_sub(gain).saturating_add(less);
+            let round = i64::from(mul_high_add(left, across, 0));
+            let by = round * i64::from(mul_high_add(self.gain, self.gain, 0)) >> TO_DEVIATION;
+            let deviation = pointer.deviation.saturating_sub(saturate(by).0);
+            pointer.deviation = deviation.min(sine).max(-sine);
+        }
+        // Twice what is at most 2²⁸, so that the upper word of a product with Q31 is the product.
+        let twice = |part: i32| 2 * part.clamp(-MOST, MOST - 1);
+        let (p, q) = (twice(along), twice(across));
+        let along = mul_high_add(q, -sine, mul_high_add(p, cosine, 0));
+        let across = mul_high_add(q, cosine, mul_high_add(p, sine, 0));
+        // One part after the other, which keeps the pointer's length over a turn for any small angle.
+        let deviation = pointer.deviation >> FINER;
+        pointer.along = mul_high_add(2 * across, -deviation, along);
+        pointer.across = mul_high_add(2 * pointer.along, deviation, across);
         without
     }
 }
 
-/// What moves of a line: the pointer, in force units times 2^places, and the gain.
+/// What moves of a line. All zeros at first, as the rest of what moves: a device has no first values of it in its flash.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pointer {
+    /// Both parts, in force units times 2^places.
     along: i32,
     across: i32,
-    gain: i32,
+    /// By how much the gain is less than [`FIRST`].
+    fallen: i32,
+    /// By how much the angle is more than ω, in 2⁻³⁸.
+    deviation: i32,
 }
 
 impl Pointer {
@@ -154,6 +173,10 @@ impl Pointer {
     pub(super) const NEW: Self = Self {
         along: 0,
         across: 0,
-        gain: FIRST,
+        fallen: 0,
+        deviation: 0,
     };
 }
+
+#[cfg(test)]
+mod tests;

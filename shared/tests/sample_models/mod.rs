@@ -2,8 +2,8 @@
 
 use jointwatch_shared::blob::{BLOB_LEN, CHECKSUM_OFFSET};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
-use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name, Validation};
 use jointwatch_shared::hum::Hum;
+use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name, Validation};
 use jointwatch_shared::model::corrections::ForceCorrection;
 use jointwatch_shared::model::network_quantise::Weights;
 use jointwatch_shared::model::terms::{InSi, MAX_TERMS};
