@@ -268,7 +268,7 @@ pub fn in_words(effects: &[EffectTerm]) -> Vec<String> {
                 let frequency = term.parameters.iter().find(|p| p.name != size.name)?;
                 format!(
                     "the force channel of {axis} hums at {:.3} {} with an amplitude of {:.3e} {}, which is found and taken out in \
-                     every record anew",
+                     every record anew, and on a device as it goes",
                     frequency.value, frequency.unit, size.value, size.unit
                 )
             }

@@ -148,7 +148,8 @@ fn what_the_model_leaves_beside_the_line_is_not_taken_for_it() {
 
 #[test]
 fn it_is_held_bounded_and_comes_to_rest() {
-    let rate_hz = 2000.0;
+    // No whole number of samples per turn, so that roundings do not repeat.
+    let rate_hz = 2003.7;
     let line = line(rate_hz);
     let mut pointer = Pointer::NEW;
     left(&line, &mut pointer, sine(rate_hz, FOUND_HZ, FOUND, 10.0));
