@@ -138,9 +138,10 @@ impl Line {
             // 2/n becomes 2/(n + 1): less half of its square, and a unit, so that roundings do not stop it above the last gain.
             let less = (mul_high_add(gain, gain, 0) >> 1) + 1;
             pointer.fallen = FIRST.saturating_sub(gain).saturating_add(less);
-            let round = i64::from(mul_high_add(left, across, 0));
-            let by = round * i64::from(mul_high_add(self.gain, self.gain, 0)) >> TO_DEVIATION;
-            let deviation = pointer.deviation.saturating_sub(saturate(by).0);
+            let round = mul_high_add(left, across, 0);
+            let by = i64::from(round) * i64::from(mul_high_add(self.gain, self.gain, 0));
+            let by = saturate(by >> TO_DEVIATION).0;
+            let deviation = pointer.deviation.saturating_sub(by);
             pointer.deviation = deviation.min(sine).max(-sine);
         }
         // Twice what is at most 2²⁸, so that the upper word of a product with Q31 is the product.
