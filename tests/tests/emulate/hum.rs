@@ -57,6 +57,8 @@ fn a_line_is_followed_with_the_hosts_bits() {
     let c = &run.comparison;
     assert_eq!(c.samples, REST + validation().rows as u64, "{c:?}");
     assert_eq!(c.wrong_counts, 0, "{:?}", run.wrong);
+    // The device has followed a line since it began, and `replay` of the record alone only since the record did: the same bits are those
+    // of the host's chain over all that the device has sampled.
     println!("{c:?}\n{:?}\n{:?}", run.events, run.instructions);
     assert!(!damage(&run), "{:?}", run.events);
 }
