@@ -219,12 +219,14 @@ fn model<K: Kernels>(
         text,
         "instructions {name} inputs {inputs} min {least} max {most}"
     )?;
-    if let Some((least, most)) = instructions_per_sample::<K>(model, counter) {
-        let [derivative, band] = USUAL_TAPS;
-        writeln!(
-            text,
-            "sample {name} taps {derivative} {band} samples {SAMPLES_COUNTED} min {least} max {most}"
-        )?;
+    for (what, humming) in [("sample", false), ("humming", true)] {
+        if let Some((least, most)) = instructions_per_sample::<K>(model, counter, humming) {
+            let [derivative, band] = USUAL_TAPS;
+            writeln!(
+                text,
+                "{what} {name} taps {derivative} {band} samples {SAMPLES_COUNTED} min {least} max {most}"
+            )?;
+        }
     }
     // Laws of effects have branches, a base has none.
     if least == most || !model.terms().list().is_empty() {
@@ -262,11 +264,15 @@ const SAMPLES_COUNTED: u32 = 1000;
 const SAMPLES_TO_FILL: u32 = 400;
 
 /// The fewest and the most instructions that one sample took from counts to verdict; none when the model does not fit the
-/// rig of the fixed motion. Not inlined, as [`decoder`].
+/// rig of the fixed motion, with lines of the mains in both forces where that is `humming`. Not inlined, as [`decoder`].
 #[inline(never)]
-fn instructions_per_sample<K: Kernels>(model: &Model, counter: Counter) -> Option<(u32, u32)> {
+fn instructions_per_sample<K: Kernels>(
+    model: &Model,
+    counter: Counter,
+    humming: bool,
+) -> Option<(u32, u32)> {
     let overhead = span(counter, || ());
-    let mut watched = Watched::new(model, SEED)?;
+    let mut watched = Watched::new(model, SEED, humming)?;
     let (mut least, mut most) = (u32::MAX, 0);
     for number in 0..SAMPLES_TO_FILL + SAMPLES_COUNTED {
         let raw = watched.counts();

@@ -20,6 +20,7 @@ use crate::model_file::ModelFile;
 use crate::motion;
 use crate::study::{Record, Study};
 use jointwatch_shared::effect::{Entry, Seat};
+use jointwatch_shared::hum::Hum;
 use jointwatch_shared::interpolate::Between;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::model::axis::AxisKind;
@@ -71,6 +72,27 @@ impl Corrections {
             force,
             lines: lines.into_iter().cloned().collect(),
         })
+    }
+
+    /// What a device is told of them.
+    pub(crate) fn of_channels(&self) -> [ForceCorrection; 2] {
+        let mut force = self.force;
+        for line in &self.lines {
+            let (mut amplitude, mut frequency_hz) = (0.0, 0.0);
+            for (parameter, value) in line.entry.parameters().iter().zip(&line.values) {
+                match parameter.is_per_record() {
+                    true => amplitude = value.abs(),
+                    false => frequency_hz = *value,
+                }
+            }
+            if let Some(channel) = force.get_mut(usize::from(line.axis)) {
+                channel.hum = Hum {
+                    frequency_hz,
+                    amplitude,
+                };
+            }
+        }
+        force
     }
 
     /// Whether every force channel is right.
@@ -164,14 +186,19 @@ pub fn of_device(model: &Model) -> Vec<EffectTerm> {
     let kinds: Vec<AxisKind> = axes.iter().map(|a| a.kind).collect();
     let mut all = Vec::new();
     for (axis, correction) in model.corrections().iter().enumerate().take(names.len()) {
-        for (effect, value) in [
-            ("force_gain", correction.excess),
-            ("time_delay", correction.delay_s),
-            ("crosstalk", correction.cross),
+        let Hum {
+            frequency_hz,
+            amplitude,
+        } = correction.hum;
+        for (effect, values) in [
+            ("force_gain", &[correction.excess][..]),
+            ("time_delay", &[correction.delay_s]),
+            ("crosstalk", &[correction.cross]),
+            ("mains_hum", &[amplitude, frequency_hz]),
         ] {
-            if let Some(entry) = Entry::named(effect).filter(|_| value != 0.0) {
+            if let Some(entry) = Entry::named(effect).filter(|_| values[0] != 0.0) {
                 let bound = Bound { entry, axis };
-                all.push(EffectTerm::new(&bound, &names, &kinds, &[value], &[]));
+                all.push(EffectTerm::new(&bound, &names, &kinds, values, &[]));
             }
         }
     }
@@ -241,7 +268,7 @@ pub fn in_words(effects: &[EffectTerm]) -> Vec<String> {
                 let frequency = term.parameters.iter().find(|p| p.name != size.name)?;
                 format!(
                     "the force channel of {axis} hums at {:.3} {} with an amplitude of {:.3e} {}, which is found and taken out in \
-                     every record anew",
+                     every record anew, and on a device as it goes",
                     frequency.value, frequency.unit, size.value, size.unit
                 )
             }

@@ -47,8 +47,8 @@ fn on_the_device(entry: &Entry) -> &'static str {
              record began"
         }
         Seat::Instrument if entry.is_per_record() => {
-            "a correction: from the moment a model holds it, it is found and taken out in every record anew; refused at export, because \
-             a device does not know its phase"
+            "a correction: from the moment a model holds it, it is found and taken out in every record anew, and a device follows it \
+             sample by sample and takes it out"
         }
         Seat::Instrument => {
             "a correction: from the moment a model holds it, the study's data are put right by it, on the host and on the device"

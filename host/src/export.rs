@@ -122,13 +122,6 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
         )));
     }
     let corrections = file.corrections()?;
-    if let Some(line) = corrections.lines.first() {
-        return Err(Error::data(format!(
-            "{} has another phase in every record, which the host finds in the whole of it and a device would have to follow sample \
-             by sample, which it cannot yet: screen the channel, or learn a model without it for export",
-            line.entry.about.name
-        )));
-    }
     let model = match &file.base {
         Base::Polynomial(polynomial) => {
             let coefficients: Vec<&[f64]> =
@@ -141,7 +134,7 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
         Base::None(_) => Model::from_effects(header, &effects, &budgets),
     };
     let model = model
-        .and_then(|model| model.correcting(corrections.force))
+        .and_then(|model| model.correcting(corrections.of_channels()))
         .map_err(refuse)?;
 
     let largest = largest_errors(file, &model)?;

@@ -8,6 +8,7 @@ use crate::signal;
 use crate::study::{Channels, Convention, Record, Study};
 use crate::wired::Wired;
 use jointwatch_shared::blob;
+use jointwatch_shared::hum::Hum;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::model::corrections::ForceCorrection;
 use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawAxis, RawSample};
@@ -90,6 +91,7 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
             force_cross: 0.0,
             force_delay_samples: 0.0,
             delays: ChannelDelays::default(),
+            hum: Hum::NONE,
         };
         axes.push(rig_axis)
             .map_err(|_| Error::data("a study has at most two axes".to_string()))?;
@@ -111,6 +113,7 @@ pub fn corrected(rig: &Rig, corrections: &[ForceCorrection; 2]) -> Rig {
         axis.force_step *= 1.0 - correction.excess;
         axis.force_cross = correction.cross;
         axis.force_delay_samples = correction.delay_s * rig.sample_rate_hz;
+        axis.hum = correction.hum;
     }
     rig
 }
@@ -307,6 +310,7 @@ fn summarise(
     let outside = outputs.iter().filter(|o| o.outside != 0).count();
 
     let skipped = chain.first_row() - motion.first_row;
+    let rows = skipped..skipped + outputs.len();
     let axes = study.axes.iter().enumerate().map(|(index, axis)| {
         let unit = model.outputs()[index].force_per_lsb;
         let saturated = outputs
@@ -314,13 +318,18 @@ fn summarise(
             .filter(|o| o.saturated & (1 << index) != 0)
             .count();
         // Both lose half the derivatives' length; where counters are late, the outputs begin a little after the motion.
-        let measured = motion.measured_force(
+        let mut measured = motion.measured_force(
             index,
             axis.inertia
                 .map_or(0.0, |_| model.header().axes[index].inertia),
             axis.inertia.is_none(),
             axis.restoring_force,
         );
+        if !model.corrections()[index].hum.is_none() {
+            // What stood in the channel beside the force only the device knows, that has followed it.
+            let places = measured[rows.clone()].iter_mut().zip(&outputs);
+            places.for_each(|(force, o)| *force = f64::from(o.measured[index]) * unit);
+        }
         (
             axis.name.clone(),
             figures(

@@ -335,6 +335,14 @@ pub fn in_words(block: &RigBlock) -> String {
         ]);
     }
     text.push_str(&table.to_string());
+    for (number, axis) in rig.axes.iter().enumerate() {
+        if !axis.hum.is_none() {
+            text.push_str(&format!(
+                "The force of axis {number} hums at {:.3} Hz with an amplitude of {:.3e}, which is followed and taken out.\n",
+                axis.hum.frequency_hz, axis.hum.amplitude
+            ));
+        }
+    }
     let mut table = Table::new(&[
         "axis",
         "far",
@@ -444,6 +452,10 @@ pub fn as_json(block: &RigBlock) -> serde_json::Value {
             "ground_stiffness": axis.ground_stiffness,
             "ground_damping": axis.ground_damping,
             "force_cross": axis.force_cross,
+            "hum": (!axis.hum.is_none()).then(|| serde_json::json!({
+                "frequency_hz": axis.hum.frequency_hz,
+                "amplitude": axis.hum.amplitude,
+            })),
             "skew_us": { "displacement": displacement, "body": body, "acceleration": acceleration, "force": force },
             "far": signed(Some(wired.far)),
             "near": wired.near.map(|s| signed(Some(s))),

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::study::AxisKind;
 use crate::study::description::Source;
 use crate::study::nearest::suggestion;
+use jointwatch_shared::hum::Hum;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::model::axis::Convention;
 use jointwatch_shared::rig::{ChannelDelays, RigAxis};
@@ -418,5 +419,6 @@ fn rig_axis(
             body: samples(entry.skew_us.body),
             acceleration: samples(entry.skew_us.acceleration),
         },
+        hum: Hum::NONE,
     })
 }

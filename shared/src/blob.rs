@@ -19,7 +19,7 @@ use heapless::Vec;
 /// Bytes of a blob.
 pub const BLOB_LEN: usize = 4096;
 /// The format version that this program writes and reads.
-pub const BLOB_VERSION: u16 = 2;
+pub const BLOB_VERSION: u16 = 3;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
 /// Bytes of header, base, effects, corrections and origins; what follows up to the checksum is zero.

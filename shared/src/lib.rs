@@ -14,6 +14,7 @@ pub mod effect;
 pub mod error;
 pub mod filter;
 pub mod fixed;
+pub mod hum;
 pub mod interpolate;
 pub mod kernels;
 mod layout;

@@ -150,12 +150,12 @@ impl Monitor {
         let quantity = "axes of the monitor's limits, against the rig's";
         checks.whole(quantity, limits.axes.len() as i32, axes, axes);
         checks.done()?;
-        let (derivative, band) = (2 * chain.delay() + 1, chain.band().taps.len());
+        let (derivative, band) = (chain.spoilt_by_fault(), chain.band().taps.len() as u16);
         Ok(Self {
             log_block: limits.block.trailing_zeros(),
             wait: chain.band_delay() - chain.delay(),
-            after_outside: band as u16,
-            after_fault: (derivative + band) as u16,
+            after_outside: band,
+            after_fault: derivative + band,
             limits,
         })
     }

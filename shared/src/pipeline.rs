@@ -4,7 +4,7 @@
 //! displacement counts ─┬─ delay D ──────── scale ─ u (position)  ┐
 //!                      └─ slope FIR ────── scale ─ u (velocity)  ┴─ model ─ predicted ┐
 //! acceleration ─────────── delay D ─────── scale ─┬─ measured force ──────────────────┴─ residual ─ low-pass FIR
-//! forces ───────────────── delay D − lag ─ scale ─┘
+//! forces ───────────────── delay D − lag ─ scale ─┘ less the line of the mains, found in the residual
 //! ```
 //!
 //! The derivative filters are linear-phase with an odd number N of taps, so what they give belongs to the sample
@@ -19,6 +19,7 @@
 
 mod axis;
 mod channel;
+pub(crate) mod line;
 pub(crate) mod numbers;
 mod term;
 
@@ -30,6 +31,7 @@ use crate::model::terms::Memory;
 use crate::rig::{MAX_BAND_TAPS, Rig, Taps};
 use axis::{Acceleration, AxisChain, AxisState, Instant, Seen};
 use channel::Settling;
+use line::Line;
 
 /// What the sensors of one axis gave at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,11 +64,17 @@ pub struct Output {
     pub residual: [i32; 2],
     /// The residual in the common band, (M − 1)/2 samples older still; `None` until the low-pass is full.
     pub residual_band: Option<[i32; 2]>,
-    /// Bit a is set when a force of axis a ran into a rail of its 32 bits.
+    /// Bit a is set when a force of axis a ran into a rail of its 32 bits; [`Output::HELD`] may stand beside them.
     pub saturated: u8,
 }
 
 impl Output {
+    /// Bits of [`Output::saturated`] that stand for a force at its rail.
+    pub const RAILS: u8 = 0b11;
+    /// The bit of [`Output::saturated`] that says that a fault of a sensor is within the filters, so that lines of the mains were taken
+    /// out and not followed.
+    pub const HELD: u8 = 0b100;
+
     /// Every bit of the output as words, for a digest: states, flags, forces, residuals, and the residual in the band
     /// (0 while there is none, after a word that says whether there is one).
     pub fn words(&self) -> impl Iterator<Item = i32> {
@@ -97,6 +105,8 @@ pub struct Chain {
     damped: bool,
     /// Whether an axis's acceleration is the curvature of its body's position.
     derived: bool,
+    /// Whether a force channel holds a line of the mains.
+    humming: bool,
 }
 
 /// What moves: the last samples of every channel, and the memory of the model's effects.
@@ -107,6 +117,8 @@ pub struct ChainState {
     residual: History<MAX_BAND_TAPS>,
     model: Memory,
     samples: usize,
+    /// Outputs that a fault still spoils.
+    held: u16,
 }
 
 impl ChainState {
@@ -117,7 +129,13 @@ impl ChainState {
         residual: History::NEW,
         model: Memory::NEW,
         samples: 0,
+        held: 0,
     };
+
+    /// Lines of the mains are not followed over so many samples, the next one and those after it.
+    pub fn hold_lines(&mut self, samples: u16) {
+        self.held = self.held.max(samples);
+    }
 }
 
 impl Default for ChainState {
@@ -140,6 +158,7 @@ impl Chain {
             settling: Settling { wait: 0, before: 0 },
             damped: false,
             derived: false,
+            humming: false,
         }
     }
 
@@ -184,6 +203,7 @@ impl Chain {
         Ok(Self {
             damped,
             derived,
+            humming: axes.iter().any(|axis| !axis.line.is_none()),
             axes,
             velocity: weights_of_steps(rig.velocity.taps.iter().copied()),
             acceleration: weights_of_steps(rig.acceleration.taps.iter().copied()),
@@ -215,6 +235,29 @@ impl Chain {
     /// By how many samples the residual in the common band lags behind the newest sample.
     pub fn band_delay(&self) -> usize {
         self.delay() + self.band.taps.len() / 2
+    }
+
+    /// Outputs that a wrong count spoils, from the one that comes with it on.
+    pub fn spoilt_by_fault(&self) -> u16 {
+        // The filters have 129 taps at most, and counters wait for 4 samples.
+        (2 * self.delay() + 1) as u16
+    }
+
+    /// The lines of the force channels; none for an axis that is not there.
+    pub(crate) fn lines(&self) -> [Line; 2] {
+        let mut lines = [Line::default(); 2];
+        for (line, axis) in lines.iter_mut().zip(&self.axes) {
+            *line = axis.line;
+        }
+        lines
+    }
+
+    /// Puts in the line of every axis out of a rig block.
+    pub(crate) fn put_lines(&mut self, mut next: impl FnMut() -> Line) {
+        for axis in &mut self.axes {
+            axis.line = next();
+            self.humming |= !axis.line.is_none();
+        }
     }
 
     /// Taps of either derivative.
@@ -252,16 +295,22 @@ impl Chain {
         if state.samples < full {
             return None;
         }
-        let [x, phi] = self.see::<K>(state);
-        let ([a, b], [c, d]) = (x.states, phi.states);
+        let mut seen = self.see::<K>(state);
+        let ([a, b], [c, d]) = (seen[0].states, seen[1].states);
         let inputs = [a, b, c, d];
         let predicted = model.step_by::<K>(&mut state.model, &inputs);
+        let mut saturated = 0;
+        if self.humming {
+            saturated = self.take_lines_out(state, &mut seen, &predicted);
+        }
+        let [x, phi] = seen;
         let ([r, s], measured) = (predicted, [x.force, phi.force]);
         // What a rig of one axis has not is 0 in both.
         let residual = [x.force.saturating_sub(r), phi.force.saturating_sub(s)];
         let [e, f] = residual;
         state.residual.push([residual]);
         let band_is_full = state.samples >= full + self.band.taps.len() - 1;
+        saturated |= at_rail(x.force) | at_rail(e) | (at_rail(phi.force) | at_rail(f)) << 1;
         Some(Output {
             state: inputs,
             outside: x.outside | phi.outside << 2,
@@ -269,8 +318,36 @@ impl Chain {
             predicted,
             residual,
             residual_band: band_is_full.then(|| low_pass::<K, _>(&self.band, &state.residual)),
-            saturated: at_rail(x.force) | at_rail(e) | (at_rail(phi.force) | at_rail(f)) << 1,
+            saturated,
         })
+    }
+
+    /// Takes the lines out of the measured forces, and follows them unless a state is outside the training range, a force at its rail
+    /// or a fault within the filters. The bits of [`Output::saturated`] that follow: what was at a rail was so before.
+    #[inline(never)]
+    fn take_lines_out(
+        &self,
+        state: &mut ChainState,
+        seen: &mut [Seen; 2],
+        predicted: &[i32; 2],
+    ) -> u8 {
+        let [x, phi] = seen;
+        let mut saturated = at_rail(x.force) | at_rail(phi.force) << 1;
+        let mut held = saturated | x.outside | phi.outside;
+        if state.held != 0 {
+            state.held -= 1;
+            held = 1;
+            saturated |= Output::HELD;
+        }
+        for (number, axis) in self.axes.iter().enumerate() {
+            let own = number & 1;
+            let (line, pointer, force) =
+                (&axis.line, &mut state.axes[own].line, &mut seen[own].force);
+            if !line.is_none() {
+                *force = line.take_out(pointer, *force, predicted[own], held != 0);
+            }
+        }
+        saturated
     }
 
     /// Puts a sample behind those before it.

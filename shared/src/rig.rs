@@ -2,6 +2,7 @@
 
 use crate::error::{Checks, Error};
 use crate::fixed::round_to_i64;
+use crate::hum::Hum;
 use heapless::Vec;
 
 /// The most taps a derivative may have; odd, so that the delay is a whole number of samples.
@@ -52,6 +53,8 @@ pub struct RigAxis {
     pub force_delay_samples: f64,
     /// By how many samples the other channels are late.
     pub delays: ChannelDelays,
+    /// The line of the mains in this force channel, which is followed and taken out.
+    pub hum: Hum,
 }
 
 /// By how many samples channels are late because of how the board reads them; negative when they are early.
@@ -211,5 +214,14 @@ impl Rig {
         let most = if axis.body_step > 0.0 { most } else { 0.0 };
         let late = axis.delays.body;
         checks.within("body delay in samples", late, -most, most);
+        let hum = &axis.hum;
+        let (most, quantity) = (0.5 * self.sample_rate_hz, "frequency of a line in Hz");
+        checks.within(quantity, hum.frequency_hz, 0.0, most);
+        let [least, most] = if hum.is_none() {
+            [0.0; 2]
+        } else {
+            [1e-60, 1e60]
+        };
+        checks.within("amplitude of a line", hum.amplitude, least, most);
     }
 }

@@ -6,6 +6,7 @@
 //! lists every byte. Reading refuses whatever is not as the page says, and every quantity that the chain or a chip could not take.
 
 mod limits;
+mod lines;
 mod message;
 mod si;
 
@@ -19,13 +20,14 @@ use crate::rig::{MAX_BAND_TAPS, MAX_TAPS, Rig};
 use crate::wiring::Wiring;
 use core::fmt;
 use limits::LimitsMessage;
+use lines::{HumsMessage, LinesMessage};
 use message::Message;
 use si::SiMessage;
 
 /// Bytes of a rig block.
 pub const RIG_BLOCK_LEN: usize = 4096;
 /// The format version that this program writes and reads.
-pub const RIG_BLOCK_VERSION: u16 = 2;
+pub const RIG_BLOCK_VERSION: u16 = 3;
 /// The first four bytes.
 pub const RIG_BLOCK_MAGIC: [u8; 4] = *b"JWRB";
 /// Where a flash slot holds it: right behind the model blob, so that both are written and given up together.
@@ -37,9 +39,12 @@ pub const CHECKSUM_OFFSET: usize = RIG_BLOCK_LEN - 4;
 const TAPS_OFFSET: usize = Message::LEN;
 /// Where the monitor's limits begin.
 const LIMITS_OFFSET: usize = TAPS_OFFSET + 4 * (2 * MAX_TAPS + MAX_BAND_TAPS);
-/// Where the SI values begin; the rest of the block up to the checksum is zero.
+/// Where the SI values begin.
 const SI_OFFSET: usize = LIMITS_OFFSET + LimitsMessage::LEN;
-const PADDING_OFFSET: usize = SI_OFFSET + SiMessage::LEN;
+/// Where the lines of the force channels begin, and the same in SI; the rest of the block up to the checksum is zero.
+const LINES_OFFSET: usize = SI_OFFSET + SiMessage::LEN;
+const HUMS_OFFSET: usize = LINES_OFFSET + LinesMessage::LEN;
+const PADDING_OFFSET: usize = HUMS_OFFSET + HumsMessage::LEN;
 
 /// A rig with one model on it, in SI and in the device's numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -224,6 +229,12 @@ impl RigBlock {
                 let wanted = i32::from(counted);
                 checks.whole(quantity, i32::from(wired), wanted, wanted);
             };
+            let line = self.chain.lines().get(number).copied().unwrap_or_default();
+            alike(
+                "lines of the chain, where the force channel has one",
+                !line.is_none(),
+                !axis.hum.is_none(),
+            );
             alike(
                 "near counters wired, where the displacement is a difference",
                 wired.is_some_and(|w| w.near.is_some()),
@@ -275,7 +286,10 @@ pub fn encode(block: &RigBlock) -> Result<[u8; RIG_BLOCK_LEN], Error> {
     if let Some(known) = &block.limits {
         LimitsMessage::of(known).write(&mut Writer::new(limits));
     }
-    SiMessage::of(&block.rig).write(&mut Writer::new(rest));
+    let mut rest = Writer::new(rest);
+    SiMessage::of(&block.rig).write(&mut rest);
+    block.chain.lines().write(&mut rest);
+    lines::hums(&block.rig.axes).write(&mut rest);
     let checksum = CRC.checksum(bytes.get(..CHECKSUM_OFFSET).unwrap_or_default());
     if let Some(place) = bytes.last_chunk_mut() {
         *place = checksum.to_le_bytes();
@@ -298,7 +312,11 @@ pub fn decode(bytes: &[u8]) -> Result<RigBlock, Refusal> {
     } = on_board(bytes, &mut chain)?;
     let part = bytes.get(SI_OFFSET..PADDING_OFFSET).unwrap_or_default();
     let message = SiMessage::read(&mut Reader::new(part));
-    let rig = message.rig(sample_rate_hz, bytes, &chain, &wiring)?;
+    let mut rig = message.rig(sample_rate_hz, bytes, &chain, &wiring)?;
+    let part = bytes.get(HUMS_OFFSET..PADDING_OFFSET).unwrap_or_default();
+    let mut seen = Seen::new();
+    lines::put_hums(part, &mut rig.axes, &mut seen);
+    seen.done()?;
     let wanted = rig.sample_rate_uhz();
     let mut checks = Checks::new();
     let quantity = "sample rate in 10⁻⁶ Hz, against that in Hz";
@@ -352,6 +370,9 @@ pub fn on_board(bytes: &[u8], chain: &mut Chain) -> Result<OnBoard, Refusal> {
     }
     wiring.check()?;
     message.put_chain(part(TAPS_OFFSET, LIMITS_OFFSET), chain)?;
+    let mut seen = Seen::new();
+    lines::put(part(LINES_OFFSET, HUMS_OFFSET), chain, &mut seen);
+    seen.done()?;
     let mut checks = Checks::new();
     check_together(chain.axes(), &wiring, limits.as_ref(), &mut checks);
     let (rate, [least, most]) = (message.sample_rate_uhz, RATES_UHZ);
@@ -403,6 +424,16 @@ impl Seen {
             self.say(Refusal::Field { field, seen });
         }
         seen == 1
+    }
+
+    /// A real number of which zero has one form.
+    fn signless(&mut self, value: f64) {
+        if value == 0.0 && value.is_sign_negative() {
+            self.say(Refusal::Field {
+                field: "sign of a zero",
+                seen: 0x80,
+            });
+        }
     }
 
     fn done(self) -> Result<(), Refusal> {

@@ -37,7 +37,7 @@ fn documented_bytes(model: &Model, axis: usize, name: &str, length: usize) -> Ve
     };
     match name {
         "magic" => b"JWMB".to_vec(),
-        "version" => vec![2, 0],
+        "version" => vec![3, 0],
         "base" => vec![tag],
         "axes" => vec![2],
         "sample_rate_hz" => header.sample_rate_hz.to_le_bytes().to_vec(),
@@ -71,6 +71,16 @@ fn documented_bytes(model: &Model, axis: usize, name: &str, length: usize) -> Ve
             .flat_map(i64::to_le_bytes)
             .collect(),
         "delay" => model.corrections()[axis].delay_s.to_le_bytes().to_vec(),
+        "hum_hz" => model.corrections()[axis]
+            .hum
+            .frequency_hz
+            .to_le_bytes()
+            .to_vec(),
+        "hum_amplitude" => model.corrections()[axis]
+            .hum
+            .amplitude
+            .to_le_bytes()
+            .to_vec(),
         "error_bound" => output.error_bound.to_le_bytes().to_vec(),
         "nmse_percent" => validation(|v| v.nmse_percent).to_le_bytes().to_vec(),
         "relative_error" => validation(|v| v.relative_error).to_le_bytes().to_vec(),

@@ -1,6 +1,7 @@
 //! The on-board chain against the same chain written down in `f64`, and against inputs no sensor should give.
 
 use heapless::Vec as Bounded;
+use jointwatch_shared::hum::Hum;
 use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
 use jointwatch_shared::model::{Header, Model};
 use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawSample};
@@ -46,6 +47,7 @@ fn rig(acceleration_step: f64, body_step: f64, ground: [f64; 2], convention: boo
         force_cross: 0.0,
         force_delay_samples: 0.0,
         delays: ChannelDelays::default(),
+        hum: Hum::NONE,
     };
     let mut axes = Bounded::new();
     axes.push(axis(2e-6, 1e-5, 0.6)).unwrap();

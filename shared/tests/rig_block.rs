@@ -3,6 +3,7 @@
 mod sample_rigs;
 
 use heapless::Vec as Bounded;
+use jointwatch_shared::hum::Hum;
 use jointwatch_shared::pipeline::{Chain, ChainState, RawAxis};
 use jointwatch_shared::rig_block::{
     CHECKSUM_OFFSET, RIG_BLOCK_LEN, RIG_BLOCK_OFFSET, Refusal, RigBlock, decode, encode, on_board,
@@ -70,7 +71,7 @@ fn refusal(change: fn(&mut RigBlock)) -> String {
 #[test]
 fn every_quantity_is_checked_by_name() {
     type Change = fn(&mut RigBlock);
-    let changes: [(&str, Change); 26] = [
+    let changes: [(&str, Change); 29] = [
         ("sample rate", |b| b.rig.sample_rate_hz = f64::NAN),
         ("displacement step", |b| {
             b.rig.axes[1].displacement_step = 0.0
@@ -123,6 +124,11 @@ fn every_quantity_is_checked_by_name() {
         ("accelerometers wired", |b| {
             b.rig.axes[1].acceleration_step = 0.0
         }),
+        ("frequency of a line", |b| {
+            b.rig.axes[0].hum.frequency_hz = -50.0
+        }),
+        ("amplitude of a line", |b| b.rig.axes[0].hum.amplitude = 0.0),
+        ("lines of the chain", |b| b.rig.axes[1].hum = Hum::NONE),
         ("axes of the monitor", |b| {
             b.limits.as_mut().unwrap().axes.truncate(1)
         }),
@@ -148,8 +154,8 @@ fn a_refusal_says_what_was_seen() {
             .contains("ff, ff, ff, ff")
     );
     assert_eq!(
-        with(4, 1),
-        "the rig block has format version 1, but this program reads version 2: export it again"
+        with(4, 2),
+        "the rig block has format version 2, but this program reads version 3: export it again"
     );
     let mut damaged = bytes;
     damaged[100] ^= 1;
@@ -178,7 +184,7 @@ fn a_refusal_says_what_was_seen() {
         2584,
         2783,
         2896,
-        2902,
+        2960,
         CHECKSUM_OFFSET - 1,
     ] {
         assert_eq!(
@@ -186,6 +192,18 @@ fn a_refusal_says_what_was_seen() {
             format!("byte {offset} of the rig block is 9, but has to be 0")
         );
     }
+    // Lines of an axis that turn no pointer, or too fast, or with too many places; and the same in SI.
+    for (offset, value) in [
+        (2905, 0),
+        (2909, 0xFF),
+        (2913, 0x7F),
+        (2913, 0xFF),
+        (2914, 25),
+    ] {
+        let said = with(offset, value);
+        assert!(said.contains("line of the mains"), "{offset}: {said}");
+    }
+    assert!(with(2935, 0xC0).contains("frequency of a line"));
     // The limits with their mark taken away, and those of three axes.
     assert!(with(7, 0).contains("byte 2470"), "{}", with(7, 0));
     assert!(with(2482, 3).contains("axes of the monitor's limits"));
@@ -199,7 +217,7 @@ fn numbers_that_are_accepted_overflow_nothing() {
         let bytes = encode(&block).unwrap();
         let model = model(block.rig.axes.len());
         let mut accepted = 0;
-        for bit in 8 * 128..8 * 410 {
+        for bit in (8 * 128..8 * 410).chain(8 * 2902..8 * 2928) {
             let mut flipped = bytes;
             flipped[bit / 8] ^= 1 << (bit % 8);
             let mut chain = Chain::empty();

@@ -52,7 +52,7 @@ fn the_documented_bytes_are_the_written_bytes() {
             |s: Option<Signed>| s.map_or(vec![0xFF, 0], |s| vec![s.place, s.negative as u8]);
         let wanted: Vec<u8> = match name {
             "magic" => b"JWRB".to_vec(),
-            "version" => vec![2, 0],
+            "version" => vec![3, 0],
             "axes" | "limits' axes" => vec![2],
             "limits" if axis == 1 => continue,
             "limits" => vec![1],
@@ -99,6 +99,9 @@ fn the_documented_bytes_are_the_written_bytes() {
                 .collect(),
             // As those of axis 0, which stand above them.
             "wiring" | "numbers" | "values" if axis == 1 => continue,
+            "line turn" | "line gain" | "line places" | "line" => continue,
+            "hum_hz" => f64s(&[a.hum.frequency_hz]),
+            "hum_amplitude" => f64s(&[a.hum.amplitude]),
             "wait" | "before" => vec![2],
             "difference" | "has body" => vec![1],
             "acceleration kind" => vec![1],
@@ -144,7 +147,7 @@ fn the_documented_bytes_are_the_written_bytes() {
     }
     assert_eq!(
         (next, seen),
-        (RIG_BLOCK_LEN, 84),
+        (RIG_BLOCK_LEN, 92),
         "the table ends before the block does"
     );
 }
@@ -211,6 +214,14 @@ fn the_numbers_are_the_si_values_of_rig_and_model() {
             -sign * rig.ground_damping * rig.body_step / lsb,
             "damper",
         );
+        // The line's turn, its gain for 2 s, and the pointer's places: 3/1e-4 force units are shifted up to 2²⁶ at most.
+        let line = 2902 + 13 * number;
+        let angle = f64::from(at(line + 4)).atan2(f64::from(at(line)));
+        let turns = rig.hum.frequency_hz / block.rig.sample_rate_hz;
+        near(angle, std::f64::consts::TAU * turns, "angle of the line");
+        let gain = f64::from(at(line + 8)) / 32_f64.exp2();
+        assert!((gain * block.rig.sample_rate_hz - 1.0).abs() < 1e-5);
+        assert_eq!(bytes[line + 12], (26_f64 - 3e4_f64.log2()).floor() as u8);
         let other = block.rig.axes[1 - number].force_step;
         near(term(4), -sign * rig.force_cross * other / lsb, "cross-talk");
         // Where a channel is read: its four weights' mean age is that of the filters' middle, less what it is late.

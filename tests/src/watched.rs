@@ -54,6 +54,25 @@ pub struct Subject {
     pub relative_error: [f64; 2],
     /// RMS of force, displacement and velocity per axis on the validation record.
     pub rms: [[f64; 3]; 2],
+    /// What stands in the force log of x besides the force.
+    pub hum: Option<Hum>,
+}
+
+/// A line of the mains in a log.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hum {
+    /// Its frequency, Hz.
+    pub hz: f64,
+    /// Its amplitude, as a part of the RMS force of the first training record.
+    pub part: f64,
+}
+
+/// Adds a line to a force log, with this phase in turns.
+fn add_line(force: &mut [f64], hz: f64, amplitude: f64, phase: f64) {
+    for (row, value) in force.iter_mut().enumerate() {
+        let turns = hz * row as f64 / RATE_HZ + phase;
+        *value += amplitude * (std::f64::consts::TAU * turns).sin();
+    }
 }
 
 fn options(rig: &RigParameters, seed: u64, duration_s: f64, level: f64) -> SimulationOptions {
@@ -82,10 +101,32 @@ impl Subject {
         seed: u64,
         false_alarm_hours: u32,
     ) -> Result<Self, String> {
+        Self::humming(learnt, rig, seed, false_alarm_hours, None)
+    }
+
+    /// As [`Subject::new`], with a line of the mains in every force log of x, another phase in each, which is then added to the model.
+    ///
+    /// # Errors
+    /// As there, and when the line cannot be added.
+    pub fn humming(
+        learnt: Learnt,
+        rig: RigParameters,
+        seed: u64,
+        false_alarm_hours: u32,
+        hum: Option<Hum>,
+    ) -> Result<Self, String> {
         let said = |e: jointwatch::error::Error| e.sentence;
-        let simulation = simulate(&options(&rig, seed, STUDY_S, STUDY_LEVEL)).map_err(said)?;
+        let mut simulation = simulate(&options(&rig, seed, STUDY_S, STUDY_LEVEL)).map_err(said)?;
+        if let Some(Hum { hz, part }) = hum {
+            let records = &mut simulation.study.records;
+            let amplitude = part * rms(&records[0].axes[0].force);
+            for (number, record) in records.iter_mut().enumerate() {
+                let phase = 0.37 * number as f64;
+                add_line(&mut record.axes[0].force, hz, amplitude, phase);
+            }
+        }
         let study = &simulation.study;
-        let file: ModelFile = match learnt {
+        let mut file: ModelFile = match learnt {
             Learnt::Physical => identify::physical(study).map_err(said)?.model,
             Learnt::Polynomial => {
                 identify::polynomial(study, &PolynomialOptions::default(), &|_| ())
@@ -93,6 +134,12 @@ impl Subject {
                     .model
             }
         };
+        if hum.is_some() {
+            let line = ["mains_hum@x".to_owned()];
+            file = jointwatch::add::add(study, &file, &line)
+                .map_err(said)?
+                .model;
+        }
         let exported = export(&file, None).map_err(said)?;
         let model = blob::decode(&exported.blob).map_err(|e| e.to_string())?;
         let set_up = SetUp::new(study, &model).map_err(said)?;
@@ -118,7 +165,15 @@ impl Subject {
             calibration,
             relative_error,
             rms,
+            hum,
             simulation,
+        })
+    }
+
+    /// The amplitude of the line, N; 0 where there is none.
+    pub fn hum_amplitude(&self) -> f64 {
+        self.hum.map_or(0.0, |hum| {
+            hum.part * rms(&self.simulation.study.records[0].axes[0].force)
         })
     }
 
@@ -216,6 +271,10 @@ impl Subject {
             columns[column]
                 .iter_mut()
                 .for_each(|v| *v += noise.sample(&mut rng));
+        }
+        if let Some(hum) = self.hum {
+            let phase = seed as f64 * 0.137;
+            add_line(&mut columns[6], hum.hz, self.hum_amplitude(), phase);
         }
         record(columns)
     }

@@ -34,6 +34,8 @@ const MOST_OF_MEMORY: u32 = 700;
 /// beside it. The aims with the effect are 4000 and 4500: `docs/numerics.md` says what stands between.
 const MOST_OF_A_SAMPLE: [(&str, [u32; 2]); 2] =
     [("reference", [3850, 4400]), ("network", [4150, 4720])];
+/// The most that a line of the mains in either force channel may add to a sample.
+const MOST_OF_LINES: u32 = 260;
 
 fn image(board: Board) -> PathBuf {
     device::selftest(board).unwrap_or_else(|why| panic!("{why}"))
@@ -305,6 +307,11 @@ fn a_sample_takes_no_more_instructions_than_stated() {
             let counted = counted.unwrap_or_else(|| panic!("no count of {name}: {report:?}"));
             println!("{name}: {counted:?}");
             assert!(counted.most <= most, "{name}: {counted:?}");
+            let humming = report.model(name).and_then(|model| model.humming);
+            let humming = humming.unwrap_or_else(|| panic!("no count of {name}: {report:?}"));
+            println!("{name} with lines of the mains: {humming:?}");
+            let more = humming.most.saturating_sub(counted.most);
+            assert!((1..=MOST_OF_LINES).contains(&more), "{name}: {more} more");
         }
     }
 }

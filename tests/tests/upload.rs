@@ -328,7 +328,7 @@ fn the_device_does_not_rely_on_the_host() {
     let fault = Refusal::Model(ModelFault::Checksum);
     assert_eq!(outcome(&corrupt, seen), UploadReply::Refused(fault));
     let mut newer = good;
-    newer[4] = 3;
+    newer[4] = jointwatch_shared::blob::BLOB_VERSION as u8 + 1;
     let fault = Refusal::Model(ModelFault::Version);
     assert_eq!(outcome(&newer, crc(&newer)), UploadReply::Refused(fault));
     let long = [0; 8196];

@@ -49,7 +49,7 @@ pub struct Evaluated {
 /// the newest frame that did, which tells that all goes on.
 ///
 /// The chain goes on over a gap as if there were none; the frame behind it says so, and the monitor judges no residual that
-/// the gap can have spoilt.
+/// the gap can have spoilt. Lines of the mains are not followed as long as a gap or another fault is within the filters.
 pub fn evaluate<K: Kernels>(
     mut evaluator: Option<&mut Evaluator>,
     frames: &mut Consumer<'_, Frame>,
@@ -64,6 +64,9 @@ pub fn evaluate<K: Kernels>(
                 model,
                 state,
             } = &mut **evaluator;
+            if waiting.faults.any() || waiting.missed > 0 || waiting.overruns > 0 {
+                state.hold_lines(chain.spoilt_by_fault());
+            }
             chain.step_by::<K>(state, model, &waiting.sample)
         });
         let mut frame = *waiting;

@@ -166,7 +166,7 @@ impl Watch {
         counters.missed_deadlines = counters.missed_deadlines.saturating_add(frame.missed);
         counters.queue_overruns = counters.queue_overruns.saturating_add(frame.overruns);
         if let Some(output) = output {
-            let at_rail = output.saturated.count_ones();
+            let at_rail = (output.saturated & Output::RAILS).count_ones();
             counters.saturated = counters.saturated.saturating_add(at_rail);
             self.recorder.sample(output.residual);
         }

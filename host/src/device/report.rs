@@ -37,6 +37,8 @@ pub struct ModelReport {
     pub instructions: Option<Instructions>,
     /// The instructions of one sample from counts to verdict, through filters of the usual length.
     pub sample: Option<Instructions>,
+    /// The same with a line of the mains in either force channel.
+    pub humming: Option<Instructions>,
 }
 
 /// What the self-test found out about the on-board chain.
@@ -113,6 +115,7 @@ impl SelfTestReport {
             let seen = counted.model(&model.name);
             model.instructions = seen.and_then(|seen| seen.instructions);
             model.sample = seen.and_then(|seen| seen.sample);
+            model.humming = seen.and_then(|seen| seen.humming);
         }
         self.errors = self.errors.max(counted.errors);
         self.passed &= counted.passed;
@@ -170,6 +173,7 @@ impl SelfTestReport {
                     digest: hexadecimal(digest)?,
                     instructions: None,
                     sample: None,
+                    humming: None,
                 });
             }
             ["chain", "seed", seed, "samples", samples, digest] => {
@@ -193,7 +197,7 @@ impl SelfTestReport {
                 model.instructions = Some(Instructions::read([inputs, least, most])?);
             }
             [
-                "sample",
+                what @ ("sample" | "humming"),
                 name,
                 "taps",
                 _,
@@ -206,7 +210,11 @@ impl SelfTestReport {
                 most,
             ] => {
                 let model = self.models.iter_mut().find(|model| model.name == name)?;
-                model.sample = Some(Instructions::read([samples, least, most])?);
+                let counted = Some(Instructions::read([samples, least, most])?);
+                match what {
+                    "sample" => model.sample = counted,
+                    _ => model.humming = counted,
+                }
             }
             ["slot", name, "no", "model"] => self.add_slot(name, SlotState::NoModel),
             ["slot", name, "model"] => self.add_slot(name, SlotState::Model),
@@ -251,6 +259,7 @@ clock internal 16000000
 digest reference seed 7 points 10 0x00000000000000ff
 instructions reference inputs 500 min 1200 max 1201
 sample reference taps 41 129 samples 1000 min 3000 max 3100
+humming reference taps 41 129 samples 1000 min 3090 max 3190
 chain seed 7 samples 20 0x000000000000beef
 error the instructions of reference depend on its input
 decoder taken 2 refused 64 errors 0
@@ -286,6 +295,7 @@ result failed
             most: 3100,
         };
         assert_eq!(reference.sample, Some(counted));
+        assert_eq!(reference.humming.map(|with| with.most), Some(3190));
         assert_eq!(report.model("a").unwrap().digest, u64::MAX);
         let chain = ChainReport {
             seed: 7,

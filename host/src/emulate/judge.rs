@@ -3,7 +3,7 @@
 
 use crate::telemetry::listen::{Heard, Listener, Tally};
 use jointwatch_shared::model::Model;
-use jointwatch_shared::pipeline::{Chain, ChainState, RawAxis, RawSample};
+use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawAxis, RawSample};
 use jointwatch_shared::telemetry::{
     Event, Hello, Occasion, Report, Sample, SampleOutput, Snapshot, Status, UploadReply,
 };
@@ -178,6 +178,14 @@ impl<'a> Judge<'a> {
                 RawSample::default()
             };
             self.step(&missing);
+        }
+        // Which samples a fault spoils the device knows from its chips.
+        if sample
+            .output
+            .as_ref()
+            .is_some_and(|o| o.saturated & Output::HELD != 0)
+        {
+            self.state.hold_lines(1);
         }
         let wanted = self.step(&said);
         if wanted.is_some() || sample.output.is_some() {

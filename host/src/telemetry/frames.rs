@@ -97,7 +97,7 @@ impl<'a> Watch<'a> {
             output,
         ))];
         if let Some(output) = output {
-            self.counters.saturated += output.saturated.count_ones();
+            self.counters.saturated += (output.saturated & Output::RAILS).count_ones();
             self.recorder.sample(output.residual);
         }
         if let Ok(monitor) = self.monitor {

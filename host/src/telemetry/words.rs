@@ -3,6 +3,7 @@
 use super::listen::Tally;
 use crate::diagnose::where_it_fails::significant;
 use jointwatch_shared::monitor::{CHANNEL_NAMES, Cause};
+use jointwatch_shared::pipeline::Output;
 use jointwatch_shared::telemetry::{
     Answer, Answered, Event, Hello, Kind, ModelIdentity, Occasion, PROTOCOL_VERSION, Quantity,
     Report, Restart, RigIdentity, Sample, SensorStatus, Slot, Snapshot, Status, UploadReply,
@@ -179,8 +180,11 @@ impl Reader {
         if output.outside != 0 {
             text.push_str("; outside range");
         }
-        if output.saturated != 0 {
+        if output.saturated & Output::RAILS != 0 {
             text.push_str("; a force at its rail");
+        }
+        if output.saturated & Output::HELD != 0 {
+            text.push_str("; lines of the mains held");
         }
         text
     }

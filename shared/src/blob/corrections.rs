@@ -1,7 +1,8 @@
-//! The corrections' part of a blob: three numbers per force channel behind the effects, all zero where nothing is wrong.
+//! The corrections' part of a blob: five numbers per force channel behind the effects, all zero where nothing is wrong.
 
 use super::unless_zero;
 use crate::error::Error;
+use crate::hum::Hum;
 use crate::layout::{Field, Reader, Writer, laid_out};
 use crate::model::corrections::ForceCorrection;
 
@@ -17,6 +18,8 @@ struct CorrectionMessage {
     excess: f64,
     cross: f64,
     delay_s: f64,
+    hum_hz: f64,
+    hum_amplitude: f64,
 }
 }
 
@@ -27,6 +30,8 @@ pub(super) fn write(corrections: &[ForceCorrection; 2], bytes: &mut [u8]) {
             excess: correction.excess,
             cross: correction.cross,
             delay_s: correction.delay_s,
+            hum_hz: correction.hum.frequency_hz,
+            hum_amplitude: correction.hum.amplitude,
         };
         message.write(&mut Writer::new(place));
     }
@@ -47,6 +52,10 @@ pub(super) fn read(axes: u8, bytes: &[u8; LEN]) -> Result<[ForceCorrection; 2], 
             excess: message.excess,
             cross: message.cross,
             delay_s: message.delay_s,
+            hum: Hum {
+                frequency_hz: message.hum_hz,
+                amplitude: message.hum_amplitude,
+            },
         };
     }
     Ok(corrections)

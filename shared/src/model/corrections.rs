@@ -1,10 +1,12 @@
-//! What is known to be wrong with the force channels: gain, cross-talk and delay, as a model carries them to the rig.
+//! What is known to be wrong with the force channels: gain, cross-talk, delay and hum, as a model carries them to the rig.
 //!
 //! A channel is first put in time, then its gain is put right, then the cross-talk of the other channel is taken off:
-//! `F = (1 − excess)·F_read(t + delay) − cross·F_other`, with `F_other` the other channel after its own time and gain.
+//! `F = (1 − excess)·F_read(t + delay) − cross·F_other`, with `F_other` the other channel after its own time and gain. Hum is what then
+//! stands in the restoring force.
 
 use super::axis::MAGNITUDE;
 use crate::error::{Checks, Error};
+use crate::hum::Hum;
 
 /// Corrections of one axis's force channel; all 0 for a channel that is right.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +17,8 @@ pub struct ForceCorrection {
     pub cross: f64,
     /// By how many seconds the channel is late; negative when it is early. −1 to 1.
     pub delay_s: f64,
+    /// What stands in it of the mains, with a phase that is another one whenever a record or a device begins.
+    pub hum: Hum,
 }
 
 impl ForceCorrection {
@@ -23,12 +27,14 @@ impl ForceCorrection {
         excess: 0.0,
         cross: 0.0,
         delay_s: 0.0,
+        hum: Hum::NONE,
     };
 
     /// Whether the channel is right as it is.
     pub fn is_none(&self) -> bool {
         // Zeros of either sign, told from their bits: no arithmetic on real numbers.
-        [self.excess, self.cross, self.delay_s].map(|x| x.to_bits() << 1) == [0; 3]
+        let others = [self.excess, self.cross, self.delay_s].map(|x| x.to_bits() << 1);
+        others == [0; 3] && self.hum.is_none()
     }
 
     /// Checks that the numbers are usable.
@@ -48,5 +54,6 @@ impl ForceCorrection {
         checks.within("correction of cross-talk", self.cross, -most, most);
         let quantity = "correction of a force delay in s";
         checks.within(quantity, self.delay_s, -1.0, 1.0);
+        self.hum.check(checks);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::RawAxis;
 use super::channel::{COUNTER_PLACES, Channel, Settling, in_time};
+use super::line::{Line, Pointer};
 use super::term::{TERM_PLACES, Term};
 use crate::error::Error;
 use crate::filter::{Delay, shift_round};
@@ -43,6 +44,8 @@ pub(super) struct AxisChain {
     /// The counters, where they are not in time.
     pub(super) late_displacement: Option<Channel>,
     pub(super) late_body: Option<Channel>,
+    /// The line of the mains in the measured force.
+    pub(super) line: Line,
 }
 
 /// Bits by which an intermediate derivative is coarser than the force unit; gives it a range of 2³⁵ force units.
@@ -194,6 +197,7 @@ impl AxisChain {
             },
             late_displacement: Channel::counter(axis.delays.displacement, wait)?,
             late_body: Channel::counter(axis.delays.body, wait)?,
+            line: Line::new(&axis.hum, rig.sample_rate_hz, force_per_lsb)?,
         })
     }
 
@@ -266,6 +270,7 @@ pub(super) struct AxisState {
     late_body: Delay<COUNTER_PLACES>,
     acceleration: Delay,
     pub(super) force: Delay,
+    pub(super) line: Pointer,
 }
 
 impl AxisState {
@@ -275,6 +280,7 @@ impl AxisState {
         late_body: Delay::NEW,
         acceleration: Delay::NEW,
         force: Delay::NEW,
+        line: Pointer::NEW,
     };
 }
 

@@ -2,6 +2,7 @@
 
 use super::axis::{Acceleration, AxisChain};
 use super::channel::{Channel, Settling};
+use super::line::Line;
 use super::term::Term;
 use super::{Chain, slopes};
 use crate::error::{Checks, Error};
@@ -194,6 +195,7 @@ impl AxisNumbers {
             late_acceleration,
             late_displacement,
             late_body,
+            line: Line::default(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What a count is worth in SI, as it lies in a rig block: for people and the host. The device has the chain's numbers instead.
 
 use super::{Refusal, SI_OFFSET, Seen, TAPS_OFFSET};
+use crate::hum::Hum;
 use crate::layout::{Field, laid_out};
 use crate::pipeline::Chain;
 use crate::rig::{ChannelDelays, MAX_TAPS, Rig, RigAxis, Taps};
@@ -130,12 +131,7 @@ impl AxisMessage {
             self.acceleration_delay,
             self.force_delay,
         ];
-        if quantities.iter().any(|q| *q == 0.0 && q.is_sign_negative()) {
-            seen.say(Refusal::Field {
-                field: "sign of a zero",
-                seen: 0x80,
-            });
-        }
+        quantities.into_iter().for_each(|q| seen.signless(q));
         RigAxis {
             displacement_step: self.displacement_step,
             displacement_difference,
@@ -153,6 +149,8 @@ impl AxisMessage {
                 body: self.body_delay,
                 acceleration: self.acceleration_delay,
             },
+            // It lies behind the others.
+            hum: Hum::NONE,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use jointwatch_shared::blob::{BLOB_LEN, CHECKSUM_OFFSET};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
+use jointwatch_shared::hum::Hum;
 use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name, Validation};
 use jointwatch_shared::model::corrections::ForceCorrection;
 use jointwatch_shared::model::network_quantise::Weights;
@@ -63,6 +64,10 @@ fn corrected(model: Model) -> Model {
             0.0
         },
         delay_s: 8e-4 - 1e-3 * axis as f64,
+        hum: Hum {
+            frequency_hz: 50.0 + axis as f64,
+            amplitude: 0.3,
+        },
     };
     let second = if model.axes() == 2 {
         wrong(1)

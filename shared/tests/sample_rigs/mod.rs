@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test uses its own part")]
 
 use crc::{CRC_32_ISO_HDLC, Crc};
+use jointwatch_shared::hum::Hum;
 use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
 use jointwatch_shared::model::{Base, Header, Model, Output};
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
@@ -80,6 +81,14 @@ pub(crate) fn block(axes: usize, full: bool) -> RigBlock {
             displacement: 0.1,
             body: if full { -0.2 } else { 0.0 },
             acceleration: if full { 3.3 } else { 1.3 },
+        },
+        hum: if full {
+            Hum {
+                frequency_hz: 50.0 + 10.0 * n as f64,
+                amplitude: 3.0,
+            }
+        } else {
+            Hum::NONE
         },
     };
     let direction = |chip, negative| SignedDirection {

@@ -4,6 +4,7 @@
 //! A missing QEMU fails these tests; nothing is skipped.
 
 mod costs;
+mod hum;
 mod line;
 mod sensor_faults;
 mod subject;

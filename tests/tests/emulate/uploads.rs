@@ -223,7 +223,7 @@ fn what_no_honest_host_sends_is_refused_by_the_device_itself() {
     let mut corrupt = good.clone();
     corrupt[7] ^= 64;
     let mut newer = good.clone();
-    newer[4] = 3;
+    newer[4] = jointwatch_shared::blob::BLOB_VERSION as u8 + 1;
     let long = vec![0; 8196];
     for (content, announced, wanted) in [
         (corrupt.clone(), crc(&good), "Checksum"),
