@@ -25,7 +25,7 @@ use si::SiMessage;
 /// Bytes of a rig block.
 pub const RIG_BLOCK_LEN: usize = 4096;
 /// The format version that this program writes and reads.
-pub const RIG_BLOCK_VERSION: u16 = 2;
+pub const RIG_BLOCK_VERSION: u16 = 3;
 /// The first four bytes.
 pub const RIG_BLOCK_MAGIC: [u8; 4] = *b"JWRB";
 /// Where a flash slot holds it: right behind the model blob, so that both are written and given up together.
@@ -207,7 +207,8 @@ impl RigBlock {
         self.wiring.check()?;
         let axes = self.rig.axes.len();
         let mut checks = Checks::new();
-        check_together(axes, &self.wiring, self.limits.as_ref(), &mut checks);
+        let limits = self.limits.as_ref();
+        check_together(axes, &self.wiring, limits, &self.chain, &mut checks);
         checks.done()?;
         if let Some(limits) = &self.limits {
             limits.check()?;
@@ -244,14 +245,19 @@ impl RigBlock {
     }
 }
 
-/// Checks that wiring and limits have as many axes as the chain.
-fn check_together(axes: usize, wiring: &Wiring, limits: Option<&Limits>, checks: &mut Checks) {
+/// Checks that the wiring has as many axes, and that the limits are for such a chain.
+fn check_together(
+    axes: usize,
+    wiring: &Wiring,
+    limits: Option<&Limits>,
+    chain: &Chain,
+    checks: &mut Checks,
+) {
     let wanted = axes as i32;
     let wired = wiring.axes.len() as i32;
     checks.whole("axes of the wiring", wired, wanted, wanted);
     if let Some(limits) = limits {
-        let seen = limits.axes.len() as i32;
-        checks.whole("axes of the monitor's limits", seen, wanted, wanted);
+        limits.check_beside(chain, checks);
     }
 }
 
@@ -353,7 +359,7 @@ pub fn on_board(bytes: &[u8], chain: &mut Chain) -> Result<OnBoard, Refusal> {
     wiring.check()?;
     message.put_chain(part(TAPS_OFFSET, LIMITS_OFFSET), chain)?;
     let mut checks = Checks::new();
-    check_together(chain.axes(), &wiring, limits.as_ref(), &mut checks);
+    check_together(chain.axes(), &wiring, limits.as_ref(), chain, &mut checks);
     let (rate, [least, most]) = (message.sample_rate_uhz, RATES_UHZ);
     checks.long("sample rate in 10⁻⁶ Hz", rate, least, most);
     checks.done()?;

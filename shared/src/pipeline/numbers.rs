@@ -16,7 +16,8 @@ laid_out! {
 pub(crate) struct Numbers {
     wait: u8,
     before: u8,
-    pub(crate) reserved: [u8; 2],
+    band_every_log2: u8,
+    pub(crate) reserved: u8,
     axes: [AxisNumbers; 2],
 }
 }
@@ -57,7 +58,8 @@ impl Numbers {
             // Five at most.
             wait: chain.settling.wait as u8,
             before: chain.settling.before as u8,
-            reserved: [0; 2],
+            band_every_log2: chain.band.every_log2,
+            reserved: 0,
             axes,
         }
     }
@@ -75,7 +77,8 @@ impl Numbers {
     ) -> Result<(), Error> {
         let mut checks = Checks::new();
         checks.whole("number of axes", i32::from(axes), 1, 2);
-        check_filters(filters.clone(), band_shift, &mut checks);
+        let of_band = [band_shift, self.band_every_log2.cast_signed()];
+        check_filters(filters.clone(), of_band, &mut checks);
         let (wait, before) = (i32::from(self.wait), i32::from(self.before));
         let most = MOST_SETTLING;
         checks.whole("samples that counters wait", wait, 0, most);
@@ -85,9 +88,10 @@ impl Numbers {
         put_weights_of_steps(acceleration, &mut chain.acceleration);
         for tap in band {
             // No more than it holds, as was checked.
-            let _ = chain.band.taps.push(tap);
+            let _ = chain.band.taps.taps.push(tap);
         }
-        chain.band.shift = band_shift;
+        chain.band.taps.shift = band_shift;
+        chain.band.every_log2 = self.band_every_log2;
         chain.settling = Settling {
             wait: usize::from(self.wait),
             before: usize::from(self.before),
