@@ -149,7 +149,7 @@ fn a_refusal_says_what_was_seen() {
     );
     assert_eq!(
         with(4, 1),
-        "the rig block has format version 1, but this program reads version 2: export it again"
+        "the rig block has format version 1, but this program reads version 3: export it again"
     );
     let mut damaged = bytes;
     damaged[100] ^= 1;
@@ -173,7 +173,7 @@ fn a_refusal_says_what_was_seen() {
         39,
         70,
         102,
-        130,
+        131,
         2483,
         2584,
         2783,

@@ -2,7 +2,7 @@
 
 use super::axis::{Acceleration, AxisChain};
 use super::channel::{Channel, Settling};
-use super::term::Term;
+use super::term::Terms;
 use super::{Chain, slopes};
 use crate::error::{Checks, Error};
 use crate::filter::put_weights_of_steps;
@@ -35,10 +35,9 @@ struct AxisNumbers {
     velocity_shift: i8,
     curvature_shift: i8,
     body_velocity_shift: i8,
-    reserved: u8,
     position: Scale,
     velocity: Scale,
-    terms: [Term; 5],
+    terms: Terms,
     force: Channel,
     late_channels: [Channel; 3],
 }
@@ -128,7 +127,6 @@ impl AxisNumbers {
             velocity_shift: axis.velocity_shift,
             curvature_shift: axis.curvature_shift,
             body_velocity_shift: axis.body_velocity_shift,
-            reserved: 0,
             position: axis.position,
             velocity: axis.velocity,
             terms: axis.terms,
@@ -154,8 +152,6 @@ impl AxisNumbers {
         checks.whole(quantity, i32::from(self.acceleration), 0, 2);
         let quantity = "marks of channels that are not in time";
         checks.whole(quantity, i32::from(self.late), 0, 7);
-        let reserved = i32::from(self.reserved);
-        checks.whole("reserved byte of an axis's numbers", reserved, 0, 0);
         for shift in [
             self.velocity_shift,
             self.curvature_shift,
@@ -165,9 +161,7 @@ impl AxisNumbers {
         }
         self.position.check(checks);
         self.velocity.check(checks);
-        for term in self.terms {
-            term.check(checks);
-        }
+        self.terms.check(checks);
         self.force.check(checks);
         let mut late = [None; 3];
         for (bit, (place, channel)) in late.iter_mut().zip(&self.late_channels).enumerate() {
