@@ -35,14 +35,17 @@ use crate::fixed::in_order;
 use crate::pipeline::{Chain, Output, RawSample};
 use crate::rig::MAX_BAND_TAPS;
 use block::Waiting;
+use core::mem::replace;
 use level::{Level, SIDES, sides, values};
 use limits::{CHANNELS, Limits};
 use review::Review;
 use sensors::{SensorState, forget};
 use sliding::{FAST, SLOW, Sliding};
 
-/// The longest wait for the low-pass over the residual, in samples.
-const MOST_WAIT: usize = MAX_BAND_TAPS / 2 + 1;
+/// The longest wait for the low-pass over the residual and for the sample after it, in samples.
+const MOST_WAIT: usize = MAX_BAND_TAPS / 2 + 2;
+/// Two pieces at a time are done of a block with fewer samples.
+const SHORT_BLOCK: u16 = 64;
 /// Binary logarithm of the blocks over which the time outside the training range is counted.
 const OUTSIDE_MEMORY: u32 = 6;
 /// The monitor of one model on one rig: what is calibrated, apart from what moves ([`MonitorState`]).
@@ -52,7 +55,7 @@ pub struct Monitor {
     /// Binary logarithms of the samples of a block, and of the residuals in the band that come meanwhile.
     log_block: u32,
     log_values: u32,
-    /// Samples by which the residual in the band is older than the rest of an output.
+    /// Samples by which the residual in the band that is summed up is older than the rest of an output.
     wait: usize,
     /// Residuals that a state outside the training range spoils.
     after_outside: u16,
@@ -65,6 +68,9 @@ pub struct Monitor {
 pub struct MonitorState {
     waiting: [[Waiting; 2]; MOST_WAIT],
     newest: usize,
+    /// A residual in the band that is summed up with the next sample, where that has none: the low-pass has enough to do when it
+    /// comes.
+    held: Option<[i32; 2]>,
     /// Residuals that are still spoilt.
     spoilt: u16,
     /// The block that is being filled and the last one that was, which change places.
@@ -96,6 +102,7 @@ struct Judging {
     /// Axes that are still to be judged, and pieces that were done of the first of them.
     axes: usize,
     done: u8,
+    log_force: i32,
     shares: [i32; 2],
     seen: Statistics,
 }
@@ -110,6 +117,7 @@ impl Default for MonitorState {
         Self {
             waiting: [[Waiting::default(); 2]; MOST_WAIT],
             newest: 0,
+            held: None,
             spoilt: 0,
             sums: [[Sums::default(); 2]; 2],
             filling: 0,
@@ -146,7 +154,7 @@ impl Monitor {
         Ok(Self {
             log_block: limits.block.trailing_zeros(),
             log_values: limits.values(chain).trailing_zeros(),
-            wait: chain.band_delay() - chain.delay(),
+            wait: chain.band_delay() - chain.delay() + usize::from(chain.band_every() > 1),
             after_outside: band as u16,
             after_fault: (derivative + band) as u16,
             limits,
@@ -178,19 +186,34 @@ impl Monitor {
             }
             _ => self.sense(state, raw, faults),
         }
-        let mut added = false;
+        let mut busy = false;
         if let Some(output) = output {
-            added = self.take(state, output);
+            busy = self.take(state, output);
+            busy |= self.log_block - self.log_values > 1 && output.residual_band.is_some();
         }
         state.ticks = state.ticks.saturating_add(1);
         if state.ticks >= self.limits.block {
             (state.ticks, state.to_end) = (0, END);
         }
-        // A piece per sample, so that the end of a block does not come all at once, nor together with the sums where there are
-        // samples without any. As many as there are pieces come before the next end: half of a block, which then has 32 samples.
-        if added && self.log_values < self.log_block {
-            return state.verdict;
+        // A piece at a time, so that the end of a block does not come all at once, nor together with the sums and the low-pass's
+        // values where there are samples without any. Half of a block's are, so that all of the 18 pieces are done before the next end.
+        if !(busy && self.is_thinned()) {
+            self.go_on(state);
+            if self.limits.block < SHORT_BLOCK {
+                self.go_on(state);
+            }
         }
+        state.verdict
+    }
+
+    /// Whether there are samples without a residual in the band.
+    fn is_thinned(&self) -> bool {
+        self.log_values < self.log_block
+    }
+
+    /// Does the next piece, if there is one.
+    #[inline(never)]
+    fn go_on(&self, state: &mut MonitorState) {
         if state.to_end > REVIEW {
             self.end_block(state);
         } else if state.judging.axes != 0 {
@@ -198,7 +221,6 @@ impl Monitor {
         } else if state.to_end != 0 {
             self.review(state);
         }
-        state.verdict
     }
 
     /// The faults with those of forces at a rail: bit a of `saturated` for axis a.
@@ -240,11 +262,15 @@ impl Monitor {
             state.outside = state.outside.saturating_add(1);
             state.spoilt = state.spoilt.max(self.after_outside);
         }
+        let mut residual = output.residual_band;
         if state.spoilt > 0 {
             state.spoilt -= 1;
-            return false;
+            residual = None;
         }
-        let Some(residual) = output.residual_band else {
+        if self.is_thinned() {
+            residual = replace(&mut state.held, residual);
+        }
+        let Some(residual) = residual else {
             return false;
         };
         let place = match state.newest.checked_sub(self.wait) {
@@ -282,7 +308,7 @@ impl Monitor {
             // A channel stands still: what was summed up meanwhile says nothing about the joint.
             state.begin_block();
             state.judging.axes = 0;
-            state.spoilt = self.after_fault;
+            (state.spoilt, state.held) = (self.after_fault, None);
         }
         forget(
             &mut state.outside_rate,
@@ -312,22 +338,38 @@ impl Monitor {
                 let [fast, slow] = sliding;
                 fast.add::<FAST>(sums);
                 slow.add::<SLOW>(sums);
+                judging.log_force = sums.log_force(limits, self.log_values);
             }
             done @ 1..=2 => {
                 let input = usize::from(done - 1) & 1;
-                judging.shares[input] = sums.share(limits, self.log_values, input);
+                judging.shares[input] =
+                    sums.share(limits, self.log_values, judging.log_force, input);
             }
-            3 => judging.seen = sums.judged(limits, self.log_values, judging.shares),
-            _ => {
+            3 => {
+                let (force, shares) = (judging.log_force, judging.shares);
+                judging.seen = sums.judged(limits, self.log_values, force, shares);
+                state.moved |= judging.seen.moves;
+            }
+            done => {
+                // The first two sums, then the other three.
+                let (from, to) = if done == 4 { (0, 2) } else { (2, SIDES) };
                 if judging.seen.moves {
-                    state.moved = true;
-                    let levels = levels.iter_mut().zip(values(&judging.seen));
-                    for (number, ((level, value), side)) in levels.zip(sides(limits)).enumerate() {
-                        level.add(value, side, most_of_block(number, side.threshold));
+                    let (values, sides) = (values(&judging.seen), sides(limits));
+                    for number in from..to {
+                        // As many of each as there are sides.
+                        if let (Some(level), Some(&value), Some(&side)) = (
+                            levels.get_mut(number),
+                            values.get(number),
+                            sides.get(number),
+                        ) {
+                            level.add(value, side, most_of_block(number, side.threshold));
+                        }
                     }
                 }
-                (judging.axes, judging.done) = (judging.axes - 1, 0);
-                return;
+                if to == SIDES {
+                    (judging.axes, judging.done) = (judging.axes - 1, 0);
+                    return;
+                }
             }
         }
         judging.done += 1;

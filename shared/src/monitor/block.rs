@@ -81,22 +81,29 @@ impl Sums {
 
     /// The statistics of a full block of 2^`log_values` residuals in the band.
     pub fn statistics(&self, limits: &AxisLimits, log_values: u32) -> Statistics {
-        let shares = [0, 1].map(|input| self.share(limits, log_values, input));
-        self.judged(limits, log_values, shares)
+        let force = self.log_force(limits, log_values);
+        let shares = [0, 1].map(|input| self.share(limits, log_values, force, input));
+        self.judged(limits, log_values, force, shares)
     }
 
     /// log₂ of Σr² + n·P̄.
-    fn log_force(&self, limits: &AxisLimits, log_values: u32) -> i32 {
+    pub(super) fn log_force(&self, limits: &AxisLimits, log_values: u32) -> i32 {
         log2(self.force as u64 + (limits.force_power << (log_values & 15)))
     }
 
     /// The part of the residual that goes with the displacement (0) or the velocity (1), before the level of motion is taken off.
-    pub(super) fn share(&self, limits: &AxisLimits, log_values: u32, input: usize) -> i32 {
+    pub(super) fn share(
+        &self,
+        limits: &AxisLimits,
+        log_values: u32,
+        log_force: i32,
+        input: usize,
+    ) -> i32 {
         let input = input & 1;
         let (along, power) = (self.along[input], self.state[input] as u64);
         let log_state = log2(power + (limits.state_power[input] << (log_values & 15)));
         let log_share =
-            log2(along.unsigned_abs()) - (self.log_force(limits, log_values) + log_state) / 2;
+            log2(along.unsigned_abs()) - (log_force + log_state) / 2;
         let size = if along == 0 { 0 } else { exp2(log_share) };
         if (along < 0) != limits.reversed {
             -size
@@ -110,6 +117,7 @@ impl Sums {
         &self,
         limits: &AxisLimits,
         log_values: u32,
+        log_force: i32,
         [stiffness, friction]: [i32; 2],
     ) -> Statistics {
         let log_values = log_values & 15;
@@ -120,7 +128,6 @@ impl Sums {
         let level = level.clamp(-LEVELS * OCTAVE, LEVELS * OCTAVE);
         let [of_error, of_stiffness, of_friction] = limits.per_octave;
         let expected = |per_octave: i32| ((i64::from(per_octave) * i64::from(level)) >> 10) as i32;
-        let log_force = self.log_force(limits, log_values);
         Statistics {
             level,
             error: log2(self.error as u64) - log_force - expected(of_error),

@@ -113,7 +113,10 @@ impl Mul for Q {
             let high = ((raw >> PLACES) as i32).checked_add((low as u32 >> 31).cast_signed());
             high.map(|high| (high, low))
         };
-        let (Some((a, c)), Some((b, d))) = (halves(self.raw), halves(other.raw)) else {
+        let Some((a, c)) = halves(self.raw) else {
+            return self.mul_largest(other);
+        };
+        let Some((b, d)) = halves(other.raw) else {
             return self.mul_largest(other);
         };
         let product = |x: i32, y: i32| i64::from(x) * i64::from(y);
