@@ -35,7 +35,6 @@ use crate::fixed::in_order;
 use crate::pipeline::{Chain, Output, RawSample};
 use crate::rig::MAX_BAND_TAPS;
 use block::Waiting;
-use core::mem::replace;
 use level::{Level, SIDES, sides, values};
 use limits::{CHANNELS, Limits};
 use review::Review;
@@ -55,6 +54,9 @@ pub struct Monitor {
     /// Binary logarithms of the samples of a block, and of the residuals in the band that come meanwhile.
     log_block: u32,
     log_values: u32,
+    /// Whether there are samples without a residual in the band, and whether those are more than every other one.
+    is_thinned: bool,
+    is_sparse: bool,
     /// Samples by which the residual in the band that is summed up is older than the rest of an output.
     wait: usize,
     /// Residuals that a state outside the training range spoils.
@@ -70,7 +72,8 @@ pub struct MonitorState {
     newest: usize,
     /// A residual in the band that is summed up with the next sample, where that has none: the low-pass has enough to do when it
     /// comes.
-    held: Option<[i32; 2]>,
+    held: [i32; 2],
+    is_held: bool,
     /// Residuals that are still spoilt.
     spoilt: u16,
     /// The block that is being filled and the last one that was, which change places.
@@ -117,7 +120,8 @@ impl Default for MonitorState {
         Self {
             waiting: [[Waiting::default(); 2]; MOST_WAIT],
             newest: 0,
-            held: None,
+            held: [0; 2],
+            is_held: false,
             spoilt: 0,
             sums: [[Sums::default(); 2]; 2],
             filling: 0,
@@ -154,6 +158,8 @@ impl Monitor {
         Ok(Self {
             log_block: limits.block.trailing_zeros(),
             log_values: limits.values(chain).trailing_zeros(),
+            is_thinned: chain.band_every() > 1,
+            is_sparse: chain.band_every() > 2,
             wait: chain.band_delay() - chain.delay() + usize::from(chain.band_every() > 1),
             after_outside: band as u16,
             after_fault: (derivative + band) as u16,
@@ -189,7 +195,7 @@ impl Monitor {
         let mut busy = false;
         if let Some(output) = output {
             busy = self.take(state, output);
-            busy |= self.log_block - self.log_values > 1 && output.residual_band.is_some();
+            busy |= self.is_sparse && output.residual_band.is_some();
         }
         state.ticks = state.ticks.saturating_add(1);
         if state.ticks >= self.limits.block {
@@ -197,18 +203,13 @@ impl Monitor {
         }
         // A piece at a time, so that the end of a block does not come all at once, nor together with the sums and the low-pass's
         // values where there are samples without any. Half of a block's are, so that all of the 18 pieces are done before the next end.
-        if !(busy && self.is_thinned()) {
+        if !(busy && self.is_thinned) {
             self.go_on(state);
             if self.limits.block < SHORT_BLOCK {
                 self.go_on(state);
             }
         }
         state.verdict
-    }
-
-    /// Whether there are samples without a residual in the band.
-    fn is_thinned(&self) -> bool {
-        self.log_values < self.log_block
     }
 
     /// Does the next piece, if there is one.
@@ -267,11 +268,17 @@ impl Monitor {
             state.spoilt -= 1;
             residual = None;
         }
-        if self.is_thinned() {
-            residual = replace(&mut state.held, residual);
-        }
-        let Some(residual) = residual else {
-            return false;
+        let residual = match residual {
+            Some(residual) if self.is_thinned => {
+                (state.held, state.is_held) = (residual, true);
+                return false;
+            }
+            Some(residual) => residual,
+            None if state.is_held => {
+                state.is_held = false;
+                state.held
+            }
+            None => return false,
         };
         let place = match state.newest.checked_sub(self.wait) {
             Some(place) => place,
@@ -308,7 +315,7 @@ impl Monitor {
             // A channel stands still: what was summed up meanwhile says nothing about the joint.
             state.begin_block();
             state.judging.axes = 0;
-            (state.spoilt, state.held) = (self.after_fault, None);
+            (state.spoilt, state.is_held) = (self.after_fault, false);
         }
         forget(
             &mut state.outside_rate,

@@ -102,8 +102,7 @@ impl Sums {
         let input = input & 1;
         let (along, power) = (self.along[input], self.state[input] as u64);
         let log_state = log2(power + (limits.state_power[input] << (log_values & 15)));
-        let log_share =
-            log2(along.unsigned_abs()) - (log_force + log_state) / 2;
+        let log_share = log2(along.unsigned_abs()) - (log_force + log_state) / 2;
         let size = if along == 0 { 0 } else { exp2(log_share) };
         if (along < 0) != limits.reversed {
             -size

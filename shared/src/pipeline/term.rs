@@ -47,11 +47,7 @@ impl Terms {
     ///
     /// # Errors
     /// [`Error::OutOfRange`] when gains are not finite or too large, and when that of the force is too small.
-    pub(super) fn new(
-        derived: [f64; 2],
-        codes: [f64; 3],
-        position: f64,
-    ) -> Result<Self, Error> {
+    pub(super) fn new(derived: [f64; 2], codes: [f64; 3], position: f64) -> Result<Self, Error> {
         let [_, force, _] = codes.map(f64::abs);
         Error::unless_within("force per count", force, LEAST_FACTOR, MOST_FACTOR)?;
         let (codes, of_codes) = fitted(codes)?;

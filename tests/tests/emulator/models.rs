@@ -9,7 +9,7 @@ use jointwatch_shared::selftest::{Points, reference_model};
 use jointwatch_shared::units::References;
 
 /// A dense model of one or two axes with coefficients of very different size, another one for every seed.
-pub fn model(axes: usize, seed: u64) -> Model {
+pub(crate) fn model(axes: usize, seed: u64) -> Model {
     let mut points = Points::new(seed);
     let terms = 16_usize.pow(axes as u32);
     let coefficients: Vec<Vec<f64>> = (0..axes)
@@ -25,7 +25,7 @@ pub fn model(axes: usize, seed: u64) -> Model {
 }
 
 /// A network of one or two axes with weights of very different size, another one for every seed.
-pub fn network(axes: usize, neurons: usize, seed: u64) -> Model {
+pub(crate) fn network(axes: usize, neurons: usize, seed: u64) -> Model {
     let mut points = Points::new(seed);
     let mut draw = |count: usize| -> Vec<f64> {
         let mut next = || f64::from(points.next_word()) / f64::from(1 << 29);
@@ -116,14 +116,14 @@ fn in_the_middle(entry: &'static Entry, header: &Header) -> InSi {
 }
 
 /// A model with one effect more beside its base, on the first axis.
-pub fn with_effect(base: Model, entry: &'static Entry) -> Model {
+pub(crate) fn with_effect(base: Model, entry: &'static Entry) -> Model {
     let term = in_the_middle(entry, base.header());
     base.adding_effects(&[term], &[]).expect("a sound model")
 }
 
 /// Every effect of the joint in models of eight, on one axis where it can be. Hystereses among them carry their states from point to
 /// point.
-pub fn of_the_table() -> Vec<Model> {
+pub(crate) fn of_the_table() -> Vec<Model> {
     let joint = EFFECTS.iter().filter(|e| e.seat == Seat::Joint);
     let (two, one): (Vec<&Entry>, Vec<&Entry>) = joint.partition(|e| e.needs_two_axes());
     let model = |axes: usize, entries: &[&'static Entry]| {
@@ -137,12 +137,12 @@ pub fn of_the_table() -> Vec<Model> {
 }
 
 /// A model of effects alone.
-pub fn physical(axes: usize) -> Model {
+pub(crate) fn physical(axes: usize) -> Model {
     Model::from_effects(header(axes), &effects(axes), &[]).expect("a sound model")
 }
 
 /// A model with one effect with memory beside its base, Dahl's friction.
-pub fn with_memory(base: Model) -> Model {
+pub(crate) fn with_memory(base: Model) -> Model {
     let [x, _] = &base.header().axes[..] else {
         panic!("two axes");
     };
@@ -155,7 +155,7 @@ pub fn with_memory(base: Model) -> Model {
 }
 
 /// A model with effects beside its base.
-pub fn with_effects(base: Model) -> Model {
+pub(crate) fn with_effects(base: Model) -> Model {
     let terms = effects(base.axes());
     base.adding_effects(&terms, &[]).expect("a sound model")
 }

@@ -1,4 +1,4 @@
-//! What a sample takes, from counts to verdict, with every effect that has a memory.
+//! What a sample takes, from counts to verdict, alone and with every effect that has a memory.
 
 use crate::models::{model, network, with_effect};
 use crate::run;
@@ -8,26 +8,31 @@ use jointwatch_shared::effect::{EFFECTS, Entry, Seat};
 use jointwatch_shared::model::Model;
 use jointwatch_shared::model::network::NEURONS;
 
-/// The most that a sample may take with a polynomial and with a network, alone and with one effect with memory beside it.
-const MOST: [(&str, [u32; 2]); 2] = [("reference", [3850, 4400]), ("network", [4150, 4720])];
+/// A base: its name in the report, how a model of it is made, the most instructions that a sample may take with it alone, and with one
+/// effect with memory beside it.
+type Base = (&'static str, fn() -> Model, u32, u32);
+const BASES: [Base; 2] = [
+    ("reference", || model(2, 19), 3300, 4000),
+    ("network", || network(2, NEURONS, 12), 3670, 4400),
+];
+/// The effects that take more, and by how much: `docs/numerics.md` says why.
+const DEARER: [(&str, u32); 2] = [("bouc_wen", 2160), ("lugre", 80)];
 
 #[test]
 fn a_sample_takes_no_more_instructions_than_stated() {
     let with_memory = |entry: &&Entry| entry.seat == Seat::Joint && !entry.state_bounds.is_empty();
-    for ((base, [alone, beside]), make) in MOST
-        .into_iter()
-        .zip([|| model(2, 19), || network(2, NEURONS, 12)] as [fn() -> Model; 2])
-    {
+    for (base, make, alone, beside) in BASES {
         for effect in EFFECTS.iter().filter(with_memory) {
             let slot = with_effect(make(), effect);
-            if let Ok(d) = std::env::var("DUMP") { std::fs::write(format!("{d}/{base}-{}.bin", effect.about.name), blob::encode(&slot)).unwrap(); }
             let report = run(Board::Stm32f405, Some(&blob::encode(&slot)), 0);
-            for (slot, name, most) in [(base, base, alone), ("a", effect.about.name, beside)] {
+            let effect = effect.about.name;
+            let dearer = DEARER.iter().find(|(name, _)| *name == effect);
+            let beside = beside + dearer.map_or(0, |(_, more)| *more);
+            for (slot, what, most) in [(base, "alone", alone), ("a", effect, beside)] {
                 let counted = report.model(slot).and_then(|model| model.sample);
-                let counted = counted.unwrap_or_else(|| panic!("no count of {name}: {report:?}"));
-                println!("{base}, {name}: {counted:?}");
-                //assert!(counted.most <= most, "{base}, {name}: {counted:?}");
-                let _ = most;
+                let counted = counted.unwrap_or_else(|| panic!("no count of {what}: {report:?}"));
+                println!("{base}, {what}: {counted:?}");
+                assert!(counted.most <= most, "{base}, {what}: {counted:?}");
             }
         }
     }
