@@ -105,8 +105,8 @@ pub fn limits(
     let mut healthy = Vec::new();
     let mut judged = Vec::new();
     for (axis, mine) in limits.axes.iter_mut().enumerate() {
-        mine.per_octave = per_octave(&series(&seen, axis, mine, block));
-        let series = series(&seen, axis, mine, block);
+        mine.per_octave = per_octave(&series(&seen, axis, mine, monitor.log_values()));
+        let series = series(&seen, axis, mine, monitor.log_values());
         let count = series
             .iter()
             .filter(|s| s.validation)
@@ -142,8 +142,8 @@ pub fn limits(
     })
 }
 
-/// The power of two nearest to [`BLOCK_S`].
-fn block(sample_rate_hz: f64) -> u16 {
+/// Samples of a block: the power of two nearest to [`BLOCK_S`], within [`BLOCK`].
+pub fn block(sample_rate_hz: f64) -> u16 {
     let [least, most] = BLOCK;
     let exponent = (BLOCK_S * sample_rate_hz).log2().round();
     (exponent.exp2() as u16).clamp(least, most)
@@ -272,11 +272,11 @@ fn series(
     seen: &[(bool, Vec<[Sums; 2]>)],
     axis: usize,
     limits: &AxisLimits,
-    block: u16,
+    log_values: u32,
 ) -> Vec<Series> {
     let of_record = |(validation, blocks): &(bool, Vec<[Sums; 2]>)| {
         let judged = blocks.iter().map(|sums| &sums[axis]).filter_map(|sums| {
-            let seen = sums.statistics(limits, block.trailing_zeros());
+            let seen = sums.statistics(limits, log_values);
             seen.moves.then_some((sums, seen))
         });
         let (mut error, mut force) = (0.0, 0.0);

@@ -103,6 +103,7 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
         velocity,
         acceleration,
         band,
+        band_every_log2: filters.band_every_log2(),
     })
 }
 
@@ -367,18 +368,15 @@ fn figures(
     let half = chain.band_delay() - chain.delay();
     let band = signal::fir::to_f64(chain.band());
     let measured = low_pass(measured, &band);
-    // Both series now begin `half` outputs in: the low-passed residual of output n belongs to output n − half.
-    let residual: Vec<f64> = outputs
-        .iter()
-        .filter_map(|o| o.residual_band)
-        .map(|r| r[axis] as f64 * unit)
-        .collect();
-    let inside = measured
-        .iter()
-        .zip(&residual)
-        .enumerate()
-        .filter(|(at, _)| outputs.get(at + half).is_some_and(|o| o.outside == 0));
-    let (force, error): (Vec<f64>, Vec<f64>) = inside.map(|(_, (r, e))| (*r, *e)).unzip();
+    // The low-passed residual of output n belongs to output n − half, the low-passed force at n − 2·half to the same.
+    let values = outputs.iter().enumerate();
+    let values = values.filter_map(|(at, o)| Some((at, o.residual_band?)));
+    let inside = values.filter_map(|(at, residual)| {
+        let force = *measured.get(at.checked_sub(2 * half)?)?;
+        let is_inside = outputs.get(at - half)?.outside == 0;
+        is_inside.then_some((force, f64::from(residual[axis]) * unit))
+    });
+    let (force, error): (Vec<f64>, Vec<f64>) = inside.unzip();
     let sums = Sums::of(&error, &force);
     AxisReplay {
         nmse_percent: sums.nmse_percent(),

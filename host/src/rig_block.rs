@@ -47,6 +47,7 @@ pub fn of_file(path: &Path, model: &Model) -> Result<RigBlock> {
         velocity,
         acceleration,
         band,
+        band_every_log2: filters.band_every_log2(),
     };
     finished(path, converters, described.wiring, model)
 }
@@ -302,12 +303,16 @@ fn skews_us(axis: &RigAxis, sample_rate_hz: f64) -> [f64; 4] {
 pub fn in_words(block: &RigBlock) -> String {
     let (rig, wiring) = (&block.rig, &block.wiring);
     let mut text = format!(
-        "Rig block: {} axes at {} Hz; derivatives of {} taps, residual's low-pass of {} taps; {} limits of the monitor; for the model \
+        "Rig block: {} axes at {} Hz; derivatives of {} taps, residual's low-pass of {} taps, a value at every {}; {} limits of the monitor; for the model \
          whose checksum is {:08x}.\n",
         rig.axes.len(),
         rig.sample_rate_hz,
         rig.velocity.taps.len(),
         rig.band.taps.len(),
+        match 1 << rig.band_every_log2 {
+            1 => "sample".into(),
+            every => format!("{every} samples"),
+        },
         if block.limits.is_some() {
             "with"
         } else {
@@ -471,6 +476,7 @@ pub fn as_json(block: &RigBlock) -> serde_json::Value {
         "sample_rate_hz": rig.sample_rate_hz,
         "derivative_taps": rig.velocity.taps.len(),
         "band_taps": rig.band.taps.len(),
+        "band_every": 1_u32 << rig.band_every_log2,
         "gains": wiring.converter.gain_log2.map(|gain| 1_u32 << gain),
         "oversampling": 128_u32 << wiring.converter.oversampling,
         "limits": block.limits.as_ref().map(|limits| limits_as_json(limits, rig.sample_rate_hz)),

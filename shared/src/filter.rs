@@ -7,7 +7,7 @@
 
 use crate::fixed::{in_order, round_shift, saturate};
 use crate::kernels::Kernels;
-use crate::rig::{MAX_TAPS, Taps};
+use crate::rig::MAX_TAPS;
 use core::ops::Range;
 use heapless::Vec;
 
@@ -233,19 +233,6 @@ impl<const PLACES: usize> Delay<PLACES> {
     }
 }
 
-/// `Σ tap·x` with symmetric taps, rounded to nearest and saturated: the window's low-passed middle, of both axes.
-pub fn low_pass<K: Kernels, const MOST: usize>(
-    taps: &Taps<MOST>,
-    history: &History<MOST>,
-) -> [i32; 2] {
-    let window = history.window(0, &history.newest(taps.taps.len()));
-    let [first, second] = K::products(&taps.taps, window);
-    [
-        shift_round(first, taps.shift),
-        shift_round(second, taps.shift),
-    ]
-}
-
 /// `Σ weight·row` of both columns, modulo 2⁶⁴.
 ///
 /// Sixteen rows at a time, seven instructions for two: as few as the compiler can do with, but for the counting.
@@ -319,6 +306,7 @@ pub fn shift_round(value: i64, shift: i8) -> i32 {
 mod tests {
     use super::*;
     use crate::kernels::Portable;
+    use crate::rig::Taps;
     use heapless::Vec;
 
     fn taps(values: &[i32], shift: i8) -> Taps {
@@ -414,18 +402,6 @@ mod tests {
                 assert_eq!(seen.map(i128::from), [wanted; 2], "{taps:?}");
             }
         }
-    }
-
-    #[test]
-    fn the_low_pass_keeps_a_constant_and_saturates_at_the_rails() {
-        let mean = taps(&[1 << 20, 1 << 21, 1 << 20], 22);
-        let passed = |taps: &Taps, value: i32| {
-            low_pass::<Portable, _>(taps, &filled([value; 5].into_iter()))
-        };
-        assert_eq!(passed(&mean, 7), [7, -7]);
-        assert_eq!(passed(&mean, i32::MIN), [i32::MIN; 2]);
-        let gain_two = taps(&[1 << 21, 1 << 22, 1 << 21], 22);
-        assert_eq!(passed(&gain_two, i32::MAX), [i32::MAX, i32::MIN]);
     }
 
     #[test]

@@ -8,7 +8,8 @@
 //! outside the range, counts, faults of the sensors ── rates, channels that stand still ──────────┘
 //! ```
 //!
-//! Blocks hold only samples whose residual is free of everything that makes it wrong: a state outside the training range
+//! The residual in the band comes at every so many samples, and what is summed up of the others are their values at those instants.
+//! Blocks hold only residuals that are free of everything that makes it wrong: a state outside the training range
 //! spoils as many residuals as the low-pass has taps, a fault of a sensor as many as the whole chain has.
 //! `docs/monitor.md` has the formulas and how the limits are set. Everything per sample is integer, takes no memory beyond
 //! [`MonitorState`], and cannot panic; the work at the end of a block is spread over the samples that follow.
@@ -17,6 +18,7 @@ mod block;
 mod level;
 pub mod limits;
 mod logarithm;
+mod review;
 mod sensors;
 mod sliding;
 mod verdict;
@@ -33,25 +35,29 @@ use crate::fixed::in_order;
 use crate::pipeline::{Chain, Output, RawSample};
 use crate::rig::MAX_BAND_TAPS;
 use block::Waiting;
-use level::{CAUSES, Level, SIDES, sides, values};
+use level::{Level, SIDES, sides, values};
 use limits::{CHANNELS, Limits};
+use review::Review;
 use sensors::{SensorState, forget};
 use sliding::{FAST, SLOW, Sliding};
 
-/// The longest wait for the low-pass over the residual, in samples.
-const MOST_WAIT: usize = MAX_BAND_TAPS / 2 + 1;
+/// The longest wait for the low-pass over the residual and for the sample after it, in samples.
+const MOST_WAIT: usize = MAX_BAND_TAPS / 2 + 2;
+/// Two pieces at a time are done of a block with fewer samples.
+const SHORT_BLOCK: u16 = 64;
 /// Binary logarithm of the blocks over which the time outside the training range is counted.
 const OUTSIDE_MEMORY: u32 = 6;
-/// The rate of faults of a sensor that makes the verdict suspect (0.5 %) and raises the alarm (10 %), in 2⁻¹⁶; half of
-/// it ends them.
-const FAULT_RATES: [i32; 2] = [328, 6554];
-
 /// The monitor of one model on one rig: what is calibrated, apart from what moves ([`MonitorState`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Monitor {
     limits: Limits,
+    /// Binary logarithms of the samples of a block, and of the residuals in the band that come meanwhile.
     log_block: u32,
-    /// Samples by which the residual in the band is older than the rest of an output.
+    log_values: u32,
+    /// Whether there are samples without a residual in the band, and whether those are more than every other one.
+    is_thinned: bool,
+    is_sparse: bool,
+    /// Samples by which the residual in the band that is summed up is older than the rest of an output.
     wait: usize,
     /// Residuals that a state outside the training range spoils.
     after_outside: u16,
@@ -64,6 +70,10 @@ pub struct Monitor {
 pub struct MonitorState {
     waiting: [[Waiting; 2]; MOST_WAIT],
     newest: usize,
+    /// A residual in the band that is summed up with the next sample, where that has none: the low-pass has enough to do when it
+    /// comes.
+    held: [i32; 2],
+    is_held: bool,
     /// Residuals that are still spoilt.
     spoilt: u16,
     /// The block that is being filled and the last one that was, which change places.
@@ -95,16 +105,9 @@ struct Judging {
     /// Axes that are still to be judged, and pieces that were done of the first of them.
     axes: usize,
     done: u8,
+    log_force: i32,
     shares: [i32; 2],
     seen: Statistics,
-}
-
-/// A verdict that is being come to.
-#[derive(Clone, Copy, Debug, Default)]
-struct Review {
-    verdict: Verdict,
-    /// Of the change of the joint that it names: how grave it is, whether it has a direction, whether it was said before, how far it is.
-    preference: (State, bool, bool, u16),
 }
 
 /// Pieces of the end of the sensors' block: the courses of both axes and the rates, which come before everything else, and then the review
@@ -117,6 +120,8 @@ impl Default for MonitorState {
         Self {
             waiting: [[Waiting::default(); 2]; MOST_WAIT],
             newest: 0,
+            held: [0; 2],
+            is_held: false,
             spoilt: 0,
             sums: [[Sums::default(); 2]; 2],
             filling: 0,
@@ -146,18 +151,25 @@ impl Monitor {
     /// [`Error`] names the limit that is not usable, or says that the limits are not for as many axes as the chain has.
     pub fn new(limits: Limits, chain: &Chain) -> Result<Self, Error> {
         limits.check()?;
-        let (axes, mut checks) = (chain.axes() as i32, Checks::new());
-        let quantity = "axes of the monitor's limits, against the rig's";
-        checks.whole(quantity, limits.axes.len() as i32, axes, axes);
+        let mut checks = Checks::new();
+        limits.check_beside(chain, &mut checks);
         checks.done()?;
         let (derivative, band) = (chain.spoilt_by_fault(), chain.band().taps.len() as u16);
         Ok(Self {
             log_block: limits.block.trailing_zeros(),
-            wait: chain.band_delay() - chain.delay(),
+            log_values: limits.values(chain).trailing_zeros(),
+            is_thinned: chain.band_every() > 1,
+            is_sparse: chain.band_every() > 2,
+            wait: chain.band_delay() - chain.delay() + usize::from(chain.band_every() > 1),
             after_outside: band,
             after_fault: derivative + band,
             limits,
         })
+    }
+
+    /// Binary logarithm of the residuals in the band that a block sums up: what [`Sums::statistics`] wants to know.
+    pub fn log_values(&self) -> u32 {
+        self.log_values
     }
 
     /// Its limits.
@@ -180,14 +192,29 @@ impl Monitor {
             }
             _ => self.sense(state, raw, faults),
         }
+        let mut busy = false;
         if let Some(output) = output {
-            self.take(state, output);
+            busy = self.take(state, output);
+            busy |= self.is_sparse && output.residual_band.is_some();
         }
-        // A piece per sample, so that the end of a block does not come all at once.
         state.ticks = state.ticks.saturating_add(1);
         if state.ticks >= self.limits.block {
             (state.ticks, state.to_end) = (0, END);
         }
+        // A piece at a time, so that the end of a block does not come all at once, nor together with the sums and the low-pass's
+        // values where there are samples without any. Half of a block's are, so that all of the 18 pieces are done before the next end.
+        if !(busy && self.is_thinned) {
+            self.go_on(state);
+            if self.limits.block < SHORT_BLOCK {
+                self.go_on(state);
+            }
+        }
+        state.verdict
+    }
+
+    /// Does the next piece, if there is one.
+    #[inline(never)]
+    fn go_on(&self, state: &mut MonitorState) {
         if state.to_end > REVIEW {
             self.end_block(state);
         } else if state.judging.axes != 0 {
@@ -195,7 +222,6 @@ impl Monitor {
         } else if state.to_end != 0 {
             self.review(state);
         }
-        state.verdict
     }
 
     /// The faults with those of forces at a rail: bit a of `saturated` for axis a.
@@ -218,8 +244,8 @@ impl Monitor {
         }
     }
 
-    /// Adds an output to the block that is being filled, unless its residual is spoilt.
-    fn take(&self, state: &mut MonitorState, output: &Output) {
+    /// Adds an output to the block that is being filled where it has a residual in the band, unless that is spoilt; whether it did.
+    fn take(&self, state: &mut MonitorState, output: &Output) -> bool {
         state.newest = if state.newest + 1 < MOST_WAIT {
             state.newest + 1
         } else {
@@ -237,19 +263,29 @@ impl Monitor {
             state.outside = state.outside.saturating_add(1);
             state.spoilt = state.spoilt.max(self.after_outside);
         }
+        let mut residual = output.residual_band;
         if state.spoilt > 0 {
             state.spoilt -= 1;
-            return;
+            residual = None;
         }
-        let Some(residual) = output.residual_band else {
-            return;
+        let residual = match residual {
+            Some(residual) if self.is_thinned => {
+                (state.held, state.is_held) = (residual, true);
+                return false;
+            }
+            Some(residual) => residual,
+            None if state.is_held => {
+                state.is_held = false;
+                state.held
+            }
+            None => return false,
         };
         let place = match state.newest.checked_sub(self.wait) {
             Some(place) => place,
             None => (state.newest + MOST_WAIT).saturating_sub(self.wait),
         };
         let Some(at) = state.waiting.get(place) else {
-            return;
+            return false;
         };
         let sums = &mut state.sums[state.filling & 1];
         for (axis, limits) in self.limits.axes.iter().enumerate() {
@@ -257,13 +293,14 @@ impl Monitor {
             sums[own].add(limits, &at[own], residual[own]);
         }
         state.count += 1;
-        if state.count >= self.limits.block {
+        if state.count >> (self.log_values & 15) != 0 {
             state.blocks = state.blocks.wrapping_add(1);
             state.judging.axes = self.limits.axes.len();
             state.judging.done = 0;
             state.filling ^= 1;
             state.begin_block();
         }
+        true
     }
 
     /// A piece of the sensors' figures once per block, whether its residuals were good or not.
@@ -278,7 +315,7 @@ impl Monitor {
             // A channel stands still: what was summed up meanwhile says nothing about the joint.
             state.begin_block();
             state.judging.axes = 0;
-            state.spoilt = self.after_fault;
+            (state.spoilt, state.is_held) = (self.after_fault, false);
         }
         forget(
             &mut state.outside_rate,
@@ -308,138 +345,41 @@ impl Monitor {
                 let [fast, slow] = sliding;
                 fast.add::<FAST>(sums);
                 slow.add::<SLOW>(sums);
+                judging.log_force = sums.log_force(limits, self.log_values);
             }
             done @ 1..=2 => {
                 let input = usize::from(done - 1) & 1;
-                judging.shares[input] = sums.share(limits, self.log_block, input);
+                judging.shares[input] =
+                    sums.share(limits, self.log_values, judging.log_force, input);
             }
-            3 => judging.seen = sums.judged(limits, self.log_block, judging.shares),
-            _ => {
+            3 => {
+                let (force, shares) = (judging.log_force, judging.shares);
+                judging.seen = sums.judged(limits, self.log_values, force, shares);
+                state.moved |= judging.seen.moves;
+            }
+            done => {
+                // The first two sums, then the other three.
+                let (from, to) = if done == 4 { (0, 2) } else { (2, SIDES) };
                 if judging.seen.moves {
-                    state.moved = true;
-                    let levels = levels.iter_mut().zip(values(&judging.seen));
-                    for (number, ((level, value), side)) in levels.zip(sides(limits)).enumerate() {
-                        level.add(value, side, most_of_block(number, side.threshold));
+                    let (values, sides) = (values(&judging.seen), sides(limits));
+                    for number in from..to {
+                        // As many of each as there are sides.
+                        if let (Some(level), Some(&value), Some(&side)) = (
+                            levels.get_mut(number),
+                            values.get(number),
+                            sides.get(number),
+                        ) {
+                            level.add(value, side, most_of_block(number, side.threshold));
+                        }
                     }
                 }
-                (judging.axes, judging.done) = (judging.axes - 1, 0);
-                return;
+                if to == SIDES {
+                    (judging.axes, judging.done) = (judging.axes - 1, 0);
+                    return;
+                }
             }
         }
         judging.done += 1;
-    }
-
-    /// A piece of the state machine.
-    fn review(&self, state: &mut MonitorState) {
-        let axis = REVIEW.saturating_sub(state.to_end);
-        state.to_end -= 1;
-        if axis == 0 {
-            self.review_range(state);
-        }
-        if axis < 2 {
-            self.review_joint(state, axis);
-        } else {
-            review_sensors(state);
-            state.verdict = state.review.verdict;
-        }
-    }
-
-    /// What is to be said where neither joint nor sensors are ill.
-    fn review_range(&self, state: &mut MonitorState) {
-        let mut verdict = Verdict {
-            state: State::Healthy,
-            cause: Cause::AsExpected,
-            ..Verdict::default()
-        };
-        if !state.moved {
-            verdict.state = State::Unjudged;
-            verdict.cause = if state.blocks == 0 {
-                Cause::Starting
-            } else {
-                Cause::TooGentle
-            };
-        }
-        let limit = i32::from(self.limits.outside_permille) * 65;
-        state.outside_state = match state.outside_rate {
-            rate if rate >= limit => State::Suspect,
-            rate if state.outside_state == State::Suspect && rate >= limit / 2 => State::Suspect,
-            _ => State::Healthy,
-        };
-        if state.outside_state == State::Suspect {
-            verdict = Verdict {
-                state: State::Suspect,
-                cause: Cause::OutsideRange,
-                permille: permille_of(state.outside_rate),
-                ..Verdict::default()
-            };
-        }
-        state.review = Review {
-            verdict,
-            preference: (State::Suspect, false, false, 0),
-        };
-    }
-
-    /// Puts a change of the joint on one axis into the verdict where that is as grave as what stands there: a stiffness or a friction
-    /// rather than an error that grew, and what was said before rather than something else.
-    fn review_joint(&self, state: &mut MonitorState, axis: u8) {
-        let (before, number) = (state.verdict, usize::from(axis));
-        let Review {
-            verdict,
-            preference,
-        } = &mut state.review;
-        let (Some(levels), Some(limits)) =
-            (state.levels.get_mut(number), self.limits.axes.get(number))
-        else {
-            return;
-        };
-        for ((level, cause), side) in levels.iter_mut().zip(CAUSES).zip(sides(limits)) {
-            level.state = level.next(side);
-            if level.state < State::Suspect {
-                continue;
-            }
-            let permille = level.permille(side);
-            let told = before.cause == cause && before.axis == axis;
-            let own = (level.state, cause != Cause::ErrorGrew, told, permille);
-            if own > *preference && level.state >= verdict.state {
-                *preference = own;
-                *verdict = Verdict {
-                    state: level.state,
-                    cause,
-                    axis,
-                    channel: 0,
-                    permille,
-                };
-            }
-        }
-    }
-}
-
-/// Puts a fault of a sensor into the verdict where that is as grave as what stands there.
-fn review_sensors(state: &mut MonitorState) {
-    let (verdict, worst) = (&mut state.review.verdict, state.sensors.worst());
-    let [suspect, alarm] = FAULT_RATES;
-    let over = |limit: i32, was: bool| worst.rate >= if was { limit / 2 } else { limit };
-    state.sensor_state = if over(alarm, state.sensor_state == State::Alarm) {
-        State::Alarm
-    } else if over(suspect, state.sensor_state >= State::Suspect) {
-        State::Suspect
-    } else {
-        State::Healthy
-    };
-    if state.sensor_state >= State::Suspect && state.sensor_state >= verdict.state {
-        let bit = worst.channels.trailing_zeros() as u8;
-        let (axis, channel) = if bit < CHANNELS as u8 {
-            (0, bit)
-        } else {
-            (1, (bit - CHANNELS as u8).min(CHANNELS as u8 - 1))
-        };
-        *verdict = Verdict {
-            state: state.sensor_state,
-            cause: worst.cause,
-            axis,
-            channel,
-            permille: permille_of(worst.rate),
-        };
     }
 }
 
@@ -470,7 +410,7 @@ impl MonitorState {
     pub fn nmse(&self, monitor: &Monitor, axis: usize, window: Window) -> Option<u32> {
         let windows = self.sliding.get(axis)?;
         let sliding = windows.get(usize::from(window == Window::Slow))?;
-        sliding.nmse(monitor.log_block)
+        sliding.nmse(monitor.log_values)
     }
 
     /// The part of the time outside the training range, in 1/1000, over the last 64 blocks or so.

@@ -12,24 +12,26 @@
 //! one instant. A force or acceleration channel that is late waits that much less, and is read between its samples; what a
 //! force channel reads of the other axis's force is taken off. Where a counter is late, everything waits for it: the chain
 //! then lags by a few samples more, and the count is read between its samples, rounded to a count, before it is
-//! differentiated. The low-pass over the residual adds its own (M − 1)/2 samples.
+//! differentiated. The low-pass over the residual adds its own (M − 1)/2 samples, and gives a value at the rate that its band needs.
 //!
 //! Setting up ([`Chain::new`]) turns SI values into integers once, in `f64`; [`Chain::step`] uses integers only, does
 //! not panic and takes the same path whatever the data.
 
 mod axis;
+mod band;
 mod channel;
 pub(crate) mod line;
 pub(crate) mod numbers;
 mod term;
 
 use crate::error::Error;
-use crate::filter::{Counters, History, MAX_STEPS, derivative, low_pass, weights_of_steps};
+use crate::filter::{Counters, MAX_STEPS, derivative, weights_of_steps};
 use crate::kernels::{Kernels, Portable};
 use crate::model::Model;
 use crate::model::terms::Memory;
 use crate::rig::{MAX_BAND_TAPS, Rig, Taps};
 use axis::{Acceleration, AxisChain, AxisState, Instant, Seen};
+use band::{Band, BandState};
 use channel::Settling;
 use line::Line;
 
@@ -62,7 +64,8 @@ pub struct Output {
     pub predicted: [i32; 2],
     /// Measured minus predicted, saturated.
     pub residual: [i32; 2],
-    /// The residual in the common band, (M − 1)/2 samples older still; `None` until the low-pass is full.
+    /// The residual in the common band, (M − 1)/2 samples older still: at every so many samples
+    /// ([`Rig::band_every_log2`]), from when the low-pass is full.
     pub residual_band: Option<[i32; 2]>,
     /// Bit a is set when a force of axis a ran into a rail of its 32 bits; [`Output::HELD`] may stand beside them.
     pub saturated: u8,
@@ -98,7 +101,7 @@ pub struct Chain {
     /// What the derivatives make of the counters' steps.
     velocity: heapless::Vec<i32, MAX_STEPS>,
     acceleration: heapless::Vec<i32, MAX_STEPS>,
-    band: Taps<MAX_BAND_TAPS>,
+    band: Band,
     /// What counters that are late or early cost.
     settling: Settling,
     /// Whether a damper to ground needs the slopes of the bodies.
@@ -114,7 +117,7 @@ pub struct Chain {
 pub struct ChainState {
     axes: [AxisState; 2],
     counters: Counters,
-    residual: History<MAX_BAND_TAPS>,
+    band: BandState,
     model: Memory,
     samples: usize,
     /// Outputs that a fault still spoils.
@@ -126,7 +129,7 @@ impl ChainState {
     pub const NEW: Self = Self {
         axes: [const { AxisState::NEW }; 2],
         counters: Counters::NEW,
-        residual: History::NEW,
+        band: BandState::NEW,
         model: Memory::NEW,
         samples: 0,
         held: 0,
@@ -151,10 +154,7 @@ impl Chain {
             axes: heapless::Vec::new(),
             velocity: heapless::Vec::new(),
             acceleration: heapless::Vec::new(),
-            band: Taps {
-                taps: heapless::Vec::new(),
-                shift: 0,
-            },
+            band: Band::EMPTY,
             settling: Settling { wait: 0, before: 0 },
             damped: false,
             derived: false,
@@ -207,7 +207,10 @@ impl Chain {
             axes,
             velocity: weights_of_steps(rig.velocity.taps.iter().copied()),
             acceleration: weights_of_steps(rig.acceleration.taps.iter().copied()),
-            band: rig.band.clone(),
+            band: Band {
+                taps: rig.band.clone(),
+                every_log2: rig.band_every_log2,
+            },
             settling: Settling::of(rig),
         })
     }
@@ -234,7 +237,7 @@ impl Chain {
 
     /// By how many samples the residual in the common band lags behind the newest sample.
     pub fn band_delay(&self) -> usize {
-        self.delay() + self.band.taps.len() / 2
+        self.delay() + self.band().taps.len() / 2
     }
 
     /// Outputs that a wrong count spoils, from the one that comes with it on.
@@ -269,12 +272,18 @@ impl Chain {
     pub(crate) fn has_filters_of(&self, rig: &Rig) -> bool {
         self.velocity == weights_of_steps(rig.velocity.taps.iter().copied())
             && self.acceleration == weights_of_steps(rig.acceleration.taps.iter().copied())
-            && self.band == rig.band
+            && self.band.taps == rig.band
+            && self.band.every_log2 == rig.band_every_log2
     }
 
     /// The taps of the low-pass over the residual.
     pub fn band(&self) -> &Taps<MAX_BAND_TAPS> {
-        &self.band
+        &self.band.taps
+    }
+
+    /// Samples from one residual in the band to the next; a power of two.
+    pub fn band_every(&self) -> usize {
+        self.band.every()
     }
 
     /// Takes one sample in; gives an output as soon as the filters are full.
@@ -293,6 +302,7 @@ impl Chain {
         state.samples = state.samples.saturating_add(1);
         let full = self.velocity.len() + 1 + self.settling.wait + self.settling.before;
         if state.samples < full {
+            state.band.begin(&self.band);
             return None;
         }
         let mut seen = self.see::<K>(state);
@@ -308,8 +318,6 @@ impl Chain {
         // What a rig of one axis has not is 0 in both.
         let residual = [x.force.saturating_sub(r), phi.force.saturating_sub(s)];
         let [e, f] = residual;
-        state.residual.push([residual]);
-        let band_is_full = state.samples >= full + self.band.taps.len() - 1;
         saturated |= at_rail(x.force) | at_rail(e) | (at_rail(phi.force) | at_rail(f)) << 1;
         Some(Output {
             state: inputs,
@@ -317,7 +325,7 @@ impl Chain {
             measured,
             predicted,
             residual,
-            residual_band: band_is_full.then(|| low_pass::<K, _>(&self.band, &state.residual)),
+            residual_band: self.band.step::<K>(&mut state.band, residual),
             saturated,
         })
     }

@@ -10,6 +10,9 @@ pub const MAX_TAPS: usize = 129;
 /// The most taps of the low-pass over the residual: a band that is narrow beside the sample rate needs a long filter.
 pub const MAX_BAND_TAPS: usize = 257;
 
+/// The most that [`Rig::band_every_log2`] may be: a value at every 64th sample.
+pub const MOST_BAND_EVERY_LOG2: u8 = 6;
+
 /// The most samples by which a counter may be late or early: a board's skew is a part of one.
 pub const MAX_COUNTER_DELAY: f64 = 2.0;
 
@@ -81,6 +84,9 @@ pub struct Rig {
     pub acceleration: Taps,
     /// The low-pass through which a residual goes before it is judged.
     pub band: Taps<MAX_BAND_TAPS>,
+    /// Binary logarithm of the samples from one residual in the band to the next, 0 to [`MOST_BAND_EVERY_LOG2`]: what lies above the
+    /// band is gone, so that fewer values than samples say all that there is to judge.
+    pub band_every_log2: u8,
 }
 
 /// How a filter's taps lie about its middle.
@@ -129,10 +135,10 @@ fn check_taps(
     checks.long(quantity, sizes, 1, u64::from(u32::MAX));
 }
 
-/// The three filters together: both derivatives and the low-pass, with its shift.
+/// The three filters together: both derivatives and the low-pass, with its shift and the binary logarithm of the samples between its values.
 pub(crate) fn check_filters<T: TapsFromEitherEnd>(
     [velocity, acceleration, band]: [T; 3],
-    band_shift: i8,
+    [band_shift, band_every_log2]: [i8; 2],
     checks: &mut Checks,
 ) {
     let (wanted, seen) = (velocity.len() as i32, acceleration.len() as i32);
@@ -161,6 +167,9 @@ pub(crate) fn check_filters<T: TapsFromEitherEnd>(
     ];
     check_taps(band, MAX_BAND_TAPS, Shape::Symmetric, of_band, checks);
     checks.whole("shift of the band filter", i32::from(band_shift), 1, 62);
+    let quantity = "binary logarithm of the samples from one residual in the band to the next";
+    let most = i32::from(MOST_BAND_EVERY_LOG2);
+    checks.whole(quantity, i32::from(band_every_log2), 0, most);
 }
 
 impl Rig {
@@ -182,7 +191,9 @@ impl Rig {
             &self.band.taps,
         ];
         let filters = filters.map(|taps| taps.iter().copied());
-        check_filters(filters, self.band.shift, &mut checks);
+        // What is above 127 turns negative, and is refused all the same.
+        let band = [self.band.shift, self.band_every_log2.cast_signed()];
+        check_filters(filters, band, &mut checks);
         checks.whole("axes of the rig", self.axes.len() as i32, 1, 2);
         for axis in &self.axes {
             self.check_axis(axis, &mut checks);

@@ -212,7 +212,8 @@ impl RigBlock {
         self.wiring.check()?;
         let axes = self.rig.axes.len();
         let mut checks = Checks::new();
-        check_together(axes, &self.wiring, self.limits.as_ref(), &mut checks);
+        let limits = self.limits.as_ref();
+        check_together(axes, &self.wiring, limits, &self.chain, &mut checks);
         checks.done()?;
         if let Some(limits) = &self.limits {
             limits.check()?;
@@ -255,14 +256,19 @@ impl RigBlock {
     }
 }
 
-/// Checks that wiring and limits have as many axes as the chain.
-fn check_together(axes: usize, wiring: &Wiring, limits: Option<&Limits>, checks: &mut Checks) {
+/// Checks that the wiring has as many axes, and that the limits are for such a chain.
+fn check_together(
+    axes: usize,
+    wiring: &Wiring,
+    limits: Option<&Limits>,
+    chain: &Chain,
+    checks: &mut Checks,
+) {
     let wanted = axes as i32;
     let wired = wiring.axes.len() as i32;
     checks.whole("axes of the wiring", wired, wanted, wanted);
     if let Some(limits) = limits {
-        let seen = limits.axes.len() as i32;
-        checks.whole("axes of the monitor's limits", seen, wanted, wanted);
+        limits.check_beside(chain, checks);
     }
 }
 
@@ -374,7 +380,7 @@ pub fn on_board(bytes: &[u8], chain: &mut Chain) -> Result<OnBoard, Refusal> {
     lines::put(part(LINES_OFFSET, HUMS_OFFSET), chain, &mut seen);
     seen.done()?;
     let mut checks = Checks::new();
-    check_together(chain.axes(), &wiring, limits.as_ref(), &mut checks);
+    check_together(chain.axes(), &wiring, limits.as_ref(), chain, &mut checks);
     let (rate, [least, most]) = (message.sample_rate_uhz, RATES_UHZ);
     checks.long("sample rate in 10⁻⁶ Hz", rate, least, most);
     checks.done()?;

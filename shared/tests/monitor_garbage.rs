@@ -7,8 +7,10 @@ use jointwatch_shared::selftest::reference_model;
 use jointwatch_shared::selftest_chain::{SHORT_TAPS, reference_rig};
 use proptest::prelude::*;
 
-fn chain() -> Chain {
-    let rig = reference_rig(SHORT_TAPS).expect("a sound rig");
+/// One whose residuals in the band come as rarely as a block of so many samples allows.
+fn chain(block: u16) -> Chain {
+    let mut rig = reference_rig(SHORT_TAPS).expect("a sound rig");
+    rig.band_every_log2 = (block.trailing_zeros() as u8).saturating_sub(4);
     Chain::new(reference_model(), &rig).expect("a rig that fits")
 }
 
@@ -88,7 +90,8 @@ proptest! {
         ),
     ) {
         prop_assert_eq!(limits.check(), Ok(()));
-        let monitor = Monitor::new(limits, &chain()).expect("checked limits");
+        let chain = chain(limits.block);
+        let monitor = Monitor::new(limits, &chain).expect("checked limits");
         let mut state = MonitorState::default();
         for ((states, forces, counts), [outside, saturated, which], faults, repeats) in pieces {
             let [measured, predicted, residual, in_band] = forces;

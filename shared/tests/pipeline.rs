@@ -58,6 +58,7 @@ fn rig(acceleration_step: f64, body_step: f64, ground: [f64; 2], convention: boo
         velocity,
         acceleration,
         band,
+        band_every_log2: 0,
     }
 }
 

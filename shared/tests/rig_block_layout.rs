@@ -103,6 +103,7 @@ fn the_documented_bytes_are_the_written_bytes() {
             "hum_hz" => f64s(&[a.hum.frequency_hz]),
             "hum_amplitude" => f64s(&[a.hum.amplitude]),
             "wait" | "before" => vec![2],
+            "band every" => vec![rig.band_every_log2],
             "difference" | "has body" => vec![1],
             "acceleration kind" => vec![1],
             "late" => vec![7],
@@ -177,7 +178,7 @@ fn the_numbers_are_the_si_values_of_rig_and_model() {
             (gain, f64::from(origin) - rest)
         };
         let (x, v) = (learnt.displacement, learnt.velocity);
-        let (gain, zero) = scale(8);
+        let (gain, zero) = scale(7);
         let full_scale = 31_f64.exp2();
         near(
             gain,
@@ -185,34 +186,32 @@ fn the_numbers_are_the_si_values_of_rig_and_model() {
             "position",
         );
         near(zero, x.center / rig.displacement_step, "its zero");
-        let (gain, zero) = scale(25);
+        let (gain, zero) = scale(24);
         // 2^18 of the taps are 1/s.
         let of_sum = rig.displacement_step / 18_f64.exp2() * shift(4).exp2();
         near(gain, full_scale * of_sum / v.half_range, "velocity");
         near(zero, v.center / of_sum, "its zero");
-        let term = |place: usize| {
-            f64::from(at(offset + 42 + 5 * place)) / shift(46 + 5 * place).exp2() / 256.0
+        // Multipliers, each the nearest whole number, as large as they may be.
+        let unit = |place: usize| match place {
+            0 | 1 => 25_f64.exp2(),
+            2..=4 => (shift(65) + 8.0).exp2(),
+            _ => (shift(66) + 8.0).exp2(),
         };
+        let of_term = |place: usize| at(offset + 41 + 4 * place);
+        let term = |place: usize, wanted: f64, what: &str| {
+            let (seen, wanted) = (of_term(place), wanted * unit(place));
+            assert!(
+                (f64::from(seen) - wanted).abs() <= 0.5,
+                "{what}: {seen}, {wanted}"
+            );
+        };
+        let size = |place: usize| i64::from(of_term(place)).abs();
+        for sizes in [size(2) + size(3) + size(4), size(5)] {
+            assert!(((1 << 30) - 4..=1 << 31).contains(&sizes));
+        }
         let (sign, lsb) = (
             if number == 0 { -1.0 } else { 1.0 },
             outputs[number].force_per_lsb,
-        );
-        near(
-            term(0),
-            -sign * rig.inertia * rig.acceleration_step / lsb,
-            "inertia",
-        );
-        near(term(1), sign * rig.force_step / lsb, "force");
-        near(
-            term(2),
-            -sign * rig.ground_stiffness * rig.body_step / lsb,
-            "spring",
-        );
-        let damping = term(3) / shift(6).exp2() * 18_f64.exp2();
-        near(
-            damping,
-            -sign * rig.ground_damping * rig.body_step / lsb,
-            "damper",
         );
         // The line's turn, its gain for 2 s, and the pointer's places: 3/1e-4 force units are shifted up to 2²⁶ at most.
         let line = 2902 + 13 * number;
@@ -222,8 +221,16 @@ fn the_numbers_are_the_si_values_of_rig_and_model() {
         let gain = f64::from(at(line + 8)) / 32_f64.exp2();
         assert!((gain * block.rig.sample_rate_hz - 1.0).abs() < 1e-5);
         assert_eq!(bytes[line + 12], (26_f64 - 3e4_f64.log2()).floor() as u8);
+        term(0, 0.0, "curvature");
+        let damper = -sign * rig.ground_damping * rig.body_step / lsb;
+        term(1, damper * shift(6).exp2() / 18_f64.exp2(), "damper");
+        let inertia = -sign * rig.inertia * rig.acceleration_step / lsb;
+        term(2, inertia, "inertia");
+        term(3, sign * rig.force_step / lsb, "force");
         let other = block.rig.axes[1 - number].force_step;
-        near(term(4), -sign * rig.force_cross * other / lsb, "cross-talk");
+        term(4, -sign * rig.force_cross * other / lsb, "cross-talk");
+        let spring = -sign * rig.ground_stiffness * rig.body_step / lsb;
+        term(5, spring, "spring");
         // Where a channel is read: its four weights' mean age is that of the filters' middle, less what it is late.
         let late = [
             (67, rig.force_delay_samples, 64.0 + 2.0),

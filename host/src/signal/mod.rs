@@ -6,6 +6,7 @@
 
 pub mod band;
 pub mod design;
+pub mod every;
 pub mod filters;
 pub mod fir;
 pub(crate) mod mixed_acceleration;

@@ -76,7 +76,7 @@ impl Effect for LuGre {
     ) -> [S; 2] {
         *z = relax(*z, at.travel(per_breakaway));
         let left = left_of_rest(at.velocity, per_fall);
-        let size = friction * (S::one() - left) + at_rest * left;
+        let size = friction + (at_rest - friction) * left;
         let bending = at.velocity - at.velocity.abs() * *z;
         [size * *z + damping * bending, S::zero()]
     }

@@ -13,6 +13,9 @@ use crate::scalar::q::Q;
 use core::mem::swap;
 use heapless::Vec;
 
+/// The largest origin of an input, in 2⁻³²: 2²⁸ times half the input's range. Sums and differences of inputs then stay far from 2⁶³.
+const MOST_ORIGIN: u64 = 1 << 60;
+
 /// The most effects that a model holds on the device.
 pub const MAX_TERMS: usize = 8;
 
@@ -140,6 +143,10 @@ impl Terms {
         let wrong = unused.any(|origin| *origin != Q::default());
         let quantity = "origin of an input that no effect has";
         checks.whole(quantity, i32::from(wrong), 0, 0);
+        for origin in origins {
+            let size = origin.raw().unsigned_abs();
+            checks.long("size of the origin of an input", size, 0, MOST_ORIGIN);
+        }
         checks.done()?;
         Ok(Self { list, origins })
     }
@@ -165,13 +172,14 @@ impl Terms {
         }
         let [a, b, c, d] = self.origins;
         let [x, v, phi, omega] = *u;
-        let (x, v) = (Q::from_q31(x) + a, Q::from_q31(v) + b);
-        let (phi, omega) = (Q::from_q31(phi) + c, Q::from_q31(omega) + d);
+        // Nothing saturates: the origins are bounded.
+        let (x, v) = (Q::from_q31(x).plus(a), Q::from_q31(v).plus(b));
+        let (phi, omega) = (Q::from_q31(phi).plus(c), Q::from_q31(omega).plus(d));
         let Memory { states, at, moved } = memory;
         let (x_before, phi_before) = (at.displacement, at.other_displacement);
         let (mut step, mut other_step) = (Q::default(), Q::default());
         if *moved {
-            (step, other_step) = (x - x_before, phi - phi_before);
+            (step, other_step) = (x.minus(x_before), phi.minus(phi_before));
         }
         *moved = true;
         (at.displacement, at.velocity, at.step) = (x, v, step);

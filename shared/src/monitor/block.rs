@@ -1,4 +1,4 @@
-//! One block of samples of one axis: how large the error is beside the force, and whether it goes with displacement or velocity.
+//! One block of residuals of one axis: how large the error is beside the force, and whether it goes with displacement or velocity.
 
 use super::limits::AxisLimits;
 use super::logarithm::{OCTAVE, SHARE, exp2, log2};
@@ -34,9 +34,9 @@ impl Waiting {
     }
 }
 
-/// Sums over the samples of a block, in the monitor's units.
+/// Sums over the residuals in the band that come within a block, in the monitor's units.
 ///
-/// A block has at most 2¹⁰ samples, a force at most 2²³ and a state at most 2¹⁵: no sum reaches 2⁵⁷.
+/// They are 2¹⁰ at most, a force at most 2²³ and a state at most 2¹⁵: no sum reaches 2⁵⁷.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sums {
     /// Σ e², e the residual in the common band.
@@ -79,24 +79,30 @@ impl Sums {
         *along_v += product(e, v);
     }
 
-    /// The statistics of a full block of 2^`log_block` samples.
-    pub fn statistics(&self, limits: &AxisLimits, log_block: u32) -> Statistics {
-        let shares = [0, 1].map(|input| self.share(limits, log_block, input));
-        self.judged(limits, log_block, shares)
+    /// The statistics of a full block of 2^`log_values` residuals in the band.
+    pub fn statistics(&self, limits: &AxisLimits, log_values: u32) -> Statistics {
+        let force = self.log_force(limits, log_values);
+        let shares = [0, 1].map(|input| self.share(limits, log_values, force, input));
+        self.judged(limits, log_values, force, shares)
     }
 
     /// log₂ of Σr² + n·P̄.
-    fn log_force(&self, limits: &AxisLimits, log_block: u32) -> i32 {
-        log2(self.force as u64 + (limits.force_power << (log_block & 15)))
+    pub(super) fn log_force(&self, limits: &AxisLimits, log_values: u32) -> i32 {
+        log2(self.force as u64 + (limits.force_power << (log_values & 15)))
     }
 
     /// The part of the residual that goes with the displacement (0) or the velocity (1), before the level of motion is taken off.
-    pub(super) fn share(&self, limits: &AxisLimits, log_block: u32, input: usize) -> i32 {
+    pub(super) fn share(
+        &self,
+        limits: &AxisLimits,
+        log_values: u32,
+        log_force: i32,
+        input: usize,
+    ) -> i32 {
         let input = input & 1;
         let (along, power) = (self.along[input], self.state[input] as u64);
-        let log_state = log2(power + (limits.state_power[input] << (log_block & 15)));
-        let log_share =
-            log2(along.unsigned_abs()) - (self.log_force(limits, log_block) + log_state) / 2;
+        let log_state = log2(power + (limits.state_power[input] << (log_values & 15)));
+        let log_share = log2(along.unsigned_abs()) - (log_force + log_state) / 2;
         let size = if along == 0 { 0 } else { exp2(log_share) };
         if (along < 0) != limits.reversed {
             -size
@@ -109,24 +115,24 @@ impl Sums {
     pub(super) fn judged(
         &self,
         limits: &AxisLimits,
-        log_block: u32,
+        log_values: u32,
+        log_force: i32,
         [stiffness, friction]: [i32; 2],
     ) -> Statistics {
-        let log_block = log_block & 15;
+        let log_values = log_values & 15;
         // Displacement: the joint's nonlinearity, which a model misses some of, is one of displacement first of all.
         let [travel, _] = self.state;
         let [usual, _] = limits.state_power;
-        let level = log2(travel as u64) - log2(usual << log_block);
+        let level = log2(travel as u64) - log2(usual << log_values);
         let level = level.clamp(-LEVELS * OCTAVE, LEVELS * OCTAVE);
         let [of_error, of_stiffness, of_friction] = limits.per_octave;
         let expected = |per_octave: i32| ((i64::from(per_octave) * i64::from(level)) >> 10) as i32;
-        let log_force = self.log_force(limits, log_block);
         Statistics {
             level,
             error: log2(self.error as u64) - log_force - expected(of_error),
             stiffness: stiffness - expected(of_stiffness),
             friction: friction - expected(of_friction),
-            moves: self.force as u64 >= (limits.force_power << log_block) / GENTLEST
+            moves: self.force as u64 >= (limits.force_power << log_values) / GENTLEST
                 && level > -LEVELS * OCTAVE,
         }
     }

@@ -6,12 +6,15 @@
 use super::level::sides;
 use crate::error::{Checks, Error};
 use crate::layout::laid_out;
+use crate::pipeline::Chain;
 use heapless::Vec;
 
 /// Sensor channels of one axis: both displacement counters, the body's, the accelerometer, the force.
 pub const CHANNELS: usize = 5;
 /// The fewest and the most samples of a block.
 pub const BLOCK: [u16; 2] = [16, 1024];
+/// The fewest residuals in the band that a block sums up.
+pub const FEWEST_VALUES: i32 = 16;
 /// The largest drift and the largest threshold of a [`Cusum`].
 pub const MOST_CUSUM: i32 = 1 << 24;
 
@@ -66,7 +69,8 @@ pub struct AxisLimits {
 pub struct Limits {
     /// The checksum of the model blob for which they were set.
     pub model_checksum: u32,
-    /// Samples of one block of statistics; a power of two from 16 to 1024.
+    /// Samples of one block of statistics; a power of two from 16 to 1024, and so long that [`FEWEST_VALUES`] residuals in the band
+    /// come meanwhile.
     pub block: u16,
     /// The part of the time outside the training range that makes the verdict *suspect*, in 1/1000; 1 to 1000.
     pub outside_permille: u16,
@@ -98,6 +102,19 @@ impl Limits {
             axis.check(&mut checks);
         }
         checks.done()
+    }
+
+    /// Residuals in the band that come within a block, where it has some; a power of two.
+    pub(super) fn values(&self, chain: &Chain) -> i32 {
+        i32::from(self.block) >> (chain.band_every().trailing_zeros() & 15)
+    }
+
+    /// Checks that they are for such a chain: for as many axes, with enough residuals in the band per block.
+    pub(crate) fn check_beside(&self, chain: &Chain, checks: &mut Checks) {
+        let (seen, wanted) = (self.axes.len() as i32, chain.axes() as i32);
+        checks.whole("axes of the monitor's limits", seen, wanted, wanted);
+        let (most, quantity) = (i32::from(self.block), "residuals in the band per block");
+        checks.whole(quantity, self.values(chain), FEWEST_VALUES, most);
     }
 }
 

@@ -105,6 +105,8 @@ pub(super) struct SensorState {
     last: [u16; KINDS],
     rates: [i32; KINDS],
     courses: [[Course; CHANNELS]; 2],
+    /// The axis whose courses the last sample was taken into.
+    turn: usize,
     /// Axes of whose block there was a sample.
     started: [bool; 2],
     /// Channels that are stuck.
@@ -127,26 +129,28 @@ impl SensorState {
         if faults.any() {
             self.count(faults);
         }
-        for axis in 0..limits.axes.len() {
-            // Two axes at most.
-            let own = axis & 1;
-            let raw = &raw[own];
-            let [of_far, of_near] = raw.displacement;
-            let [far, near, body, acceleration, force] = &mut self.courses[own];
-            if self.started[own] {
-                far.follow(of_far);
-                near.follow(of_near);
-                body.follow(raw.body);
-                acceleration.follow(raw.acceleration);
-                force.follow(raw.force);
-            } else {
-                far.begin(of_far);
-                near.begin(of_near);
-                body.begin(raw.body);
-                acceleration.begin(raw.acceleration);
-                force.begin(raw.force);
-                self.started[own] = true;
-            }
+        // The axes in turn: eight samples of a block, at least, say well enough how far a channel went.
+        self.turn ^= 1;
+        let own = self.turn & 1;
+        if own >= limits.axes.len() {
+            return;
+        }
+        let raw = &raw[own];
+        let [of_far, of_near] = raw.displacement;
+        let [far, near, body, acceleration, force] = &mut self.courses[own];
+        if self.started[own] {
+            far.follow(of_far);
+            near.follow(of_near);
+            body.follow(raw.body);
+            acceleration.follow(raw.acceleration);
+            force.follow(raw.force);
+        } else {
+            far.begin(of_far);
+            near.begin(of_near);
+            body.begin(raw.body);
+            acceleration.begin(raw.acceleration);
+            force.begin(raw.force);
+            self.started[own] = true;
         }
     }
 

@@ -33,10 +33,10 @@ impl Sliding {
         slide(&mut self.force_sum, sums.force_sum);
     }
 
-    /// 100·Σe²/(N·var r) in 1/1000 %, for blocks of 2^`log_block` samples; none while the force does not vary.
-    pub(super) fn nmse(&self, log_block: u32) -> Option<u32> {
+    /// 100·Σe²/(N·var r) in 1/1000 %, for blocks of 2^`log_values` residuals; none while the force does not vary.
+    pub(super) fn nmse(&self, log_values: u32) -> Option<u32> {
         let mean = i128::from(self.force_sum);
-        let of_mean = (mean * mean) >> ((log_block & 15) + PLACES);
+        let of_mean = (mean * mean) >> ((log_values & 15) + PLACES);
         let spread = i128::from(self.force) - of_mean;
         // Both to 44 bits at most, so that the product with 10⁵ fits.
         let bits = 128 - (spread.max(self.error.into()).max(0) as u128).leading_zeros();

@@ -3,7 +3,7 @@
 use super::RawAxis;
 use super::channel::{COUNTER_PLACES, Channel, Settling, in_time};
 use super::line::{Line, Pointer};
-use super::term::{TERM_PLACES, Term};
+use super::term::{DERIVED_GAIN, Terms};
 use crate::error::Error;
 use crate::filter::{Delay, shift_round};
 use crate::model::axis::Axis;
@@ -36,8 +36,8 @@ pub(super) struct AxisChain {
     pub(super) curvature_shift: i8,
     /// Binary exponent between the body's slope sum and `damping`'s input.
     pub(super) body_velocity_shift: i8,
-    /// What acceleration, force, body position, body velocity and the other axis's force contribute to the measured force.
-    pub(super) terms: [Term; 5],
+    /// What the channels contribute to the measured force.
+    pub(super) terms: Terms,
     pub(super) force: Channel,
     /// The accelerometer, where it is not in time.
     pub(super) late_acceleration: Option<Channel>,
@@ -49,7 +49,7 @@ pub(super) struct AxisChain {
 }
 
 /// Bits by which an intermediate derivative is coarser than the force unit; gives it a range of 2³⁵ force units.
-const DERIVATIVE_HEADROOM: f64 = 16.0;
+const DERIVATIVE_HEADROOM: f64 = DERIVED_GAIN / 2.0;
 
 /// Range of the slope before scaling: one training half-range is 2²⁸ to 2²⁹, so a state may be four times outside the
 /// training range before its own number saturates.
@@ -137,36 +137,36 @@ impl AxisChain {
         } else {
             axis.displacement_step
         };
-        let mut gains = [0.0; 5];
+        let (mut derived, mut codes) = ([0.0; 2], [0.0; 3]);
         let mut curvature_shift = 1;
         match acceleration {
             Acceleration::None => {}
             Acceleration::Logged => {
-                gains[0] = -sign * axis.inertia * axis.acceleration_step / force_per_lsb
+                codes[0] = -sign * axis.inertia * axis.acceleration_step / force_per_lsb
             }
             Acceleration::Derived => {
                 let unit = axis.inertia * body_step / power_of_two(rig.acceleration.shift);
-                (curvature_shift, gains[0]) = derivative_gain(
+                (curvature_shift, derived[0]) = derivative_gain(
                     "inertia force per unit of curvature",
                     unit / force_per_lsb,
                     -sign,
                 )?;
             }
         }
-        gains[1] = sign * axis.force_step / force_per_lsb;
-        gains[2] = -sign * axis.ground_stiffness * body_step / force_per_lsb;
+        codes[1] = sign * axis.force_step / force_per_lsb;
+        let of_position = -sign * axis.ground_stiffness * body_step / force_per_lsb;
         let mut body_velocity_shift = 1;
         if axis.ground_damping > 0.0 {
             let unit = axis.ground_damping * body_step / power_of_two(rig.velocity.shift);
-            (body_velocity_shift, gains[3]) = derivative_gain(
+            (body_velocity_shift, derived[1]) = derivative_gain(
                 "ground damping per unit of slope",
                 unit / force_per_lsb,
                 -sign,
             )?;
         }
         let cross = other.map_or(0.0, |other| axis.force_cross * other.force_step);
-        gains[4] = -sign * cross / force_per_lsb;
-        let [inertia, force, stiffness, damping, cross] = gains.map(Term::new);
+        codes[2] = -sign * cross / force_per_lsb;
+        let terms = Terms::new(derived, codes, of_position)?;
         let wait = Settling::of(rig).wait;
         let delay = rig.velocity.taps.len() / 2 + wait;
         let late_acceleration =
@@ -180,7 +180,7 @@ impl AxisChain {
             acceleration,
             curvature_shift,
             body_velocity_shift,
-            terms: [inertia?, force?, stiffness?, damping?, cross?],
+            terms,
             force: Channel::filtered(
                 "age of the force sample that the delay of its channel asks for",
                 axis.force_delay_samples,
@@ -236,30 +236,26 @@ impl AxisChain {
         let (x, x_outside) = self.position.apply(at.position);
         let slope = shift_round(at.slope, self.velocity_shift);
         let (v, v_outside) = self.velocity.apply(slope);
-        let [inertia, force, stiffness, damping, cross] = &self.terms;
         let acceleration = match (self.acceleration, &self.late_acceleration) {
-            (Acceleration::None, _) => 0,
-            (Acceleration::Derived, _) => shift_round(at.curvature, self.curvature_shift),
+            (Acceleration::None | Acceleration::Derived, _) => 0,
             (Acceleration::Logged, None) => moving.acceleration.delayed(delay),
             (Acceleration::Logged, Some(late)) => late.read(&moving.acceleration),
         };
-        let body_velocity = shift_round(at.body_slope, self.body_velocity_shift);
-        let sum = inertia.of(acceleration)
-            + force.of(own)
-            + stiffness.of(at.body)
-            + damping.of(body_velocity)
-            + cross.of(other);
+        let derived = [
+            shift_round(at.curvature, self.curvature_shift),
+            shift_round(at.body_slope, self.body_velocity_shift),
+        ];
+        let codes = [acceleration, own, other];
         Seen {
             states: [x, v],
             outside: u8::from(x_outside) | u8::from(v_outside) << 1,
-            force: shift_round(sum, TERM_PLACES),
+            force: self.terms.force(derived, codes, at.body),
         }
     }
 
     /// Whether a damper to ground needs the body's slope.
     pub(super) fn is_damped(&self) -> bool {
-        let [.., damping, _] = self.terms;
-        !damping.is_none()
+        self.terms.is_damped()
     }
 }
 

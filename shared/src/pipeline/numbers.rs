@@ -3,7 +3,7 @@
 use super::axis::{Acceleration, AxisChain};
 use super::channel::{Channel, Settling};
 use super::line::Line;
-use super::term::Term;
+use super::term::Terms;
 use super::{Chain, slopes};
 use crate::error::{Checks, Error};
 use crate::filter::put_weights_of_steps;
@@ -17,7 +17,8 @@ laid_out! {
 pub(crate) struct Numbers {
     wait: u8,
     before: u8,
-    pub(crate) reserved: [u8; 2],
+    band_every_log2: u8,
+    pub(crate) reserved: u8,
     axes: [AxisNumbers; 2],
 }
 }
@@ -35,10 +36,9 @@ struct AxisNumbers {
     velocity_shift: i8,
     curvature_shift: i8,
     body_velocity_shift: i8,
-    reserved: u8,
     position: Scale,
     velocity: Scale,
-    terms: [Term; 5],
+    terms: Terms,
     force: Channel,
     late_channels: [Channel; 3],
 }
@@ -58,7 +58,8 @@ impl Numbers {
             // Five at most.
             wait: chain.settling.wait as u8,
             before: chain.settling.before as u8,
-            reserved: [0; 2],
+            band_every_log2: chain.band.every_log2,
+            reserved: 0,
             axes,
         }
     }
@@ -76,7 +77,8 @@ impl Numbers {
     ) -> Result<(), Error> {
         let mut checks = Checks::new();
         checks.whole("number of axes", i32::from(axes), 1, 2);
-        check_filters(filters.clone(), band_shift, &mut checks);
+        let of_band = [band_shift, self.band_every_log2.cast_signed()];
+        check_filters(filters.clone(), of_band, &mut checks);
         let (wait, before) = (i32::from(self.wait), i32::from(self.before));
         let most = MOST_SETTLING;
         checks.whole("samples that counters wait", wait, 0, most);
@@ -86,9 +88,10 @@ impl Numbers {
         put_weights_of_steps(acceleration, &mut chain.acceleration);
         for tap in band {
             // No more than it holds, as was checked.
-            let _ = chain.band.taps.push(tap);
+            let _ = chain.band.taps.taps.push(tap);
         }
-        chain.band.shift = band_shift;
+        chain.band.taps.shift = band_shift;
+        chain.band.every_log2 = self.band_every_log2;
         chain.settling = Settling {
             wait: usize::from(self.wait),
             before: usize::from(self.before),
@@ -125,7 +128,6 @@ impl AxisNumbers {
             velocity_shift: axis.velocity_shift,
             curvature_shift: axis.curvature_shift,
             body_velocity_shift: axis.body_velocity_shift,
-            reserved: 0,
             position: axis.position,
             velocity: axis.velocity,
             terms: axis.terms,
@@ -151,8 +153,6 @@ impl AxisNumbers {
         checks.whole(quantity, i32::from(self.acceleration), 0, 2);
         let quantity = "marks of channels that are not in time";
         checks.whole(quantity, i32::from(self.late), 0, 7);
-        let reserved = i32::from(self.reserved);
-        checks.whole("reserved byte of an axis's numbers", reserved, 0, 0);
         for shift in [
             self.velocity_shift,
             self.curvature_shift,
@@ -162,9 +162,7 @@ impl AxisNumbers {
         }
         self.position.check(checks);
         self.velocity.check(checks);
-        for term in self.terms {
-            term.check(checks);
-        }
+        self.terms.check(checks);
         self.force.check(checks);
         let mut late = [None; 3];
         for (bit, (place, channel)) in late.iter_mut().zip(&self.late_channels).enumerate() {

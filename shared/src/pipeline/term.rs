@@ -1,52 +1,98 @@
-//! What one channel contributes to the measured force.
+//! What the channels contribute to the measured force.
 
 use crate::error::{Checks, Error};
-use crate::fixed::round_shift;
+use crate::fixed::{round_shift, round_to_i64, saturate};
 use crate::layout::laid_out;
-use crate::scale::factor;
+use crate::scale::{LEAST_FACTOR, MOST_FACTOR};
 
 laid_out! {
-/// A gain in force units per count, as a multiplier of 28 to 29 bits and a shift; no contribution when the multiplier is 0.
+/// Gains in force units per count as multipliers. Those of one kind have one shift, so that their products are added up as they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Term {
-    multiplier: i32,
-    /// Down to force units times 2^[`TERM_PLACES`].
-    shift: u8,
+pub(super) struct Terms {
+    /// Of a derived acceleration and of the body's velocity, whose sums were shifted to where a gain is [`DERIVED_GAIN`] at most.
+    derived: [i32; 2],
+    /// Of codes: the accelerometer's, the own force's, the other axis's force's.
+    codes: [i32; 3],
+    /// Of the body's position, whose counts are fewer and worth more.
+    position: i32,
+    /// Down to force units times 2^[`PLACES`], of the codes and of the position.
+    shifts: [u8; 2],
 }
 }
 
-/// Binary places below the force unit that terms keep until they are added up.
-pub(super) const TERM_PLACES: i8 = 8;
+/// Binary places below the force unit that the sums keep until they are added up.
+const PLACES: u8 = 8;
+/// The largest gain of what was derived, in force units per count.
+pub(super) const DERIVED_GAIN: f64 = 32.0;
+/// Their shift: two of the largest gains are then 2³¹ together.
+const DERIVED_SHIFT: u8 = 25;
+/// The most that the sizes of the multipliers of one kind add up to: their products with any counts stay within 2⁶² together.
+const MOST_SIZES: u64 = 1 << 31;
 
-impl Term {
-    pub(super) fn new(gain: f64) -> Result<Self, Error> {
-        if gain == 0.0 {
-            return Ok(Self::default());
+/// The largest shift with which gains fit, and their multipliers: each is then off by less than 2⁻²⁹ of all of them together.
+fn fitted<const COUNT: usize>(gains: [f64; COUNT]) -> Result<([i32; COUNT], u8), Error> {
+    let sizes: f64 = gains.iter().map(|gain| gain.abs()).sum();
+    // Half a unit of each multiplier is left for rounding, and none is 2³¹.
+    let most = (MOST_SIZES - 4) as f64;
+    let (mut shift, mut unit) = (1, f64::from(2 << PLACES));
+    Error::unless_within("force per count", sizes, 0.0, most / unit)?;
+    while shift < 62 && sizes * unit * 2.0 <= most {
+        (shift, unit) = (shift + 1, unit * 2.0);
+    }
+    Ok((gains.map(|gain| round_to_i64(gain * unit) as i32), shift))
+}
+
+impl Terms {
+    /// Of the gains of a derived acceleration and the body's velocity; of accelerometer, own and other force; of the body's position.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] when gains are not finite or too large, and when that of the force is too small.
+    pub(super) fn new(derived: [f64; 2], codes: [f64; 3], position: f64) -> Result<Self, Error> {
+        let [_, force, _] = codes.map(f64::abs);
+        Error::unless_within("force per count", force, LEAST_FACTOR, MOST_FACTOR)?;
+        let (codes, of_codes) = fitted(codes)?;
+        let ([position], of_position) = fitted([position])?;
+        let unit = f64::from(1 << DERIVED_SHIFT);
+        Ok(Self {
+            derived: derived.map(|gain| round_to_i64(gain * unit) as i32),
+            codes,
+            position,
+            shifts: [of_codes, of_position],
+        })
+    }
+
+    /// Checks that no counts can make them overflow.
+    pub(super) fn check(&self, checks: &mut Checks) {
+        let position = [self.position];
+        for multipliers in [&self.derived[..], &self.codes, &position] {
+            let sizes = multipliers.iter().map(|m| u64::from(m.unsigned_abs()));
+            let quantity = "sizes of the multipliers of a force";
+            checks.long(quantity, sizes.sum(), 0, MOST_SIZES);
         }
-        let (multiplier, shift) = factor("force per count", gain)?;
-        let most = 1_u64 << (28 - TERM_PLACES);
-        Error::unless_within("force per count", gain.abs(), 0.0, most as f64)?;
-        let shift = (shift - TERM_PLACES).clamp(0, 62) as u8;
-        Ok(Self { multiplier, shift })
+        for shift in self.shifts {
+            checks.whole("shift of a force", i32::from(shift), 1, 62);
+        }
     }
 
-    /// Checks that no count can make it overflow, and that nothing is written in one way.
-    pub(super) fn check(self, checks: &mut Checks) {
-        let most = 1 << 29;
-        checks.whole("multiplier of a force", self.multiplier, -most, most);
-        let most = if self.is_none() { 0 } else { 62 };
-        checks.whole("shift of a force", i32::from(self.shift), 0, most);
+    /// Whether the body's velocity contributes.
+    pub(super) fn is_damped(&self) -> bool {
+        let [_, damping] = self.derived;
+        damping != 0
     }
 
-    /// Whether it contributes nothing.
-    pub(super) fn is_none(self) -> bool {
-        self.multiplier == 0
-    }
-
-    /// The contribution of a count, in force units times 2^[`TERM_PLACES`]; under 2⁶⁰ whatever the count, so that five add up.
+    /// What the counts contribute together, in force units, saturated.
     #[inline(always)]
-    pub(super) fn of(self, counts: i32) -> i64 {
-        let product = i64::from(self.multiplier) * i64::from(counts);
-        round_shift(product, u32::from(self.shift))
+    pub(super) fn force(&self, derived: [i32; 2], codes: [i32; 3], position: i32) -> i32 {
+        let product = |multiplier: i32, count: i32| i64::from(multiplier) * i64::from(count);
+        let ([a, b], [w, x]) = (self.derived, derived);
+        let derived = product(a, w) + product(b, x);
+        let ([a, b, c], [w, x, y]) = (self.codes, codes);
+        let codes = product(a, w) + product(b, x) + product(c, y);
+        let [of_codes, of_position] = self.shifts;
+        let sum = round_shift(derived, u32::from(DERIVED_SHIFT - PLACES))
+            + round_shift(codes, u32::from(of_codes))
+            + round_shift(product(self.position, position), u32::from(of_position));
+        // Under 2⁶¹ + 2⁶¹ + 2⁴⁵.
+        saturate(round_shift(sum, u32::from(PLACES))).0
     }
 }

@@ -202,7 +202,7 @@ impl Message {
         }
         checks.done()?;
         let mut seen = Seen::new();
-        seen.zeros(NUMBERS_OFFSET + 2, &self.chain.reserved);
+        seen.zeros(NUMBERS_OFFSET + 3, &[self.chain.reserved]);
         let (places, _) = taps.as_chunks::<4>();
         let (velocity, places) = places.split_at_checked(MAX_TAPS).unwrap_or_default();
         let (acceleration, band) = places.split_at_checked(MAX_TAPS).unwrap_or_default();

@@ -90,6 +90,8 @@ impl SiMessage {
             velocity: taps(0, velocity),
             acceleration: taps(1, acceleration),
             band: chain.band().clone(),
+            // A power of two.
+            band_every_log2: chain.band_every().trailing_zeros() as u8,
         })
     }
 }

@@ -117,6 +117,7 @@ const fn quarter_wave() -> [Q; 8] {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    extern crate std;
     use std::println;
 
     /// Maximum and RMS of device − exact in units of 2⁻³², over arguments from `least` to `most` in `steps`.

@@ -5,7 +5,7 @@
 //! adds to an internal state. A Cortex-M4 multiplies two of them in about 20 instructions.
 
 use super::{Scalar, elementary};
-use crate::fixed::round_to_i64;
+use crate::fixed::{mul_high_add, round_to_i64};
 use crate::tanh::tanh;
 use core::ops::{Add, Mul, Neg, Sub};
 
@@ -52,6 +52,18 @@ impl Q {
         }
     }
 
+    /// The sum of two numbers that are known to be small enough: where nothing can saturate, it takes a third of what `+` does.
+    #[inline]
+    pub(crate) const fn plus(self, other: Self) -> Self {
+        Self::from_raw(self.raw.wrapping_add(other.raw))
+    }
+
+    /// As [`Self::plus`], the difference.
+    #[inline]
+    pub(crate) const fn minus(self, other: Self) -> Self {
+        Self::from_raw(self.raw.wrapping_sub(other.raw))
+    }
+
     /// The nearest number, half up.
     pub const fn from_f64(value: f64) -> Self {
         Self {
@@ -94,6 +106,38 @@ impl Mul for Q {
     // Laws multiply in more than a hundred places: written into each, products alone would take the device 7 KiB.
     #[inline(never)]
     fn mul(self, other: Self) -> Self {
+        // Halves that both have a sign: products of such are single instructions of the device, rounding and addition included. The
+        // high half is one more where the low one is negative, and does not fit for the very largest numbers alone.
+        let halves = |raw: i64| {
+            let low = raw as i32;
+            let high = ((raw >> PLACES) as i32).checked_add((low as u32 >> 31).cast_signed());
+            high.map(|high| (high, low))
+        };
+        let Some((a, c)) = halves(self.raw) else {
+            return self.mul_largest(other);
+        };
+        let Some((b, d)) = halves(other.raw) else {
+            return self.mul_largest(other);
+        };
+        let product = |x: i32, y: i32| i64::from(x) * i64::from(y);
+        // Two of 2⁶² may wrap, but then both numbers are above 2³⁰ in size and the product saturates all the same.
+        let middle = i64::from(mul_high_add(c, d, 0)).wrapping_add(product(a, d));
+        let middle = middle.wrapping_add(product(c, b));
+        let high = (middle >> PLACES) + product(a, b);
+        let top = high as i32;
+        Self::from_raw(if i64::from(top) == high {
+            high << PLACES | i64::from(middle as u32)
+        } else {
+            i64::MAX ^ (high >> 63)
+        })
+    }
+}
+
+impl Q {
+    /// The product of any numbers.
+    #[cold]
+    #[inline(never)]
+    fn mul_largest(self, other: Self) -> Self {
         // Schoolbook on 32-bit halves: a 128-bit product would be a library call on the device.
         let (a, b) = (self.raw >> PLACES, other.raw >> PLACES);
         let (c, d) = (i64::from(self.raw as u32), i64::from(other.raw as u32));

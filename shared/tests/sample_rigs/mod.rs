@@ -126,6 +126,7 @@ pub(crate) fn block(axes: usize, full: bool) -> RigBlock {
             velocity: taps::<MAX_TAPS>(derivative, -1, false, 18),
             acceleration: taps::<MAX_TAPS>(derivative, 1, true, -3),
             band: taps::<MAX_BAND_TAPS>(band, 1, false, 28),
+            band_every_log2: if full { 2 } else { 0 },
         },
         Wiring {
             counters: if full {

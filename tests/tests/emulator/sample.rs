@@ -1,0 +1,49 @@
+//! What a sample takes, from counts to verdict, alone and with every effect that has a memory.
+
+use crate::models::{model, network, with_effect};
+use crate::run;
+use jointwatch::device::Board;
+use jointwatch_shared::blob;
+use jointwatch_shared::effect::{EFFECTS, Entry, Seat};
+use jointwatch_shared::model::Model;
+use jointwatch_shared::model::network::NEURONS;
+
+/// A base: its name in the report, how a model of it is made, the most instructions that a sample may take with it alone, and with one
+/// effect with memory beside it.
+type Base = (&'static str, fn() -> Model, u32, u32);
+const BASES: [Base; 2] = [
+    ("reference", || model(2, 19), 3300, 4000),
+    ("network", || network(2, NEURONS, 12), 3670, 4400),
+];
+/// The effects that take more, and by how much: `docs/numerics.md` says why.
+const DEARER: [(&str, u32); 2] = [("bouc_wen", 2160), ("lugre", 80)];
+/// The most that a line of the mains in either force channel may add to a sample.
+const MOST_OF_LINES: u32 = 260;
+
+#[test]
+fn a_sample_takes_no_more_instructions_than_stated() {
+    let with_memory = |entry: &&Entry| entry.seat == Seat::Joint && !entry.state_bounds.is_empty();
+    for (base, make, alone, beside) in BASES {
+        for effect in EFFECTS.iter().filter(with_memory) {
+            let slot = with_effect(make(), effect);
+            let report = run(Board::Stm32f405, Some(&blob::encode(&slot)), 0);
+            let effect = effect.about.name;
+            let dearer = DEARER.iter().find(|(name, _)| *name == effect);
+            let beside = beside + dearer.map_or(0, |(_, more)| *more);
+            for (slot, what, most) in [(base, "alone", alone), ("a", effect, beside)] {
+                let counted = report.model(slot).and_then(|model| model.sample);
+                let counted = counted.unwrap_or_else(|| panic!("no count of {what}: {report:?}"));
+                println!("{base}, {what}: {counted:?}");
+                assert!(counted.most <= most, "{base}, {what}: {counted:?}");
+                let humming = report.model(slot).and_then(|model| model.humming);
+                let humming = humming.unwrap_or_else(|| panic!("no count of {what}: {report:?}"));
+                println!("{base}, {what}, with lines of the mains: {humming:?}");
+                let more = humming.most.saturating_sub(counted.most);
+                assert!(
+                    (1..=MOST_OF_LINES).contains(&more),
+                    "{base}, {what}: {more} more"
+                );
+            }
+        }
+    }
+}
