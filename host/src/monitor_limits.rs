@@ -142,7 +142,7 @@ pub fn limits(
     })
 }
 
-/// Samples of a block: the power of two nearest to [`BLOCK_S`], within [`BLOCK`].
+/// Samples of a block of the monitor: the power of two nearest to 64 ms, within what a block may have.
 pub fn block(sample_rate_hz: f64) -> u16 {
     let [least, most] = BLOCK;
     let exponent = (BLOCK_S * sample_rate_hz).log2().round();

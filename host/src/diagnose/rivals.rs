@@ -185,7 +185,7 @@ impl Arena<'_> {
             let own = own.filter(|(_, weight)| **weight > 0.0);
             own.map(|(error, _)| error * error).sum()
         });
-        let last = own_terms.iter().zip(&solved.values).last();
+        let last = own_terms.iter().zip(&solved.values).next_back();
         Ok(Left {
             at,
             is_physical: last
