@@ -138,7 +138,7 @@ pub(crate) fn reference_rig(model: &Model, limits_for: Option<u32>) -> RigBlock 
     };
     let limits = limits_for.map(|model_checksum| Limits {
         model_checksum,
-        block: 16,
+        block: 64,
         outside_permille: 1000,
         false_alarm_hours: 720,
         axes: [axis(), axis()].into_iter().collect(),
