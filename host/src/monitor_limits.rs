@@ -17,15 +17,18 @@ mod cusum;
 use crate::compare::RESTS_BELOW;
 use crate::error::{Error, Result};
 use crate::replay::SetUp;
+use crate::signal::every::every_log2;
+use crate::signal::filters::Filters;
 use crate::study::{Record, Role, Study};
 pub use cusum::Healthy;
 use cusum::healthy;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::limits::{
-    AxisLimits, BLOCK, CHANNELS, Cusum, Limits, MOST_CUSUM, TwoSided,
+    AxisLimits, BLOCK, CHANNELS, Cusum, FEWEST_VALUES, Limits, MOST_CUSUM, TwoSided,
 };
 use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, OCTAVE, Sums, share_of_change};
 use jointwatch_shared::pipeline::{Output, RawSample};
+use jointwatch_shared::rig::MOST_BAND_EVERY_LOG2;
 
 /// The change of stiffness or friction that the limits are tuned to, as a part of the RMS force.
 const CHANGE: f64 = 0.1;
@@ -142,8 +145,16 @@ pub fn limits(
     })
 }
 
-/// Samples of a block of the monitor: the power of two nearest to 64 ms, within what a block may have.
-pub fn block(sample_rate_hz: f64) -> u16 {
+/// Binary logarithm of the samples from one residual in the band to the next on the device ([`every_log2`]): as many as the band
+/// allows, and not so many that a block of the monitor would sum up too few of them.
+pub fn band_every_log2(filters: &Filters) -> u8 {
+    let of_block = i32::from(block(filters.sample_rate_hz)) / FEWEST_VALUES;
+    let most = (of_block.max(1).ilog2() as u8).min(MOST_BAND_EVERY_LOG2);
+    every_log2(&filters.band, filters.sample_rate_hz, filters.band_hz, most)
+}
+
+/// The power of two nearest to [`BLOCK_S`], within [`BLOCK`].
+fn block(sample_rate_hz: f64) -> u16 {
     let [least, most] = BLOCK;
     let exponent = (BLOCK_S * sample_rate_hz).log2().round();
     (exponent.exp2() as u16).clamp(least, most)
@@ -351,4 +362,21 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let product: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
     let size = (mean_square(a) * mean_square(b)).sqrt() * a.len() as f64;
     if size > 0.0 { product / size } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_usual_rig_is_judged_at_every_fourth_sample() {
+        // The self-test counts instructions on one of 129 taps, more than this has: `jointwatch_shared::selftest_chain`.
+        let filters = Filters::for_bands(1000.0, 70.0, 250.0).unwrap();
+        assert_eq!((filters.band.len(), band_every_log2(&filters)), (111, 2));
+        // A block of the monitor would sum up too few where the band allows more.
+        let narrow = Filters::for_bands(1000.0, 10.0, 250.0).unwrap();
+        assert_eq!(band_every_log2(&narrow), 2);
+        let wide = Filters::for_bands(1000.0, 300.0, 450.0).unwrap();
+        assert_eq!(band_every_log2(&wide), 0);
+    }
 }

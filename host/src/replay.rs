@@ -3,6 +3,7 @@
 use crate::compare::{Sums, peak};
 use crate::corrections::Corrections;
 use crate::error::{Error, Result};
+use crate::monitor_limits;
 use crate::motion::{self, Filters, Motion, low_pass};
 use crate::signal;
 use crate::study::{Channels, Convention, Record, Study};
@@ -103,7 +104,7 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
         velocity,
         acceleration,
         band,
-        band_every_log2: filters.band_every_log2(),
+        band_every_log2: monitor_limits::band_every_log2(filters),
     })
 }
 

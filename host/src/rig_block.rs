@@ -47,7 +47,7 @@ pub fn of_file(path: &Path, model: &Model) -> Result<RigBlock> {
         velocity,
         acceleration,
         band,
-        band_every_log2: filters.band_every_log2(),
+        band_every_log2: monitor_limits::band_every_log2(&filters),
     };
     finished(path, converters, described.wiring, model)
 }

@@ -67,10 +67,10 @@ pub struct Hum {
     pub part: f64,
 }
 
-/// Adds a line to a force log, with this phase in turns.
-fn add_line(force: &mut [f64], hz: f64, amplitude: f64, phase: f64) {
+/// Adds a line to a force log of so many samples a second, with this phase in turns.
+pub fn add_line(force: &mut [f64], rate_hz: f64, hz: f64, amplitude: f64, phase: f64) {
     for (row, value) in force.iter_mut().enumerate() {
-        let turns = hz * row as f64 / RATE_HZ + phase;
+        let turns = hz * row as f64 / rate_hz + phase;
         *value += amplitude * (std::f64::consts::TAU * turns).sin();
     }
 }
@@ -122,7 +122,7 @@ impl Subject {
             let amplitude = part * rms(&records[0].axes[0].force);
             for (number, record) in records.iter_mut().enumerate() {
                 let phase = 0.37 * number as f64;
-                add_line(&mut record.axes[0].force, hz, amplitude, phase);
+                add_line(&mut record.axes[0].force, RATE_HZ, hz, amplitude, phase);
             }
         }
         let study = &simulation.study;
@@ -274,7 +274,13 @@ impl Subject {
         }
         if let Some(hum) = self.hum {
             let phase = seed as f64 * 0.137;
-            add_line(&mut columns[6], hum.hz, self.hum_amplitude(), phase);
+            add_line(
+                &mut columns[6],
+                RATE_HZ,
+                hum.hz,
+                self.hum_amplitude(),
+                phase,
+            );
         }
         record(columns)
     }

@@ -9,7 +9,7 @@ use jointwatch_shared::monitor::{MonitorState, State};
 use jointwatch_shared::pipeline::Output;
 use jointwatch_tests::detection::{detect, story};
 use jointwatch_tests::false_alarms::WANTED_HOURS;
-use jointwatch_tests::watched::{Hum, Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject};
+use jointwatch_tests::watched::{Hum, Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject, add_line};
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
@@ -79,10 +79,13 @@ fn hum_is_gone_from_the_residual_and_the_joints_force_is_left_as_it_is() {
         let shaking = Shaking::steady(20.0, STUDY_LEVEL, 91);
         let humming = subject.shake(shaking, None);
         let mut quiet = humming.clone();
-        for (row, force) in quiet.axes[0].force.iter_mut().enumerate() {
-            let turns = HUM.hz * row as f64 / RATE_HZ + 0.137 * 91.0;
-            *force -= size * (TAU * turns).sin();
-        }
+        add_line(
+            &mut quiet.axes[0].force,
+            RATE_HZ,
+            HUM.hz,
+            -size,
+            91.0 * 0.137,
+        );
         let unit = subject.model.outputs()[0].force_per_lsb;
         let forces = |record: &Record, knows: bool| -> Vec<f64> {
             let outputs = outputs(subject, record, knows);

@@ -64,7 +64,7 @@ pub fn evaluate<K: Kernels>(
                 model,
                 state,
             } = &mut **evaluator;
-            if waiting.faults.any() || waiting.missed > 0 || waiting.overruns > 0 {
+            if waiting.faults.any() || waiting.follows_gap() {
                 state.hold_lines(chain.spoilt_by_fault());
             }
             chain.step_by::<K>(state, model, &waiting.sample)

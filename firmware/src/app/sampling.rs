@@ -27,6 +27,13 @@ pub struct Frame {
     pub usable: bool,
 }
 
+impl Frame {
+    /// Whether samples are missing right before it, whatever for.
+    pub fn follows_gap(&self) -> bool {
+        self.missed > 0 || self.overruns > 0
+    }
+}
+
 /// Takes the samples.
 pub struct Sampler<L, C: SpiDevice, A: SpiDevice, X: SpiDevice> {
     sensors: Sensors<L, C, A, X>,

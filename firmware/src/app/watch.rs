@@ -159,7 +159,7 @@ impl Watch {
         let output = evaluated.output.as_ref();
         self.samples = frame.number.saturating_add(1);
         let mut faults = frame.faults;
-        if frame.missed > 0 || frame.overruns > 0 {
+        if frame.follows_gap() {
             faults.missing |= self.places.all_bits();
         }
         let counters = &mut self.counters;

@@ -118,13 +118,16 @@ fn in_words(runs: &[(&Record, Emulated)], study: &Study, size: Size) -> String {
         if let Some(status) = run.statuses.last() {
             let _ = writeln!(text, "    at its end {}", verdict(status, &names));
         }
-        if c.different_replayed_bits > 0 {
-            let _ = writeln!(
-                text,
-                "    `replay` begins with the record; the device runs before it and remembers that: in an effect with a memory, or in a line of \
-                 the mains that it follows"
-            );
-        }
+    }
+    if runs
+        .iter()
+        .any(|(_, emulated)| emulated.run.comparison.different_replayed_bits > 0)
+    {
+        let _ = writeln!(
+            text,
+            "  `replay` begins with the record; the device runs before it and remembers that: in an effect with a memory, or in a line of the \
+             mains that it follows"
+        );
     }
     for (stage, sum) in STAGES.iter().zip(all_stages(runs)) {
         let _ = writeln!(

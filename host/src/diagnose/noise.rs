@@ -4,7 +4,7 @@
 //! spectrum of the residual beside the motion's frequencies stands in for it: above them for white noise, below them for
 //! noise that grows with one over the frequency.
 
-use super::unmeasured;
+use super::unmeasured::Shape;
 use crate::lines;
 use crate::model::course::{Course, add_forces};
 use crate::motion::Motion;
@@ -76,6 +76,8 @@ pub(crate) fn floors_under(
     inertia: &[f64],
 ) -> Vec<Floor> {
     let conventions: Vec<_> = axes.iter().map(|a| a.restoring_force).collect();
+    let rate = motions.first().map_or(1.0, |m| m.sample_rate_hz);
+    let band_hz = 0.5 * rate * low_pass.iter().map(|t| t * t).sum::<f64>();
     // Residuals of every record and axis, wide-band.
     let residuals: Vec<Vec<Vec<f64>>> = motions
         .iter()
@@ -120,23 +122,19 @@ pub(crate) fn floors_under(
                         .map(|record| residuals[record][axis].as_slice()),
                     low_pass,
                 );
-                let rate = motions.first().map_or(1.0, |m| m.sample_rate_hz);
-                let band_hz = 0.5 * rate * low_pass.iter().map(|t| t * t).sum::<f64>();
                 let at_rest = at_rest.map(|record| residuals[record][axis].as_slice());
                 return Floor {
                     rms,
                     at_rest: true,
-                    acts_at_rest: rms > ACTS * tail || unmeasured::rises(at_rest, rate, band_hz),
+                    acts_at_rest: rms > ACTS * tail || Shape::of(at_rest, rate, band_hz).rises(),
                     ends: false,
                 };
             }
             let of_axis = residuals.iter().map(|record| record[axis].as_slice());
             let white = from_tail(of_axis.clone(), low_pass);
             let motion = motions.iter().map(|m| m.states[2 * axis].as_slice());
-            let rate = motions.first().map_or(1.0, |m| m.sample_rate_hz);
-            let band_hz = 0.5 * rate * low_pass.iter().map(|t| t * t).sum::<f64>();
-            let ends = unmeasured::ends(of_axis.clone(), rate, band_hz);
-            let guessed = white.hypot(slow(of_axis.clone(), motion, low_pass, rate, white));
+            let ends = Shape::of(of_axis.clone(), rate, band_hz).ends();
+            let guessed = white.hypot(slow(of_axis.clone(), motion, band_hz, rate, white));
             // The noise is in what is left, so it cannot be more.
             let left = of_axis.map(|series| {
                 let passed = apply(series, low_pass);
@@ -208,7 +206,7 @@ fn from_tail<'a>(residuals: impl Iterator<Item = &'a [f64]> + Clone, low_pass: &
 fn slow<'a>(
     residuals: impl Iterator<Item = &'a [f64]> + Clone,
     motion: impl Iterator<Item = &'a [f64]>,
-    low_pass: &[f64],
+    band_hz: f64,
     rate: f64,
     white: f64,
 ) -> f64 {
@@ -235,7 +233,6 @@ fn slow<'a>(
     if lines.len() < LEAST_LINES {
         return 0.0;
     }
-    let band_hz = 0.5 * rate * low_pass.iter().map(|t| t * t).sum::<f64>();
     let white = white * white / band_hz;
     let count = lines.len() as f64;
     let per_octave = lines

@@ -33,80 +33,87 @@ struct Octave {
     width: f64,
 }
 
-/// The spectrum of residuals, and how many windows beside each other it is the mean of.
-fn spectrum<'a>(residuals: impl Iterator<Item = &'a [f64]> + Clone, rate: f64) -> (Spectrum, f64) {
-    let shortest = residuals.clone().map(<[f64]>::len).min().unwrap_or(0);
-    let segment = ((WINDOW_S * rate) as usize).min(shortest / WINDOWS);
-    let mut sum = Accumulator::new(rate, segment);
-    residuals.clone().for_each(|series| sum.add(series));
-    let rows: usize = residuals.map(<[f64]>::len).sum();
-    (sum.finish(), rows as f64 / segment.max(1) as f64)
-}
-
-/// The octave that ends at a frequency; nothing when it holds too few lines.
-fn octave((spectrum, windows): &(Spectrum, f64), to_hz: f64) -> Option<Octave> {
-    // Lines 0 and 1 hold what is left of a mean under the window.
-    let from = ((0.5 * to_hz / spectrum.resolution_hz).ceil() as usize).max(2);
-    let to = (to_hz / spectrum.resolution_hz).floor() as usize + 1;
-    let mut lines = spectrum.density.get(from..to)?.to_vec();
-    if lines.len() < LEAST_LINES {
-        return None;
-    }
-    lines.sort_by(f64::total_cmp);
-    // A Hann window makes neighbouring lines alike, so that two of three count; a median scatters a quarter more than a mean.
-    Some(Octave {
-        density: lines[lines.len() / 2],
-        scatter: 1.25 * (1.5 / (lines.len() as f64 * windows)).sqrt(),
-        width: 0.5 * to_hz,
-    })
-}
-
-/// Whether much of the power of residuals at rest, up to `band_hz`, is not noise, because its density rises.
-pub(super) fn rises<'a>(
-    residuals: impl Iterator<Item = &'a [f64]> + Clone,
-    rate: f64,
+/// The spectrum of residuals.
+pub(super) struct Shape {
+    spectrum: Spectrum,
+    /// Windows beside each other that it is the mean of.
+    windows: f64,
+    /// Where the band ends, Hz.
     band_hz: f64,
-) -> bool {
-    let spectrum = spectrum(residuals, rate);
-    let (mut all, mut risen) = (0.0, 0.0);
-    let mut least = f64::INFINITY;
-    for below in (0..OCTAVES).rev() {
-        let to_hz = band_hz / f64::from(1_u32 << below);
-        let Some(octave) = octave(&spectrum, to_hz) else {
-            continue;
-        };
-        all += octave.density * octave.width;
-        if least.is_finite() {
-            risen += (octave.density - ABOVE * least).max(0.0) * octave.width;
-        }
-        least = least.min(octave.density);
-    }
-    risen > PART * all
 }
 
-/// Whether the density of residuals ends somewhere up to `band_hz`: falls there much more steeply than below.
-pub(super) fn ends<'a>(
-    residuals: impl Iterator<Item = &'a [f64]> + Clone,
-    rate: f64,
-    band_hz: f64,
-) -> bool {
-    let spectrum = spectrum(residuals, rate);
-    let octaves: Vec<Option<Octave>> = (0..=OCTAVES)
-        .map(|below| octave(&spectrum, 2.0 * band_hz / f64::from(1_u32 << below)))
-        .collect();
-    octaves.windows(3).any(|three| match three {
-        [Some(above), Some(middle), Some(below)] => {
-            let bend = middle.density.powi(2) / (above.density * below.density);
-            let scatter = (2.0 * middle.scatter).hypot(above.scatter.hypot(below.scatter));
-            bend > BEND * (1.0 + CHANCE * scatter)
+impl Shape {
+    /// That of residuals as they are before the low-pass of a band up to `band_hz`.
+    pub(super) fn of<'a>(
+        residuals: impl Iterator<Item = &'a [f64]> + Clone,
+        rate: f64,
+        band_hz: f64,
+    ) -> Self {
+        let shortest = residuals.clone().map(<[f64]>::len).min().unwrap_or(0);
+        let segment = ((WINDOW_S * rate) as usize).min(shortest / WINDOWS);
+        let mut sum = Accumulator::new(rate, segment);
+        residuals.clone().for_each(|series| sum.add(series));
+        let rows: usize = residuals.map(<[f64]>::len).sum();
+        Self {
+            spectrum: sum.finish(),
+            windows: rows as f64 / segment.max(1) as f64,
+            band_hz,
         }
-        _ => false,
-    })
+    }
+
+    /// The octave that ends so many octaves below a frequency; nothing when it holds too few lines.
+    fn octave(&self, hz: f64, below: usize) -> Option<Octave> {
+        let to_hz = hz / f64::from(1_u32 << below);
+        // Lines 0 and 1 hold what is left of a mean under the window.
+        let from = ((0.5 * to_hz / self.spectrum.resolution_hz).ceil() as usize).max(2);
+        let to = (to_hz / self.spectrum.resolution_hz).floor() as usize + 1;
+        let mut lines = self.spectrum.density.get(from..to)?.to_vec();
+        if lines.len() < LEAST_LINES {
+            return None;
+        }
+        lines.sort_by(f64::total_cmp);
+        // A Hann window makes neighbouring lines alike, so that two of three count; a median scatters a quarter more than a mean.
+        Some(Octave {
+            density: lines[lines.len() / 2],
+            scatter: 1.25 * (1.5 / (lines.len() as f64 * self.windows)).sqrt(),
+            width: 0.5 * to_hz,
+        })
+    }
+
+    /// Whether much of the power in the band is not noise, because its density rises: of residuals at rest.
+    pub(super) fn rises(&self) -> bool {
+        let (mut all, mut risen) = (0.0, 0.0);
+        let mut least = f64::INFINITY;
+        let octaves = (0..OCTAVES).rev();
+        for octave in octaves.filter_map(|below| self.octave(self.band_hz, below)) {
+            all += octave.density * octave.width;
+            if least.is_finite() {
+                risen += (octave.density - ABOVE * least).max(0.0) * octave.width;
+            }
+            least = least.min(octave.density);
+        }
+        risen > PART * all
+    }
+
+    /// Whether the density ends somewhere in the band or within an octave above it: falls there much more steeply than below.
+    pub(super) fn ends(&self) -> bool {
+        let octaves: Vec<Option<Octave>> = (0..=OCTAVES)
+            .map(|below| self.octave(2.0 * self.band_hz, below))
+            .collect();
+        octaves.windows(3).any(|three| match three {
+            [Some(above), Some(middle), Some(below)] => {
+                let bend = middle.density.powi(2) / (above.density * below.density);
+                let scatter = (2.0 * middle.scatter).hypot(above.scatter.hypot(below.scatter));
+                bend > BEND * (1.0 + CHANCE * scatter)
+            }
+            _ => false,
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{ends, rises};
+    use super::Shape;
     use rand::rngs::StdRng;
     use rand::{RngExt, SeedableRng};
 
@@ -136,20 +143,15 @@ mod tests {
             let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
             let both: Vec<f64> = sum(&white, &slow);
             let pushed: Vec<f64> = sum(&white, &band);
+            let shape = |series: &[f64]| Shape::of([series].into_iter(), RATE, 120.0);
             for noise in [&white, &slow, &both] {
-                assert!(!ends([noise.as_slice()].into_iter(), RATE, 120.0), "{seed}");
-                assert!(
-                    !rises([noise.as_slice()].into_iter(), RATE, 120.0),
-                    "{seed}"
-                );
+                assert!(!shape(noise).ends(), "{seed}");
+                assert!(!shape(noise).rises(), "{seed}");
             }
-            assert!(
-                rises([pushed.as_slice()].into_iter(), RATE, 120.0),
-                "{seed}"
-            );
-            assert!(ends([pushed.as_slice()].into_iter(), RATE, 120.0), "{seed}");
-            assert!(!rises([&white[..100]].into_iter(), RATE, 120.0));
-            assert!(!ends([&white[..100]].into_iter(), RATE, 120.0));
+            assert!(shape(&pushed).rises(), "{seed}");
+            assert!(shape(&pushed).ends(), "{seed}");
+            assert!(!shape(&white[..100]).rises());
+            assert!(!shape(&white[..100]).ends());
         }
     }
 }

@@ -47,16 +47,4 @@ mod tests {
             assert!(log2 == most || twice > 1e-3, "{band_hz} Hz, 2^{log2}");
         }
     }
-
-    #[test]
-    fn the_usual_rig_is_judged_at_every_fourth_sample() {
-        // The self-test counts instructions on one of 129 taps, more than this has: `jointwatch_shared::selftest_chain`.
-        let filters = Filters::for_bands(1000.0, 70.0, 250.0).unwrap();
-        assert_eq!((filters.band.len(), filters.band_every_log2()), (111, 2));
-        // A block of the monitor would sum up too few where the band allows more.
-        let narrow = Filters::for_bands(1000.0, 10.0, 250.0).unwrap();
-        assert_eq!(narrow.band_every_log2(), 2);
-        let wide = Filters::for_bands(1000.0, 300.0, 450.0).unwrap();
-        assert_eq!(wide.band_every_log2(), 0);
-    }
 }

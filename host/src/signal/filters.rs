@@ -2,14 +2,11 @@
 
 use super::band::{WIDEST, common_band_hz, state_band_hz};
 use super::design::{Ideal, design, taps_for, transition_for};
-use super::every::every_log2;
 use super::fir::{quantise, to_f64};
 use crate::error::{Error, Result};
-use crate::monitor_limits;
 use crate::motion::motions;
 use crate::study::Study;
-use jointwatch_shared::monitor::limits::FEWEST_VALUES;
-use jointwatch_shared::rig::{MAX_BAND_TAPS, MAX_TAPS, MOST_BAND_EVERY_LOG2, Taps};
+use jointwatch_shared::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
 use serde::{Deserialize, Serialize};
 
 /// The states' band is at least this many times the common band, so that a force law sees the corners it makes.
@@ -176,14 +173,6 @@ impl Filters {
     /// Rows that a motion loses at each end of a record; also the device's delay in samples.
     pub fn half_length(&self) -> usize {
         self.velocity.len() / 2
-    }
-
-    /// Binary logarithm of the samples from one residual in the band to the next on the device ([`every_log2`]): as many as the band
-    /// allows, and not so many that a block of the monitor would sum up too few of them.
-    pub fn band_every_log2(&self) -> u8 {
-        let of_block = i32::from(monitor_limits::block(self.sample_rate_hz)) / FEWEST_VALUES;
-        let most = (of_block.max(1).ilog2() as u8).min(MOST_BAND_EVERY_LOG2);
-        every_log2(&self.band, self.sample_rate_hz, self.band_hz, most)
     }
 
     /// Velocity, acceleration and band filter with integer taps, as the device's rig block holds them.

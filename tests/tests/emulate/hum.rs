@@ -8,7 +8,7 @@ use jointwatch::study::{Record, Role, Study};
 use jointwatch_shared::hum::Hum;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::State;
-use std::f64::consts::TAU;
+use jointwatch_tests::watched::add_line;
 
 const HUM_HZ: f64 = 50.0;
 
@@ -21,10 +21,8 @@ fn humming() -> (Study, Model) {
     };
     let amplitude = 0.05 * largest(&study.records[0]);
     for (number, record) in study.records.iter_mut().enumerate() {
-        for (row, force) in record.axes[0].force.iter_mut().enumerate() {
-            let turns = HUM_HZ * row as f64 / RATE_HZ + 0.3 * number as f64;
-            *force += amplitude * (TAU * turns).sin();
-        }
+        let (force, phase) = (&mut record.axes[0].force, 0.3 * number as f64);
+        add_line(force, RATE_HZ, HUM_HZ, amplitude, phase);
     }
     let mut corrections = *subject().physical.corrections();
     corrections[0].hum = Hum {
