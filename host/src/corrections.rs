@@ -12,7 +12,7 @@
 //! | `crosstalk` | F less χ times the other axis's force, after its own time and gain |
 //! | `mains_hum` | F less the line, whose size and phase are found in every record anew: in what the model leaves of it, so that no force that the model explains is taken for hum |
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, in_order};
 use crate::lines;
 use crate::model::EffectTerm;
 use crate::model::effects::Bound;
@@ -139,7 +139,7 @@ impl ModelFile {
         let records = (0..study.records.len()).into_par_iter();
         let records = records.map(|index| self.corrected_record(study, index, &corrections));
         Ok(Cow::Owned(Study {
-            records: records.collect::<Result<_>>()?,
+            records: in_order(records)?,
             ..study.clone()
         }))
     }

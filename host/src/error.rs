@@ -1,5 +1,6 @@
 //! One sentence for everything that can go wrong, and the exit code that goes with it.
 
+use rayon::iter::IndexedParallelIterator;
 use std::fmt;
 
 /// What kind of failure it was; decides the process's exit code.
@@ -24,6 +25,16 @@ pub struct Error {
 
 /// What the host's functions return.
 pub type Result<T> = std::result::Result<T, Error>;
+
+/// What several tasks gave that ran side by side, or the error of the first of them in their order: `collect` would give that of
+/// whichever failed first, so that one input would be refused with another sentence from one time to the next.
+///
+/// # Errors
+/// That of the first task that failed.
+pub fn in_order<T: Send>(tasks: impl IndexedParallelIterator<Item = Result<T>>) -> Result<Vec<T>> {
+    let all: Vec<Result<T>> = tasks.collect();
+    all.into_iter().collect()
+}
 
 impl Error {
     /// Something could not be done.
@@ -67,3 +78,26 @@ impl fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rayon::prelude::*;
+    use std::time::Duration;
+
+    #[test]
+    fn the_first_error_in_order_is_told_and_not_the_fastest() {
+        let tasks = (0..64_u32).into_par_iter().map(|task| {
+            std::thread::sleep(Duration::from_millis(u64::from(
+                20_u32.saturating_sub(task),
+            )));
+            match task {
+                0..3 => Ok(task),
+                _ => Err(Error::data(format!("task {task}"))),
+            }
+        });
+        assert_eq!(in_order(tasks), Err(Error::data("task 3")));
+        let fine = (0..64_u32).into_par_iter().map(Ok);
+        assert_eq!(in_order(fine), Ok((0..64).collect::<Vec<u32>>()));
+    }
+}

@@ -10,7 +10,7 @@
 //!
 //! Spring and damper act on the body in the same way in both, so both take them off the applied force first.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, in_order};
 use crate::signal::band::relative_displacement;
 use crate::signal::fir::apply;
 use crate::study::{Axis, Convention, Record, Study};
@@ -136,12 +136,8 @@ impl Motion {
 /// # Errors
 /// A record with no row left between the ends that the filters cost.
 pub fn motions(study: &Study, filters: &Filters) -> Result<Vec<Motion>> {
-    study
-        .records
-        .par_iter()
-        .enumerate()
-        .map(|(index, record)| motion(study, index, record, filters))
-        .collect()
+    let records = study.records.par_iter().enumerate();
+    in_order(records.map(|(index, record)| motion(study, index, record, filters)))
 }
 
 /// Turns one record of the study, the one at `index`, into a motion.

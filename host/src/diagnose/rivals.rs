@@ -7,7 +7,7 @@
 use super::judge::{LEAVES_AS_LITTLE, PARSIMONY, WRONG_BY};
 use super::missing::{Round, relative_errors};
 use super::verdict::DISCREPANCY;
-use crate::error::Result;
+use crate::error::{Result, in_order};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::{Problem, cost};
 use crate::fit::effects::starts::starts;
@@ -87,7 +87,7 @@ impl Arena<'_> {
         let all = rivals
             .par_iter()
             .map(|(at, terms, from)| self.left(*at, terms, from, STEPS));
-        let mut all = all.collect::<Result<Vec<_>>>()?;
+        let mut all = in_order(all)?;
         if all.iter().all(|left| self.is_much(left.learnt)) {
             let anew = rivals
                 .par_iter()
@@ -95,7 +95,7 @@ impl Arena<'_> {
                     Some(from) => self.left(*at, terms, &from, STEPS).map(Some),
                     None => Ok(None),
                 });
-            let anew = anew.collect::<Result<Vec<_>>>()?;
+            let anew = in_order(anew)?;
             for (left, found) in all.iter_mut().zip(anew) {
                 match found {
                     Some(found) if found.learnt < left.learnt => *left = found,
@@ -136,7 +136,7 @@ impl Arena<'_> {
         let all = from
             .par_iter()
             .map(|from| Ok(problem.descend(from, STEPS_ANEW)?.0));
-        let all = all.collect::<Result<Vec<_>>>()?;
+        let all = in_order(all)?;
         let best = all.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
         Ok(best.map(|best| problem.shapes_of(best)))
     }

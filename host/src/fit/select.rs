@@ -9,7 +9,7 @@
 use super::cross_validation::{FOLDS, FoldedMoments, squared_error};
 use super::moments::Moments;
 use super::normal_equations;
-use crate::error::Result;
+use crate::error::{Result, in_order};
 use crate::model::exponents;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
@@ -110,17 +110,14 @@ pub(super) fn fit(folded: &FoldedMoments, orders: &[u8], output: usize) -> Resul
         .filter(|i| all[*i].iter().sum::<u8>() <= TOTAL_DEGREE)
         .collect();
     let terms: Vec<[u8; 4]> = places.iter().map(|i| all[*i]).collect();
-    let folds: Vec<Vec<f64>> = (0..FOLDS)
-        .into_par_iter()
-        .map(|fold| {
-            held_out_errors(
-                &folded.training(fold),
-                &folded.held_out(fold),
-                &terms,
-                output,
-            )
-        })
-        .collect::<Result<_>>()?;
+    let folds = in_order((0..FOLDS).into_par_iter().map(|fold| {
+        held_out_errors(
+            &folded.training(fold),
+            &folded.held_out(fold),
+            &terms,
+            output,
+        )
+    }))?;
     let longest = folds.iter().map(Vec::len).min().unwrap_or(0);
     let mean = |count: usize| folds.iter().map(|fold| fold[count]).sum::<f64>() / FOLDS as f64;
     let best = (0..longest)

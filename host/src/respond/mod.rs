@@ -17,7 +17,7 @@ pub use compare::{AxisResponse, Band, Drift};
 pub use course::Divergence;
 pub use report::{as_csv, in_words};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, in_order};
 use crate::model::Evaluator;
 use crate::model_file::ModelFile;
 use crate::motion::{self, Motion};
@@ -189,12 +189,8 @@ pub fn respond_with<L: JointLaw + Clone + Sync>(
         };
         Ok((response, drifts))
     };
-    let (records, drifts): (Vec<RecordResponse>, Vec<Vec<Drift>>) = chosen
-        .par_iter()
-        .map(one)
-        .collect::<Result<Vec<_>>>()?
-        .into_iter()
-        .unzip();
+    let (records, drifts): (Vec<RecordResponse>, Vec<Vec<Drift>>) =
+        in_order(chosen.par_iter().map(one))?.into_iter().unzip();
     let drifts: Vec<Drift> = drifts.into_iter().flatten().collect();
     Ok(Response {
         against: if truth.is_some() {

@@ -4,7 +4,7 @@ use super::description::{Description, RecordEntry, Source};
 use super::log::{Log, Request};
 use super::plan::{Plan, plan};
 use super::{Channels, Record, Role, Study, check, time};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, in_order};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -183,33 +183,27 @@ fn read_records(
             columns: entry.columns.as_deref(),
         })
         .collect();
-    let logs: Vec<(Log, Option<Timing>)> = requests
-        .par_iter()
-        .map(|request| {
-            let log = request.read()?;
-            let timing = timing(request, &log, plan)?;
-            Ok((log, timing))
-        })
-        .collect::<Result<_>>()?;
+    let logs: Vec<(Log, Option<Timing>)> = in_order(requests.par_iter().map(|request| {
+        let log = request.read()?;
+        let timing = timing(request, &log, plan)?;
+        Ok((log, timing))
+    }))?;
     note_unused(&requests, &logs, notes);
     let stated = said.sample_rate_hz.as_ref().map(|r| *r.get_ref());
     let first = logs[0].1.as_ref().map(|t| t.rate);
     let rate = stated
         .or(first)
         .expect("a study has a time column or a stated rate, which was checked with its plan");
-    let records: Vec<(Record, Vec<String>)> = requests
-        .par_iter()
-        .zip(&logs)
-        .zip(&said.record)
-        .map(|((request, (log, timing)), entry)| {
+    let entries = requests.par_iter().zip(&logs).zip(&said.record);
+    let records: Vec<(Record, Vec<String>)> =
+        in_order(entries.map(|((request, (log, timing)), entry)| {
             if let Some(timing) = timing
                 && (timing.rate / rate - 1.0).abs() > time::RATE_TOLERANCE
             {
                 return Err(rate_differs(request, timing, rate, stated.is_some()));
             }
             record(request, log, timing.as_ref(), entry.role, plan, rate)
-        })
-        .collect::<Result<_>>()?;
+        }))?;
     Ok((
         rate,
         records
