@@ -2,7 +2,7 @@
 
 use super::about::{About, Parameter, Role, Shape};
 use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
-use crate::scalar::Scalar;
+use crate::scalar::{Number, Powers, Scalar};
 use crate::units::Dimension;
 
 /// r = F_y·z with dz/dx = (1 − |z|ⁿ·(1 − γ + γ·sgn(ẋ·z)))/u_y.
@@ -82,22 +82,26 @@ impl Effect for BoucWen {
         at: &Kinematics<S>,
         [z, ..]: &mut States<S>,
     ) -> [S; 2] {
-        let one = S::one();
-        // Four yield displacements in one sample saturate it either way.
-        let travel = at.travel(per_yield).within(S::ratio(4, 1));
-        // What an Euler step from `z` adds. Written as increments, a step of 0 adds 0 to the last bit, and so does one that
-        // loads what has yielded; there the limit is taken, which no longer depends on where it came from.
-        let increment = |z: S| {
-            let sign = S::ratio(2, 1) * z.reaches(S::zero()) - one;
-            let yielded = z.abs().power(exponent);
-            let turned = share * yielded * (travel - travel.abs() * sign);
-            let free = travel * (one - yielded) + turned;
+        let (exponent, share) = (exponent.short(), share.short());
+        // Two yield displacements in one sample saturate it either way.
+        let travel = at.short_travel(per_yield, S::Short::ratio(2, 1));
+        let before = z.short();
+        // What an Euler step from `z` adds, held so that it does not leave ±1. A travel of 0 adds 0 to the last bit, and so does one
+        // that loads what has yielded.
+        let one = S::Short::one();
+        let ahead = share.toward(travel);
+        let increment = |z: S::Short| {
+            let bend = one - (share - ahead.toward(z));
+            let free = travel * (one - z.abs().power(exponent) * bend);
             (-one - z).max((one - z).min(free))
         };
-        let first = increment(*z);
-        let second = increment(*z + first);
-        let third = increment(*z + S::ratio(1, 4) * (first + second));
-        *z = (*z + S::ratio(1, 6) * (first + second) + S::ratio(2, 3) * third).within(one);
+        let first = increment(before);
+        let second = increment(before + first);
+        let mean = (first + second).half();
+        let third = increment(before + mean.half());
+        // Where nothing yields all three are alike, and what is added is the travel to the last bit.
+        let after = before + (third + S::Short::ratio(1, 3) * (mean - third));
+        *z = S::long(after.within(one));
         [force * *z, S::zero()]
     }
 }

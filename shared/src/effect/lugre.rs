@@ -77,7 +77,8 @@ impl Effect for LuGre {
         *z = relax(*z, at.travel(per_breakaway));
         let left = left_of_rest(at.velocity, per_fall);
         let size = friction + (at_rest - friction) * left;
-        let bending = at.velocity - at.velocity.abs() * *z;
-        [size * *z + damping * bending, S::zero()]
+        let damped = damping * at.velocity;
+        let force = (size - damped.toward(at.velocity)) * *z + damped;
+        [force, S::zero()]
     }
 }

@@ -56,7 +56,7 @@ impl Effect for Maxwell {
         at: &Kinematics<S>,
         [stretch, ..]: &mut States<S>,
     ) -> [S; 2] {
-        let half = (S::ratio(1, 2) * at.period * per_relaxation).decay();
+        let half = (at.period.half() * per_relaxation).decay();
         *stretch = (*stretch * half + at.step) * half;
         [stiffness * *stretch, S::zero()]
     }

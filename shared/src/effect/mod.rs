@@ -90,6 +90,11 @@ impl<S: Scalar> Kinematics<S> {
     pub fn travel(&self, per_length: S) -> S {
         self.displacement.change(self.step, per_length)
     }
+
+    /// The same as a short number, held between −`limit` and `limit`.
+    pub fn short_travel(&self, per_length: S, limit: S::Short) -> S::Short {
+        self.displacement.short_change(self.step, per_length, limit)
+    }
 }
 
 impl<S: Scalar> Instrument<S> {

@@ -20,9 +20,7 @@ pub(super) const FALL: Shape = Shape {
 
 /// exp(−(ẋ/v_s)²): how much of the friction at rest is left.
 pub(super) fn left_of_rest<S: Scalar>(velocity: S, per_fall: S) -> S {
-    // From 5·v_s on it is less than the device's last place, and so is the error of a large square.
-    let relative = (velocity * per_fall).within(S::ratio(5, 1));
-    (relative * relative).decay()
+    (velocity * per_fall).bell()
 }
 
 impl Effect for Stribeck {

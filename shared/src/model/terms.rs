@@ -438,8 +438,8 @@ mod quantise {
                 let own = usize::from(term.axis);
                 let references = references(header, full_scale, own);
                 let forces = term.bounds(header, &references);
-                let largest = forces[0].largest.max(forces[1].largest);
-                if largest.is_nan() || largest >= LARGEST {
+                let fullest = forces[0].fullest.max(forces[1].fullest);
+                if fullest.is_nan() || fullest >= 1.0 {
                     return Err(Error::Effect {
                         tag: term.entry.tag,
                         fault: "has a parameter that is too large or too small for the device beside the training range",
@@ -485,8 +485,6 @@ mod quantise {
 
     /// Force units in the full scale of an output.
     pub(super) const FULL_SCALE: f64 = (1_u64 << 31) as f64;
-    /// The range of the device's numbers.
-    const LARGEST: f64 = (1_u64 << 31) as f64;
 }
 
 #[cfg(feature = "fit")]

@@ -22,8 +22,8 @@ use crate::error::Error;
 use crate::fixed::{mul_high_add, round_to_i64, saturate};
 use crate::hum::Hum;
 use crate::layout::laid_out;
-use crate::scalar::Scalar;
 use crate::scalar::q::Q;
+use crate::scalar::{Number, Scalar};
 
 laid_out! {
 /// The line of one axis in machine numbers; all 0 where there is none.

@@ -1,6 +1,6 @@
 //! A number that carries its derivative, so that a force law can be differentiated by a parameter without a second text.
 
-use super::Scalar;
+use super::{Number, Powers, Scalar};
 use core::ops::{Add, Mul, Neg, Sub};
 
 /// A value and its derivative by one chosen quantity.
@@ -66,7 +66,7 @@ impl Neg for Dual {
     }
 }
 
-impl Scalar for Dual {
+impl Number for Dual {
     fn ratio(numerator: i32, denominator: i32) -> Self {
         Self::constant(f64::ratio(numerator, denominator))
     }
@@ -87,24 +87,21 @@ impl Scalar for Dual {
             self
         }
     }
-    fn tanh(self) -> Self {
-        let value = self.value.tanh();
-        Self {
-            value,
-            slope: (1.0 - value * value) * self.slope,
-        }
-    }
     fn reaches(self, threshold: Self) -> Self {
         Self::constant(self.value.reaches(threshold.value))
     }
-    fn decay(self) -> Self {
-        let value = self.value.decay();
-        let falls = self.value.reaches(0.0);
+    fn toward(self, direction: Self) -> Self {
+        if direction.value < 0.0 { -self } else { self }
+    }
+    fn half(self) -> Self {
         Self {
-            value,
-            slope: -falls * value * self.slope,
+            value: self.value.half(),
+            slope: self.slope.half(),
         }
     }
+}
+
+impl Powers for Dual {
     fn power(self, exponent: Self) -> Self {
         let a = self.value.clamp(0.0, 1.0);
         let value = a.powf(exponent.value);
@@ -114,6 +111,32 @@ impl Scalar for Dual {
         Self {
             value,
             slope: steepness * self.slope + value * logarithm * exponent.slope,
+        }
+    }
+}
+
+impl Scalar for Dual {
+    type Short = Self;
+
+    fn short(self) -> Self {
+        self
+    }
+    fn long(short: Self) -> Self {
+        short
+    }
+    fn tanh(self) -> Self {
+        let value = self.value.tanh();
+        Self {
+            value,
+            slope: (1.0 - value * value) * self.slope,
+        }
+    }
+    fn decay(self) -> Self {
+        let value = self.value.decay();
+        let falls = self.value.reaches(0.0);
+        Self {
+            value,
+            slope: -falls * value * self.slope,
         }
     }
     fn sine(self) -> Self {

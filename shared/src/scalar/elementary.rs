@@ -1,13 +1,12 @@
-//! Exponential decay, powers and the sine on the device's numbers, in integers.
+//! Exponential decay and the sine on the device's numbers, in integers.
 //!
 //! Each brings its argument exactly to a short interval (whole halvings for the exponential, whole turns for the sine) and
 //! evaluates the Taylor polynomial there, whose coefficients the compiler works out. What rests stays exact: decay of 0 is 1,
-//! a power of 1 is 1, the sine of 0 is 0, each to the last bit, so a joint that does not move adds no error to a hysteresis.
+//! the sine of 0 is 0, each to the last bit, so a joint that does not move adds no error to a hysteresis.
 //!
 //! | operation | over | largest error stated | measured, maximum and RMS |
 //! |---|---|---|---|
 //! | `decay` | all arguments | 3 units of 2⁻³² ([`DECAY_ERROR`]) | 1.3 and 0.29 |
-//! | `power` | 0 to 1, exponents 1 to 4 | 16 units ([`POWER_ERROR`]) | 6.7 and 1.1 |
 //! | `sine` | all arguments | 9 units ([`SINE_ERROR`]) | 3.9 and 0.49 |
 //!
 //! Measured by `cargo test --release -p jointwatch-shared elementary -- --nocapture`. The stated error is that against the exact
@@ -18,8 +17,6 @@ use crate::fixed::{mul_high_add, round_shift};
 
 /// The most by which `decay` is off: the polynomial 0.1 units, its roundings 1.5, log₂e 0.5, the last shift 0.5.
 pub const DECAY_ERROR: f64 = 3.0 * UNIT;
-/// The most by which `power` is off: four times the logarithm's 4 units times ln 2, and the decay's.
-pub const POWER_ERROR: f64 = 16.0 * UNIT;
 /// The most by which `sine` is off: half a unit for each of nine products and eight coefficients.
 pub const SINE_ERROR: f64 = 9.0 * UNIT;
 
@@ -35,24 +32,6 @@ const QUARTER_WAVE: [Q; 8] = quarter_wave();
 pub(super) fn decay(a: Q) -> Q {
     // Beyond 2⁵ the result is 0 to the last bit; the product with log₂ e stays in range.
     halvings(Q::from_raw(a.raw().clamp(0, 1 << (PLACES + 5))) * LOG2_E)
-}
-
-/// aⁿ for `a` from 0 to 1 (held there) and an exponent from 1 to 4.
-pub(super) fn power(a: Q, exponent: Q) -> Q {
-    let raw = a.raw().clamp(0, 1 << PLACES) as u64;
-    // With 0, whose leading zeros are 64, eight more halvings shift the last bit out: no branch of its own.
-    let zeros = raw.leading_zeros();
-    let mut mantissa = (raw.checked_shl(zeros).unwrap_or(0) >> PLACES) as u32;
-    // log₂ of the mantissa, a bit per squaring: its square is at least 2 where the bit is 1.
-    let mut fraction = 0_u32;
-    for _ in 0..PLACES {
-        let square = u64::from(mantissa) * u64::from(mantissa);
-        let bit = (square >> 63) as u32;
-        fraction = fraction << 1 | bit;
-        mantissa = (square >> (31 + bit)) as u32;
-    }
-    let below_one = (i64::from(zeros) - 31 + 8 * i64::from(zeros >> 6)) << PLACES;
-    halvings(Q::from_raw(below_one - i64::from(fraction)) * exponent)
 }
 
 /// sin(2πa): the sine of `a` turns.
@@ -144,22 +123,6 @@ mod tests {
         println!("decay: {most:.2} units at most, {rms:.2} RMS");
         assert!(most * UNIT <= DECAY_ERROR && most <= 1.3 && rms <= 0.295);
 
-        let (mut most, mut squares) = (0.0_f64, 0.0);
-        for quarter in 0..=12 {
-            let n = 1.0 + f64::from(quarter) / 4.0;
-            let off = error(
-                0.0,
-                1.0,
-                300_007,
-                |a| power(a, Q::from_f64(n)),
-                |a| a.powf(n),
-            );
-            most = most.max(off.0);
-            squares += off.1 * off.1 / 13.0;
-        }
-        println!("power: {most:.2} units at most, {:.2} RMS", squares.sqrt());
-        assert!(most * UNIT <= POWER_ERROR && most <= 6.7 && squares.sqrt() <= 1.105);
-
         let turns = |a: f64| (a.fract() * core::f64::consts::TAU).sin();
         let (most, rms) = error(-3.0, 3.0, 3_000_017, sine, turns);
         println!("sine: {most:.2} units at most, {rms:.2} RMS");
@@ -174,13 +137,6 @@ mod tests {
             assert_eq!(decay(a), one);
         }
         assert_eq!(decay(Q::from_raw(i64::MAX)), zero);
-        for n in [1.0, 1.7, 2.0, 4.0].map(Q::from_f64) {
-            assert_eq!((power(one, n), power(zero, n)), (one, zero));
-            assert_eq!(
-                (power(Q::from_raw(i64::MAX), n), power(-one, n)),
-                (one, zero)
-            );
-        }
         for turns in [-7.0, 0.0, 1.0, 1e6].map(Q::from_f64) {
             assert_eq!(sine(turns), zero);
         }
@@ -188,11 +144,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_argument_leaves_the_range(a: i64, n in 1.0_f64..4.0) {
+        fn no_argument_leaves_the_range(a: i64) {
             let size = |q: Q| q.to_f64().abs();
             let a = Q::from_raw(a);
             prop_assert!(size(decay(a)) <= 1.0);
-            prop_assert!(size(power(a, Q::from_f64(n))) <= 1.0);
             prop_assert!(size(sine(a)) <= 1.0 + SINE_ERROR);
         }
     }

@@ -1,38 +1,44 @@
 //! All values that a quantity can take, and how far the device's number can be from the exact one: bounds for export.
 
-use super::Scalar;
-use super::elementary::{DECAY_ERROR, POWER_ERROR, SINE_ERROR};
-use super::q::UNIT;
+use super::elementary::{DECAY_ERROR, SINE_ERROR};
+use super::short::{self, POWER_ERROR};
+use super::{Number, Powers, Scalar, q};
 use crate::tanh;
 use core::ops::{Add, Mul, Neg, Sub};
 
-/// A range of exact values together with a bound of |device − exact| over all of them.
+/// A range of exact values together with a bound of |device − exact| over all of them, of a number with so many places behind the
+/// point: those of [`q::Q`], or those of [`short::Short`].
 ///
-/// Evaluating a law on intervals bounds its result for every input in the ranges, with the rounding of [`super::q::Q`]
+/// Evaluating a law on intervals bounds its result for every input in the ranges, with the rounding of the device
 /// added operation by operation. The same quantity used twice counts as two, so ranges can come out wider than they are.
-/// `f64`'s own rounding, 2⁻⁵³ of a value, is far under the device's and is left out. A comparison ([`Scalar::reaches`]) is taken to fall
+/// `f64`'s own rounding, 2⁻⁵³ of a value, is far under the device's and is left out. A comparison ([`Number::reaches`]) is taken to fall
 /// alike on both sides: inputs closer to a threshold than the error itself are outside the bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interval {
+pub struct Interval<const PLACES: u32 = { q::PLACES }> {
     /// The smallest exact value.
     pub least: f64,
     /// The largest exact value.
     pub most: f64,
     /// Bound of |device − exact|.
     pub error: f64,
-    /// The largest magnitude, exact or on the device, of anything computed on the way to it.
-    pub largest: f64,
+    /// The largest part of what the device's kind of number can hold that anything computed on the way to it takes, exact or on the
+    /// device: from 1 on it may have saturated.
+    pub fullest: f64,
 }
 
-impl Interval {
+impl<const PLACES: u32> Interval<PLACES> {
+    /// The value of one unit.
+    const UNIT: f64 = 1.0 / (1_u64 << PLACES) as f64;
+    /// What the device's numbers stay below in size: they have 63 bits beside the sign, or 31.
+    const ROOM: f64 = if PLACES == short::PLACES {
+        (1_u64 << (31 - PLACES)) as f64
+    } else {
+        (1_u64 << (63 - PLACES)) as f64
+    };
+
     /// A quantity that the device holds as the number nearest to `value`.
     pub fn stored(value: f64) -> Self {
-        Self {
-            least: value,
-            most: value,
-            error: 0.5 * UNIT,
-            largest: value.abs() + 0.5 * UNIT,
-        }
+        Self::range(value, value, 0.5 * Self::UNIT)
     }
 
     /// All values between two, each known to the device within `error`.
@@ -40,16 +46,23 @@ impl Interval {
         Self::from(least, most, error, &[])
     }
 
-    /// The range as given, its own magnitude and that of what it came from noted.
+    /// The range as given, with how full its own number is and those that it came from were.
     fn from(least: f64, most: f64, error: f64, before: &[Self]) -> Self {
-        let before = before.iter().fold(0.0, |most: f64, i| most.max(i.largest));
+        let before = before.iter().fold(0.0, |most: f64, i| most.max(i.fullest));
         let mut made = Self {
             least,
             most,
             error,
-            largest: before,
+            fullest: before,
         };
-        made.largest = before.max(made.magnitude());
+        made.fullest = before.max(made.magnitude() / Self::ROOM);
+        made
+    }
+
+    /// The same quantity as a number of another kind, within this error.
+    fn converted<const FROM: u32>(from: Interval<FROM>, error: f64) -> Self {
+        let mut made = Self::range(from.least, from.most, error);
+        made.fullest = made.fullest.max(from.fullest);
         made
     }
 
@@ -59,7 +72,7 @@ impl Interval {
     }
 }
 
-impl Add for Interval {
+impl<const PLACES: u32> Add for Interval<PLACES> {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self::from(
@@ -71,14 +84,14 @@ impl Add for Interval {
     }
 }
 
-impl Sub for Interval {
+impl<const PLACES: u32> Sub for Interval<PLACES> {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
         self + -other
     }
 }
 
-impl Neg for Interval {
+impl<const PLACES: u32> Neg for Interval<PLACES> {
     type Output = Self;
     fn neg(self) -> Self {
         Self {
@@ -89,7 +102,7 @@ impl Neg for Interval {
     }
 }
 
-impl Mul for Interval {
+impl<const PLACES: u32> Mul for Interval<PLACES> {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let corners = [
@@ -102,7 +115,7 @@ impl Mul for Interval {
         let error = size(&self) * other.error
             + size(&other) * self.error
             + self.error * other.error
-            + 0.5 * UNIT;
+            + 0.5 * Self::UNIT;
         Self::from(
             corners.into_iter().fold(f64::INFINITY, f64::min),
             corners.into_iter().fold(f64::NEG_INFINITY, f64::max),
@@ -112,7 +125,7 @@ impl Mul for Interval {
     }
 }
 
-impl Scalar for Interval {
+impl<const PLACES: u32> Number for Interval<PLACES> {
     fn ratio(numerator: i32, denominator: i32) -> Self {
         Self::stored(f64::ratio(numerator, denominator))
     }
@@ -136,11 +149,6 @@ impl Scalar for Interval {
     fn max(self, other: Self) -> Self {
         -((-self).min(-other))
     }
-    fn tanh(self) -> Self {
-        // The slope is at most 1; the argument loses five places on its way into the table.
-        let error = self.error + 16.0 * UNIT + tanh::MAX_ERROR;
-        Self::from(self.least.tanh(), self.most.tanh(), error, &[self])
-    }
     fn reaches(self, threshold: Self) -> Self {
         Self::from(
             self.least.reaches(threshold.most),
@@ -149,19 +157,20 @@ impl Scalar for Interval {
             &[self, threshold],
         )
     }
-    fn change(self, step: Self, factor: Self) -> Self {
-        // Two values of one number, each anywhere in its range and known within its error: the difference of the products has
-        // the range of the step's product and the error of both.
-        let (range, product) = (step * factor, self * factor);
-        let error = 2.0 * product.error;
-        Self::from(range.least, range.most, error, &[range, product])
+    fn toward(self, direction: Self) -> Self {
+        let (mut least, mut most) = (self.least, self.most);
+        if direction.least < 0.0 {
+            (least, most) = (least.min(-most), most.max(-least));
+        }
+        Self::from(least, most, self.error, &[self, direction])
     }
-    fn decay(self) -> Self {
-        // The slope is at most the value at the smallest argument.
-        let steepest = (self.least - self.error).decay();
-        let error = steepest * self.error + DECAY_ERROR;
-        Self::from(self.most.decay(), self.least.decay(), error, &[self])
+    fn half(self) -> Self {
+        let error = 0.5 * (self.error + Self::UNIT);
+        Self::from(self.least.half(), self.most.half(), error, &[self])
     }
+}
+
+impl Powers for Interval<{ short::PLACES }> {
     fn power(self, exponent: Self) -> Self {
         // The slope by the number is at most n, by the exponent at most 1/(e·n) ≤ 0.37.
         let highest = exponent.most + exponent.error;
@@ -172,6 +181,43 @@ impl Scalar for Interval {
             error,
             &[self, exponent],
         )
+    }
+}
+
+impl Scalar for Interval {
+    type Short = Interval<{ short::PLACES }>;
+
+    fn short(self) -> Self::Short {
+        Interval::converted(self, self.error + 0.5 * Self::Short::UNIT)
+    }
+    fn long(short: Self::Short) -> Self {
+        Self::converted(short, short.error)
+    }
+    fn tanh(self) -> Self {
+        // The slope is at most 1; the argument loses five places on its way into the table.
+        let error = self.error + 16.0 * Self::UNIT + tanh::MAX_ERROR;
+        Self::from(self.least.tanh(), self.most.tanh(), error, &[self])
+    }
+    fn change(self, step: Self, factor: Self) -> Self {
+        // Two values of one number, each anywhere in its range and known within its error: the difference of the products has
+        // the range of the step's product and the error of both.
+        let (range, product) = (step * factor, self * factor);
+        let error = 2.0 * product.error;
+        Self::from(range.least, range.most, error, &[range, product])
+    }
+    fn short_change(self, step: Self, factor: Self, limit: Self::Short) -> Self::Short {
+        let mut change = self.change(step, factor);
+        let most = limit.most;
+        (change.least, change.most) = (change.least.max(-most), change.most.min(most));
+        // Each of both products is cut to a short number, both to the same side; what is held cannot be off by more than what it is held between.
+        let error = (change.error + Self::Short::UNIT).min(2.0 * most);
+        Interval::converted(change, error)
+    }
+    fn decay(self) -> Self {
+        // The slope is at most the value at the smallest argument.
+        let steepest = (self.least - self.error).decay();
+        let error = steepest * self.error + DECAY_ERROR;
+        Self::from(self.most.decay(), self.least.decay(), error, &[self])
     }
     fn sine(self) -> Self {
         let error = core::f64::consts::TAU * self.error + SINE_ERROR;

@@ -8,13 +8,19 @@
 //! | operation | means | derivative where it has a corner |
 //! |---|---|---|
 //! | `+ − ·`, negation | as always | |
-//! | [`Scalar::abs`] | \|a\| | that of the side on which the value is; at 0 the right one |
-//! | [`Scalar::min`], [`Scalar::max`] | the smaller, the larger | that of the one taken; the first on a tie |
+//! | [`Number::abs`] | \|a\| | that of the side on which the value is; at 0 the right one |
+//! | [`Number::min`], [`Number::max`] | the smaller, the larger | that of the one taken; the first on a tie |
+//! | [`Number::reaches`] | 1 where a ≥ b, else 0 | 0 |
+//! | [`Number::toward`] | a where b ≥ 0, else −a | by b 0 |
+//! | [`Number::half`] | a/2 | |
 //! | [`Scalar::tanh`] | hyperbolic tangent | |
-//! | [`Scalar::reaches`] | 1 where a ≥ b, else 0 | 0 |
 //! | [`Scalar::decay`] | e⁻ᵃ for a ≥ 0, 1 below | at 0 the right one |
-//! | [`Scalar::power`] | aⁿ for a from 0 to 1, n from 1 to 4 | |
+//! | [`Scalar::bell`] | e^(−a²) | |
 //! | [`Scalar::sine`] | sin(2πa): the sine of a turns | |
+//! | [`Powers::power`] | aⁿ for a from 0 to 1, n from 1 to 4 | |
+//!
+//! Where a law takes many steps with numbers that are all small, such as the internal state of a hysteresis, it takes them with
+//! [`Scalar::Short`] ones, which the device has in half as many bits ([`short::Short`]).
 
 #[cfg(feature = "fit")]
 pub mod dual;
@@ -22,11 +28,12 @@ pub mod elementary;
 #[cfg(feature = "fit")]
 pub mod interval;
 pub mod q;
+pub mod short;
 
 use core::ops::{Add, Mul, Neg, Sub};
 
-/// A number that a force law can be evaluated with.
-pub trait Scalar:
+/// A number with what every kind of number has.
+pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
     /// The number `numerator/denominator`, for the small exact ratios that a law contains; the denominator is not 0.
@@ -37,23 +44,12 @@ pub trait Scalar:
     fn min(self, other: Self) -> Self;
     /// The larger of two.
     fn max(self, other: Self) -> Self;
-    /// Hyperbolic tangent.
-    fn tanh(self) -> Self;
     /// 1 where `self` ≥ `threshold`, 0 elsewhere.
     fn reaches(self, threshold: Self) -> Self;
-
-    /// e⁻ᵃ; 1 where `self` is negative.
-    fn decay(self) -> Self;
-    /// e⁻ᵃ and eᵃ, each at most 1: that of a positive number in the first place, of a negative one in the second, and 1 in the
-    /// other; and their product.
-    fn decay_of_either_sign(self) -> [Self; 3] {
-        let [ahead, back] = [self.decay(), (-self).decay()];
-        [ahead, back, ahead * back]
-    }
-    /// selfⁿ for a number from 0 to 1, held there, and an exponent from 1 to 4.
-    fn power(self, exponent: Self) -> Self;
-    /// sin(2π·self): the sine of a number of turns.
-    fn sine(self) -> Self;
+    /// The same where `direction` ≥ 0, its opposite elsewhere.
+    fn toward(self, direction: Self) -> Self;
+    /// Half of it.
+    fn half(self) -> Self;
 
     /// 0.
     fn zero() -> Self {
@@ -62,12 +58,6 @@ pub trait Scalar:
     /// 1.
     fn one() -> Self {
         Self::ratio(1, 1)
-    }
-    /// What `self·factor` has changed by since `self` was smaller by `step`.
-    ///
-    /// It is the difference of both products: along a path their roundings cancel, where those of `step·factor` add up.
-    fn change(self, step: Self, factor: Self) -> Self {
-        self * factor - (self - step) * factor
     }
     /// The value held between −`limit` and `limit`; `limit` is not negative.
     fn within(self, limit: Self) -> Self {
@@ -79,8 +69,55 @@ pub trait Scalar:
     }
 }
 
+/// A number that can be raised to a power.
+pub trait Powers: Number {
+    /// selfⁿ for a number from 0 to 1, held there, and an exponent from 1 to 4.
+    fn power(self, exponent: Self) -> Self;
+}
+
+/// A number that a force law can be evaluated with.
+pub trait Scalar: Number {
+    /// The same with less room and fewer places where the device gains from it: for numbers that stay below 8 in size.
+    type Short: Powers;
+
+    /// This number as a short one.
+    fn short(self) -> Self::Short;
+    /// A short one as this.
+    fn long(short: Self::Short) -> Self;
+
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// e⁻ᵃ; 1 where `self` is negative.
+    fn decay(self) -> Self;
+    /// e⁻ᵃ and eᵃ, each at most 1: that of a positive number in the first place, of a negative one in the second, and 1 in the
+    /// other; and their product.
+    fn decay_of_either_sign(self) -> [Self; 3] {
+        let [ahead, back] = [self.decay(), (-self).decay()];
+        [ahead, back, ahead * back]
+    }
+    /// e^(−a²).
+    fn bell(self) -> Self {
+        // From 5 on it is less than the device's last place, and so is the error of a large square.
+        let held = self.within(Self::ratio(5, 1));
+        (held * held).decay()
+    }
+    /// sin(2π·self): the sine of a number of turns.
+    fn sine(self) -> Self;
+
+    /// What `self·factor` has changed by since `self` was smaller by `step`, which was a quantity of the same range.
+    ///
+    /// It is the difference of both products: along a path their roundings cancel, where those of `step·factor` add up.
+    fn change(self, step: Self, factor: Self) -> Self {
+        self * factor - (self - step) * factor
+    }
+    /// The same as a short number, held between −`limit` and `limit`: the difference of both products as short ones.
+    fn short_change(self, step: Self, factor: Self, limit: Self::Short) -> Self::Short {
+        self.change(step, factor).short().within(limit)
+    }
+}
+
 #[cfg(feature = "fit")]
-impl Scalar for f64 {
+impl Number for f64 {
     fn ratio(numerator: i32, denominator: i32) -> Self {
         f64::from(numerator) / f64::from(denominator)
     }
@@ -93,17 +130,39 @@ impl Scalar for f64 {
     fn max(self, other: Self) -> Self {
         if other > self { other } else { self }
     }
-    fn tanh(self) -> Self {
-        f64::tanh(self)
-    }
     fn reaches(self, threshold: Self) -> Self {
         f64::from(u8::from(self >= threshold))
     }
-    fn decay(self) -> Self {
-        f64::exp(-f64::max(self, 0.0))
+    fn toward(self, direction: Self) -> Self {
+        if direction < 0.0 { -self } else { self }
     }
+    fn half(self) -> Self {
+        0.5 * self
+    }
+}
+
+#[cfg(feature = "fit")]
+impl Powers for f64 {
     fn power(self, exponent: Self) -> Self {
         self.clamp(0.0, 1.0).powf(exponent)
+    }
+}
+
+#[cfg(feature = "fit")]
+impl Scalar for f64 {
+    type Short = Self;
+
+    fn short(self) -> Self {
+        self
+    }
+    fn long(short: Self) -> Self {
+        short
+    }
+    fn tanh(self) -> Self {
+        f64::tanh(self)
+    }
+    fn decay(self) -> Self {
+        f64::exp(-f64::max(self, 0.0))
     }
     fn sine(self) -> Self {
         // Whole turns are taken off first, which is exact.

@@ -4,8 +4,9 @@
 //! places before the point leave room for stiff contacts and steep transitions, the 32 behind it keep what one sample
 //! adds to an internal state. A Cortex-M4 multiplies two of them in about 20 instructions.
 
-use super::{Scalar, elementary};
-use crate::fixed::{mul_high_add, round_to_i64};
+use super::short::{self, Short};
+use super::{Number, Scalar, elementary};
+use crate::fixed::{mul_high_add, round_shift, round_to_i64};
 use crate::tanh::tanh;
 use core::ops::{Add, Mul, Neg, Sub};
 
@@ -13,10 +14,11 @@ use core::ops::{Add, Mul, Neg, Sub};
 ///
 /// | operation | rounding | at the rails |
 /// |---|---|---|
-/// | `+`, `−`, negation, [`Scalar::abs`] | exact | saturates |
+/// | `+`, `−`, negation, [`Number::abs`], [`Number::toward`] | exact | saturates |
+/// | [`Number::half`] | to nearest, half up | cannot leave the range |
 /// | `·` | to nearest, half up | saturates |
 /// | [`Scalar::tanh`] | that of [`mod@crate::tanh`] | cannot leave the range |
-/// | [`Scalar::decay`], [`Scalar::power`], [`Scalar::sine`] | that of [`mod@super::elementary`] | cannot leave the range |
+/// | [`Scalar::decay`], [`Scalar::sine`] | that of [`mod@super::elementary`] | cannot leave the range |
 /// | [`Q::from_f64`] | to nearest, half up | saturates; NaN becomes 0 |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Q {
@@ -155,7 +157,7 @@ impl Q {
     }
 }
 
-impl Scalar for Q {
+impl Number for Q {
     #[inline]
     fn ratio(numerator: i32, denominator: i32) -> Self {
         // Twice the ratio, rounded down, is rounded half up; the arguments are constants of a law.
@@ -178,6 +180,42 @@ impl Scalar for Q {
         Ord::max(self, other)
     }
     #[inline]
+    fn reaches(self, threshold: Self) -> Self {
+        Self::from_raw(i64::from(self.raw >= threshold.raw) << PLACES)
+    }
+    #[inline]
+    fn toward(self, direction: Self) -> Self {
+        if direction.raw < 0 { -self } else { self }
+    }
+    #[inline]
+    fn half(self) -> Self {
+        Self::from_raw((self.raw >> 1) + (self.raw & 1))
+    }
+}
+
+impl Scalar for Q {
+    type Short = Short;
+
+    #[inline]
+    fn short(self) -> Short {
+        Short::saturated(round_shift(self.raw, PLACES - short::PLACES))
+    }
+    #[inline]
+    fn long(short: Short) -> Self {
+        Self::from_raw(i64::from(short.raw()) << (PLACES - short::PLACES))
+    }
+    #[inline]
+    fn change(self, step: Self, factor: Self) -> Self {
+        self * factor - self.minus(step) * factor
+    }
+    #[inline]
+    fn short_change(self, step: Self, factor: Self, limit: Short) -> Short {
+        // Their difference is what has to be small, not they: a position may be many times what a hysteresis yields by.
+        let (now, before) = (self * factor, self.minus(step) * factor);
+        let cut = |q: Self| q.raw >> (PLACES - short::PLACES);
+        Short::saturated(cut(now) - cut(before)).within(limit)
+    }
+    #[inline]
     fn tanh(self) -> Self {
         // The table's argument has 27 places and ends at ±16, where the tangent is 1 to its last bit.
         const MOST: i64 = (1 << 36) - (1 << 5);
@@ -196,15 +234,12 @@ impl Scalar for Q {
             [decay, Self::one(), decay]
         }
     }
-    fn power(self, exponent: Self) -> Self {
-        elementary::power(self, exponent)
+    fn bell(self) -> Self {
+        // A square that saturates decays to 0 as one that is held does.
+        elementary::decay(self * self)
     }
     fn sine(self) -> Self {
         elementary::sine(self)
-    }
-    #[inline]
-    fn reaches(self, threshold: Self) -> Self {
-        Self::from_raw(i64::from(self.raw >= threshold.raw) << PLACES)
     }
 }
 
@@ -237,7 +272,7 @@ mod tests {
         fn corners_agree_with_plain_arithmetic(a in -1e6_f64..1e6, b in -1e6_f64..1e6) {
             let (p, q) = (Q::from_f64(a), Q::from_f64(b));
             let close = |seen: Q, wanted: f64| (seen.to_f64() - wanted).abs() < 2.0 * UNIT;
-            prop_assert!(close(p.abs(), a.abs()) && close(Scalar::min(p, q), a.min(b)) && close(Scalar::max(p, q), a.max(b)));
+            prop_assert!(close(p.abs(), a.abs()) && close(Number::min(p, q), a.min(b)) && close(Number::max(p, q), a.max(b)));
             prop_assert_eq!(p.reaches(q).to_f64(), f64::from(u8::from(p >= q)));
             prop_assert!(close(p + q, a + b) && close(p - q, a - b) && close(-p, -a));
         }

@@ -13,10 +13,8 @@ use jointwatch_shared::model::network::NEURONS;
 type Base = (&'static str, fn() -> Model, u32, u32);
 const BASES: [Base; 2] = [
     ("reference", || model(2, 19), 3300, 4000),
-    ("network", || network(2, NEURONS, 12), 3670, 4400),
+    ("network", || network(2, NEURONS, 12), 3670, 4330),
 ];
-/// The effects that take more, and by how much: `docs/numerics.md` says why.
-const DEARER: [(&str, u32); 2] = [("bouc_wen", 2160), ("lugre", 80)];
 /// The most that a line of the mains in either force channel may add to a sample.
 const MOST_OF_LINES: u32 = 260;
 
@@ -28,8 +26,6 @@ fn a_sample_takes_no_more_instructions_than_stated() {
             let slot = with_effect(make(), effect);
             let report = run(Board::Stm32f405, Some(&blob::encode(&slot)), 0);
             let effect = effect.about.name;
-            let dearer = DEARER.iter().find(|(name, _)| *name == effect);
-            let beside = beside + dearer.map_or(0, |(_, more)| *more);
             for (slot, what, most) in [(base, "alone", alone), ("a", effect, beside)] {
                 let counted = report.model(slot).and_then(|model| model.sample);
                 let counted = counted.unwrap_or_else(|| panic!("no count of {what}: {report:?}"));
