@@ -23,6 +23,7 @@ const SEND: u8 = 0x11;
 const RECEIVE: u8 = 0x12;
 const STAGES: u8 = 0x13;
 const MEMORY: u8 = 0x14;
+const STARTED: u8 = 0x15;
 
 /// Answers to [`WAIT`].
 const ENDED: u8 = 0;
@@ -91,6 +92,9 @@ impl Line for Serial {
 /// come to their end before they return. Ends the program with the record.
 pub fn run(sample: fn(), receive: fn()) -> ! {
     let files = Files;
+    if files.counts() {
+        files.request(STARTED, &stm32f405::count().to_le_bytes());
+    }
     let mut until_receive = 0;
     loop {
         if until_receive == 0 {

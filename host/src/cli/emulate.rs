@@ -129,6 +129,13 @@ fn in_words(runs: &[(&Record, Emulated)], study: &Study, size: Size) -> String {
              mains that it follows"
         );
     }
+    if let Some(count) = runs.iter().filter_map(|(_, e)| e.run.start).max() {
+        let _ = writeln!(
+            text,
+            "  instructions of the start, a signature verified: {:.1} million",
+            1e-6 * f64::from(count)
+        );
+    }
     for (stage, sum) in STAGES.iter().zip(all_stages(runs)) {
         let _ = writeln!(
             text,
@@ -191,6 +198,7 @@ fn as_json(runs: &[(&Record, Emulated)], study: &Study, size: Size) -> serde_jso
             "verdict": run.statuses.last().map(|status| verdict(status, &names)),
             "counters": run.statuses.last().map(|status| status.counters),
             "instructions": stages.collect::<serde_json::Map<_, _>>(),
+            "start_instructions": run.start,
             "memory": run.memory,
             "times_real_time": speed(record, study, emulated),
         })

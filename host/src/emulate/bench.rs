@@ -108,6 +108,8 @@ pub struct Run {
     pub uploads: Vec<UploadReply>,
     /// The first samples whose counts were not what the chips were fed.
     pub wrong: Vec<(u64, Vec<[i32; 5]>)>,
+    /// Instructions of a start, the last one: slots read, signatures verified; nothing unless the device counted.
+    pub start: Option<u32>,
     /// Per stage, from the record's beginning on; empty unless the device counted.
     pub instructions: Vec<Instructions>,
     /// What memory was used, if the device told.
@@ -134,6 +136,7 @@ pub struct Bench<'a> {
     /// The record's end, and what goes on after it or after a talk.
     until: u64,
     most: u64,
+    start: Option<u32>,
     instructions: Vec<Instructions>,
     memory: Option<Memory>,
 }
@@ -169,6 +172,7 @@ impl<'a> Bench<'a> {
             at: 0,
             until,
             most: until + (LINGER_S * sample_rate_hz) as u64,
+            start: None,
             instructions: Vec::new(),
             memory: None,
         }
@@ -190,6 +194,7 @@ impl<'a> Bench<'a> {
             snapshots: self.judge.snapshots,
             uploads: self.judge.uploads,
             wrong: self.judge.wrong,
+            start: self.start,
             instructions: self.instructions,
             memory: self.memory,
             uploaded: self.uploaded,
@@ -280,6 +285,10 @@ impl Host for Bench<'_> {
         self.line.send(&request);
         self.attend();
         self.line.fetched(room)
+    }
+
+    fn started(&mut self, count: u32) {
+        self.start = Some(count);
     }
 
     fn stages(&mut self, counts: &[u32]) {

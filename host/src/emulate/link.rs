@@ -16,6 +16,7 @@ const SENT: u8 = 0x11;
 const RECEIVE: u8 = 0x12;
 const STAGES: u8 = 0x13;
 const MEMORY: u8 = 0x14;
+const STARTED: u8 = 0x15;
 
 /// Answers to [`WAIT`]: no more samples, a sample, a restart.
 const ENDED: u8 = 0;
@@ -58,6 +59,8 @@ pub trait Host {
     fn sent(&mut self, bytes: &[u8]);
     /// The bytes that have reached the device over its serial line, at most `room`.
     fn received(&mut self, room: usize) -> Vec<u8>;
+    /// Instructions from the clock's start to the first instant.
+    fn started(&mut self, count: u32);
     /// Instructions of each stage of the sample that was just taken.
     fn stages(&mut self, counts: &[u32]);
     /// What memory was used.
@@ -129,6 +132,10 @@ pub fn serve(
             }
             STAGES => {
                 host.stages(&words(&room));
+                &[]
+            }
+            STARTED if room.len() == 4 => {
+                host.started(words(&room)[0]);
                 &[]
             }
             MEMORY if room.len() == 12 => {

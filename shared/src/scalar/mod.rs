@@ -116,6 +116,17 @@ pub trait Scalar: Number {
     }
 }
 
+/// The number of 2^−`places` nearest to `numerator/denominator`, half up, for the small constants of a law; 0 where the denominator is 0.
+#[inline]
+const fn ratio(numerator: i32, denominator: i32, places: u32) -> i64 {
+    // Twice the ratio, rounded down, is rounded half up.
+    let twice = (numerator as i64) << (places + 1);
+    match twice.checked_div_euclid(denominator as i64) {
+        Some(floor) => (floor + 1) >> 1,
+        None => 0,
+    }
+}
+
 #[cfg(feature = "fit")]
 impl Number for f64 {
     fn ratio(numerator: i32, denominator: i32) -> Self {

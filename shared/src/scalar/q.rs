@@ -5,7 +5,7 @@
 //! adds to an internal state. A Cortex-M4 multiplies two of them in about 20 instructions.
 
 use super::short::{self, Short};
-use super::{Number, Scalar, elementary};
+use super::{Number, Scalar, elementary, ratio};
 use crate::fixed::{mul_high_add, round_shift, round_to_i64};
 use crate::tanh::tanh;
 use core::ops::{Add, Mul, Neg, Sub};
@@ -160,12 +160,7 @@ impl Q {
 impl Number for Q {
     #[inline]
     fn ratio(numerator: i32, denominator: i32) -> Self {
-        // Twice the ratio, rounded down, is rounded half up; the arguments are constants of a law.
-        let twice = (i64::from(numerator) << (PLACES - 1)) * 4;
-        let floor = twice
-            .checked_div_euclid(i64::from(denominator))
-            .unwrap_or(0);
-        Self::from_raw((floor + 1) >> 1)
+        Self::from_raw(ratio(numerator, denominator, PLACES))
     }
     #[inline]
     fn abs(self) -> Self {

@@ -14,7 +14,7 @@
 //! Measured by `cargo test --release -p jointwatch-shared short -- --nocapture`. The stated error is that against the exact
 //! function of the numbers that were given.
 
-use super::{Number, Powers};
+use super::{Number, Powers, ratio};
 use crate::fixed::{mul_high_add, round_shift_32, round_to_i64, saturate};
 use core::f64::consts::{FRAC_1_SQRT_2, LN_2, SQRT_2};
 use core::ops::{Add, Mul, Neg, Sub};
@@ -113,12 +113,7 @@ impl Mul for Short {
 impl Number for Short {
     #[inline]
     fn ratio(numerator: i32, denominator: i32) -> Self {
-        // Twice the ratio, rounded down, is rounded half up; the arguments are constants of a law.
-        let twice = i64::from(numerator) << (PLACES + 1);
-        let floor = twice
-            .checked_div_euclid(i64::from(denominator))
-            .unwrap_or(0);
-        Self::saturated((floor + 1) >> 1)
+        Self::saturated(ratio(numerator, denominator, PLACES))
     }
     #[inline]
     fn abs(self) -> Self {

@@ -1,86 +1,76 @@
 //! How often `diagnose` names what was hidden in a joint, over many simulated studies.
 //!
-//! `cargo run --release -p jointwatch-tests --bin hidden_effects -- --cases N --seed S [--tolerances] [--two]
-//! [--only EFFECT] [--case K] [--threads T] [--keep DIR] [--write-only]`
+//! `cargo run --release -p jointwatch-tests --bin hidden_effects -- --cases N --seed S [--tolerances] [--two]`; `--help` tells the rest.
 
+use clap::Parser;
+use clap::builder::PossibleValuesParser;
 use jointwatch_tests::hidden::cases::{Case, Options};
-use jointwatch_tests::hidden::catalogue::{SUBJECTS, Subject};
+use jointwatch_tests::hidden::catalogue::SUBJECTS;
 use jointwatch_tests::hidden::judge::{Judgement, describe, diagnose};
 use jointwatch_tests::hidden::{study, table};
 use jointwatch_tests::program;
 use rayon::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
-/// What was asked for.
-struct Request {
-    options: Options,
-    cases: Vec<usize>,
+/// Hides an effect in simulated joints, diagnoses them from their files alone, and prints how often it was named.
+#[derive(Parser)]
+#[command(max_term_width = 110)]
+struct Asked {
+    /// How many studies to draw.
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    cases: usize,
+    /// What they are drawn from: the same seed draws the same studies.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Instruments as they are: gains, zeros and inertias a little wrong, rounded contacts, 1/f noise.
+    #[arg(long)]
+    tolerances: bool,
+    /// Hide two effects in each joint.
+    #[arg(long)]
+    two: bool,
+    /// Hide this one in every joint.
+    #[arg(long, value_name = "EFFECT", value_parser = PossibleValuesParser::new(hideable()))]
+    only: Option<String>,
+    /// This case alone, whatever --cases says.
+    #[arg(long, value_name = "K")]
+    case: Option<usize>,
+    /// Cases that are judged side by side; one per core when left out.
+    #[arg(long, value_name = "T", default_value_t = 0, hide_default_value = true)]
     threads: usize,
+    /// Keep the studies, their truth and what was found in this folder.
+    #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
+    /// Write the studies and do not diagnose them.
+    #[arg(long, requires = "keep")]
     write_only: bool,
 }
 
-fn number<T: FromStr>(name: &str, value: &str) -> Result<T, String> {
-    value
-        .parse()
-        .map_err(|_| format!("{name} {value} is no number"))
+impl Asked {
+    fn options(&self) -> Options {
+        Options {
+            seed: self.seed,
+            tolerances: self.tolerances,
+            two: self.two,
+            only: self.only.clone(),
+        }
+    }
+
+    fn numbers(&self) -> Vec<usize> {
+        self.case
+            .map_or_else(|| (0..self.cases).collect(), |case| vec![case])
+    }
 }
 
-fn request() -> Result<Request, String> {
-    let mut asked = Request {
-        options: Options {
-            seed: 1,
-            ..Default::default()
-        },
-        cases: (0..100).collect(),
-        threads: 0,
-        keep: None,
-        write_only: false,
-    };
-    let mut arguments = std::env::args().skip(1);
-    while let Some(name) = arguments.next() {
-        match name.as_str() {
-            "--tolerances" => asked.options.tolerances = true,
-            "--two" => asked.options.two = true,
-            "--write-only" => asked.write_only = true,
-            "--cases" | "--seed" | "--case" | "--threads" | "--keep" | "--only" => {
-                let value = arguments.next().ok_or(format!("{name} needs a value"))?;
-                match name.as_str() {
-                    "--cases" => asked.cases = (0..number(&name, &value)?).collect(),
-                    "--case" => asked.cases = vec![number(&name, &value)?],
-                    "--seed" => asked.options.seed = number(&name, &value)?,
-                    "--threads" => asked.threads = number(&name, &value)?,
-                    "--keep" => asked.keep = Some(value.into()),
-                    _ => asked.options.only = Some(value),
-                }
-            }
-            _ => {
-                return Err(format!(
-                    "{name} is not known: give --cases N, --seed S, --tolerances, --two, --only EFFECT, --case K, --threads T, --keep DIR or --write-only"
-                ));
-            }
-        }
-    }
-    if let Some(name) = asked.options.only.as_deref() {
-        let names: Vec<&str> = SUBJECTS.iter().map(|s| s.name).collect();
-        if name != "none" && Subject::named(name).is_none() {
-            return Err(format!(
-                "{name} cannot be hidden: give none, {}",
-                names.join(", ")
-            ));
-        }
-    }
-    if asked.write_only && asked.keep.is_none() {
-        return Err("--write-only needs --keep DIR to write to".into());
-    }
-    Ok(asked)
+/// Names of what can be hidden.
+fn hideable() -> Vec<&'static str> {
+    let subjects = SUBJECTS.iter().map(|subject| subject.name);
+    std::iter::once("none").chain(subjects).collect()
 }
 
 /// Draws, writes and judges one case.
-fn case(asked: &Request, number: usize, scratch: &Path) -> Result<Judgement, String> {
-    let drawn = Case::draw(&asked.options, number)?;
+fn case(asked: &Asked, number: usize, scratch: &Path) -> Result<Judgement, String> {
+    let drawn = Case::draw(&asked.options(), number)?;
     let in_words = |e: std::io::Error| format!("case {number} cannot be written: {e}");
     let folder = asked
         .keep
@@ -107,7 +97,7 @@ fn case(asked: &Request, number: usize, scratch: &Path) -> Result<Judgement, Str
 }
 
 fn main() -> Result<(), String> {
-    let asked = request()?;
+    let asked = Asked::parse();
     if !asked.write_only {
         program::jointwatch();
     }
@@ -118,9 +108,9 @@ fn main() -> Result<(), String> {
     let scratch = tempfile::tempdir().map_err(|e| format!("no temporary folder: {e}"))?;
     // A case that cannot be made is no verdict: it is said, left out of the table, and the others go on.
     let judged: Vec<(usize, Judgement)> = asked
-        .cases
-        .par_iter()
-        .filter_map(|&number| match case(&asked, number, scratch.path()) {
+        .numbers()
+        .into_par_iter()
+        .filter_map(|number| match case(&asked, number, scratch.path()) {
             Ok(judgement) => Some((number, judgement)),
             Err(message) => {
                 eprintln!("left out: {message}");
@@ -132,19 +122,19 @@ fn main() -> Result<(), String> {
         println!(
             "\n{} cases, seed {}{}{}\n",
             judged.len(),
-            asked.options.seed,
-            if asked.options.tolerances {
+            asked.seed,
+            if asked.tolerances {
                 ", with instrument tolerances"
             } else {
                 ""
             },
-            if asked.options.two {
+            if asked.two {
                 ", two effects at once"
             } else {
                 ""
             },
         );
-        println!("{}", table::report(&judged, asked.options.seed));
+        println!("{}", table::report(&judged, asked.seed));
     }
     Ok(())
 }

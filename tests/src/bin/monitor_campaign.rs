@@ -4,6 +4,7 @@
 //! hours, and the tail of how far the sums went. With `--detect` instead of `--hours H`: every change by 10 % of the RMS force
 //! on every rig, under every drive.
 
+use clap::Parser;
 use jointwatch::sim::RigParameters;
 use jointwatch_tests::detection::detect;
 use jointwatch_tests::false_alarms::{Campaign, WANTED_HOURS, report};
@@ -12,42 +13,39 @@ use jointwatch_tests::watched::{Learnt, Subject};
 /// Models, and within how many seconds a change is to be seen with them.
 const MODELS: [(Learnt, f64); 2] = [(Learnt::Physical, 2.0), (Learnt::Polynomial, 10.0)];
 
-fn main() -> Result<(), String> {
-    let (mut hours, mut seed, mut rigs, mut detects) = (20.0, 100, 5, false);
-    let mut arguments = std::env::args().skip(1);
-    while let Some(name) = arguments.next() {
-        if name == "--detect" {
-            detects = true;
-            continue;
-        }
-        let value = arguments.next().ok_or(format!("{name} needs a value"))?;
-        let wrong = || format!("{name} {value} is no number that can be used");
-        match name.as_str() {
-            "--hours" => {
-                hours = value.parse().map_err(|_| wrong())?;
-                if !(0.1..=10_000.0).contains(&hours) {
-                    return Err(wrong());
-                }
-            }
-            "--seed" => seed = value.parse().map_err(|_| wrong())?,
-            "--rigs" => {
-                rigs = value.parse().map_err(|_| wrong())?;
-                if !(1..=1000).contains(&rigs) {
-                    return Err(wrong());
-                }
-            }
-            _ => {
-                return Err(format!(
-                    "{name} is not known: give --hours H, --detect, --seed S or --rigs N"
-                ));
-            }
-        }
+/// Watches simulated healthy joints and prints how rare a false alarm is, or changes joints and prints how soon it is seen.
+#[derive(Parser)]
+#[command(max_term_width = 110)]
+struct Asked {
+    /// Hours that healthy joints are watched, half of them with either kind of model.
+    #[arg(long, value_name = "H", default_value_t = 20.0, value_parser = hours)]
+    hours: f64,
+    /// Every change by 10 % of the RMS force on every rig, under every drive, instead.
+    #[arg(long, conflicts_with = "hours")]
+    detect: bool,
+    /// What the first rig is drawn from; the others from the numbers after it.
+    #[arg(long, value_name = "S", default_value_t = 100)]
+    seed: u64,
+    /// How many rigs.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    rigs: u16,
+}
+
+fn hours(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(hours) if (0.1..=10_000.0).contains(&hours) => Ok(hours),
+        _ => Err("give hours from 0.1 to 10000".into()),
     }
+}
+
+fn main() -> Result<(), String> {
+    let asked = Asked::parse();
+    let rigs = usize::from(asked.rigs);
     for (learnt, within_s) in MODELS {
-        if detects {
-            detection(learnt, seed, rigs, within_s);
+        if asked.detect {
+            detection(learnt, asked.seed, rigs, within_s);
         } else {
-            let campaign = Campaign::run(learnt, seed, rigs, 0.5 * hours)?;
+            let campaign = Campaign::run(learnt, asked.seed, rigs, 0.5 * asked.hours)?;
             println!("{}", report(&campaign));
         }
     }

@@ -16,6 +16,8 @@ const CYCLES_PER_INSTRUCTION: f64 = 1.5;
 /// Bytes of flash and of variables that an image may take.
 const MOST_FLASH: u64 = 96 * 1024;
 const MOST_VARIABLES: u32 = 24 * 1024;
+/// Instructions of a start: as `docs/numerics.md` states.
+const MOST_OF_START: u32 = 4_200_000;
 
 #[test]
 fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
@@ -65,6 +67,12 @@ fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
             memory.stack_reserved,
             100.0 * f64::from(memory.stack_peak) / f64::from(memory.stack_reserved)
         );
+        let start = run.start.expect("the device counts");
+        println!(
+            "start: {:.1} million instructions, a signature among them",
+            1e-6 * f64::from(start)
+        );
+        assert!(start <= MOST_OF_START, "{start}");
         for (stage, count) in STAGES.iter().zip(&run.instructions) {
             let mean = count.sum as f64 / count.samples as f64;
             println!(
