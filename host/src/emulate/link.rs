@@ -2,15 +2,13 @@
 //!
 //! `docs/firmware.md`, "The link", has the protocol byte by byte.
 
+use super::ahead::{Ahead, LATCH, transfer};
 use super::board::Place;
 use crate::error::{Error, Result};
 use std::io::{ErrorKind, Read, Write};
 
 // Kinds of requests. 0 to 3 are the counters' chip selects.
-const CONVERTER: u8 = 4;
-const ACCELEROMETER: u8 = 5;
-const LAST_CHIP: u8 = 6;
-const LATCH: u8 = 7;
+const TAKE_BACK: u8 = 8;
 const WAIT: u8 = 0x10;
 const SENT: u8 = 0x11;
 const RECEIVE: u8 = 0x12;
@@ -53,6 +51,10 @@ pub trait Host {
     fn select(&mut self, place: Place, bytes: &mut [u8]);
     /// A transfer with all counters at once.
     fn select_counters(&mut self, bytes: &[u8]);
+    /// Keeps the chips as they are now.
+    fn keep(&mut self);
+    /// Puts the chips back to how they were kept: what was transferred since was not asked for.
+    fn take_back(&mut self);
     /// The device waits for the next sample instant.
     fn next(&mut self) -> Next;
     /// The device has sent these bytes over its serial line.
@@ -78,6 +80,7 @@ pub fn serve(
 ) -> Result<bool> {
     let mut ended = false;
     let mut room = Vec::new();
+    let mut ahead = Ahead::default();
     loop {
         let mut head = [0; 3];
         if !whole(requests, &mut head)? {
@@ -91,22 +94,17 @@ pub fn serve(
             ));
         }
         let answer: &[u8] = match kind {
-            0..=LAST_CHIP => {
-                let place = match kind {
-                    CONVERTER => Place::Converter,
-                    ACCELEROMETER..=LAST_CHIP => {
-                        Place::Accelerometer(usize::from(kind - ACCELEROMETER))
-                    }
-                    counter => Place::Counter(usize::from(counter)),
-                };
-                host.select(place, &mut room);
-                &room
+            0..=LATCH => {
+                ahead.remember(kind, &room);
+                transfer(host, kind, &mut room);
+                if kind == LATCH { &[] } else { &room }
             }
-            LATCH => {
-                host.select_counters(&room);
+            TAKE_BACK if room.len() == 1 => {
+                ahead.take_back(host, usize::from(room[0]));
                 &[]
             }
-            WAIT => {
+            WAIT if room.len() == 1 => {
+                ahead.take_back(host, usize::from(room[0]));
                 let next = host.next();
                 ended |= next == Next::End;
                 room.clear();
@@ -116,6 +114,9 @@ pub fn serve(
                     Next::Late(instants) => SAMPLE.saturating_add(instants).min(RESTART - 1),
                     Next::Restart => RESTART,
                 });
+                if matches!(next, Next::Sample | Next::Late(_)) {
+                    ahead.make(host, &mut room);
+                }
                 &room
             }
             SENT => {
@@ -135,6 +136,7 @@ pub fn serve(
                 &[]
             }
             STARTED if room.len() == 4 => {
+                ahead = Ahead::default();
                 host.started(words(&room)[0]);
                 &[]
             }

@@ -4,6 +4,7 @@
 //! ([`chips`]), moved row by row as the record says ([`crate::wired`]), and a [`judge`] who compares every word of the device
 //! with the host's chain. [`mod@bench`] holds them together and makes go wrong what a [`bench::Scenario`] asks for.
 
+mod ahead;
 pub mod bench;
 pub mod board;
 pub mod chips;

@@ -4,7 +4,7 @@ use super::link::{Host, serve};
 use crate::device::{self, Board, SLOT_A};
 use crate::error::{Error, Result};
 use std::fs::{File, OpenOptions};
-use std::io::Read;
+use std::io::{BufReader, Read};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Arc;
@@ -83,10 +83,10 @@ pub fn run(elf: &Path, slot: &[u8], host: &mut impl Host) -> Result<Duration> {
         .spawn()
         .map_err(|e| Error::failed(format!("QEMU could not be started: {e}")))?;
     let watch = Watch::over(child, keeper);
-    let mut requests = Heartbeat {
+    let mut requests = BufReader::new(Heartbeat {
         pipe: requests,
         beats: Arc::clone(&watch.beats),
-    };
+    });
     let served = serve(&mut requests, &mut answers, host);
     if served.is_err() {
         watch.stop.store(true, Ordering::Relaxed);

@@ -1,5 +1,6 @@
 //! The chips behind the link, in the numbers of its protocol.
 
+use super::ahead;
 use super::files::Files;
 use core::convert::Infallible;
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
@@ -8,7 +9,7 @@ use jointwatch_shared::wiring::{ACCELEROMETERS, COUNTERS};
 /// Kinds of requests: counters 0 to 3, then these.
 const CONVERTER: u8 = 4;
 const ACCELEROMETER: u8 = 5;
-const LATCH: u8 = 7;
+pub(super) const LATCH: u8 = 7;
 
 /// One chip, or all counters at once.
 #[derive(Debug)]
@@ -43,13 +44,9 @@ impl ErrorType for Device {
 impl SpiDevice for Device {
     /// Each operation is a request: the drivers make one per transaction.
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
-        let files = Files;
         for operation in operations {
             if let Operation::TransferInPlace(bytes) = operation {
-                files.request(self.0, bytes);
-                if self.0 != LATCH {
-                    files.answer(bytes);
-                }
+                ahead::transfer(Files, self.0, bytes);
             }
         }
         Ok(())
