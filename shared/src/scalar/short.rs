@@ -156,7 +156,7 @@ impl Powers for Short {
         let fraction = log2_of((mantissa ^ 1 << 31) as i32);
         // −log₂ in 2⁻²⁷; of 0, which has a leading zero more than the smallest number, one halving more than leaves nothing.
         let whole = (zeros + (zeros >> 5)) - (31 - PLACES);
-        let halvings = (whole << 27) - (((fraction + (1 << 2)) >> 3) as u32);
+        let halvings = (whole << 27).wrapping_sub(((fraction + (1 << 2)) >> 3) as u32);
         // Below 2⁶³ for any exponent that is not negative.
         let t = u64::from(halvings) * u64::from(exponent.raw as u32);
         // Whole halvings, and a rest.
@@ -300,6 +300,22 @@ mod tests {
         let rms = (squares / f64::from(count)).sqrt();
         println!("power: {most:.2} units at most, {rms:.2} RMS");
         assert!(most * UNIT <= POWER_ERROR && most <= 4.45 && rms <= 0.515);
+    }
+
+    #[test]
+    fn a_power_does_not_jump_where_an_octave_ends() {
+        // There the logarithm's fraction comes nearest to leaving 0 to 1.
+        for octave in 0..=PLACES {
+            let middle = 1_i32 << octave;
+            let around = 1 << octave.min(14);
+            for raw in (middle - around..=middle + around).filter(|raw| *raw <= 1 << PLACES) {
+                for n in [1.0, 1.7, 4.0] {
+                    let (a, n) = (Short { raw }, short(n));
+                    let off = (real(a.power(n)) - real(a).powf(real(n))).abs();
+                    assert!(off <= POWER_ERROR, "{raw}, {}: {off}", real(n));
+                }
+            }
+        }
     }
 
     #[test]

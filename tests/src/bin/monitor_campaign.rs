@@ -78,16 +78,18 @@ fn detection(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
             }
         }
     }
+    print!(
+        "{learnt:?} models, seeds from {seed} on: {missed} of {all} changes not seen within {within_s} s"
+    );
     times.sort_by(f64::total_cmp);
-    let at = |part: f64| {
-        let place = (part * times.len() as f64) as usize;
-        times.get(place.min(times.len().saturating_sub(1)))
+    let Some(last) = times.last() else {
+        println!();
+        return;
     };
+    let at = |part: f64| times[(part * (times.len() - 1) as f64).round() as usize];
     println!(
-        "{learnt:?} models, seeds from {seed} on: {missed} of {all} changes not seen within {within_s} s; half of the others within \
-         {:.2?} s, nine tenths within {:.2?} s, the last after {:.2?} s",
+        "; half of the others within {:.2} s, nine tenths within {:.2} s, the last after {last:.2} s",
         at(0.5),
-        at(0.9),
-        at(1.0)
+        at(0.9)
     );
 }

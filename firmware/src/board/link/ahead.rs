@@ -87,13 +87,23 @@ pub(super) fn transfer(files: Files, kind: u8, bytes: &mut [u8]) {
 }
 
 impl Turn {
+    /// Where the transfer of this number has its kind, its length and its bytes; `None` beyond what is remembered.
+    fn places(
+        &self,
+        number: usize,
+        begin: usize,
+        length: usize,
+    ) -> Option<(&AtomicU8, &AtomicU8, &[AtomicU8])> {
+        Some((
+            self.kinds.get(number)?,
+            self.lengths.get(number)?,
+            self.sent.get(begin..begin + length)?,
+        ))
+    }
+
     /// Whether its transfer of this number is this one.
     fn holds(&self, number: usize, kind: u8, begin: usize, bytes: &[u8]) -> bool {
-        let (Some(known_kind), Some(length), Some(sent)) = (
-            self.kinds.get(number),
-            self.lengths.get(number),
-            self.sent.get(begin..begin + bytes.len()),
-        ) else {
+        let Some((known_kind, length, sent)) = self.places(number, begin, bytes.len()) else {
             return false;
         };
         number < self.known.load(Ordering::Relaxed)
@@ -107,11 +117,7 @@ impl Turn {
 
     /// Keeps a transfer; false where there is no room for it.
     fn remember(&self, number: usize, kind: u8, begin: usize, bytes: &[u8]) -> bool {
-        let (Some(known_kind), Some(length), Some(sent)) = (
-            self.kinds.get(number),
-            self.lengths.get(number),
-            self.sent.get(begin..begin + bytes.len()),
-        ) else {
+        let Some((known_kind, length, sent)) = self.places(number, begin, bytes.len()) else {
             return false;
         };
         known_kind.store(kind, Ordering::Relaxed);
