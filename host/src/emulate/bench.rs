@@ -108,7 +108,7 @@ pub struct Run {
     pub uploads: Vec<UploadReply>,
     /// The first samples whose counts were not what the chips were fed.
     pub wrong: Vec<(u64, Vec<[i32; 5]>)>,
-    /// Instructions of a start, the last one: slots read, signatures verified; nothing unless the device counted.
+    /// Instructions of a start, the last one: slots read, signatures verified; nothing where the device never came to its first instant.
     pub start: Option<u32>,
     /// Per stage, from the record's beginning on; empty unless the device counted.
     pub instructions: Vec<Instructions>,

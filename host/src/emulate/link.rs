@@ -7,7 +7,7 @@ use super::board::Place;
 use crate::error::{Error, Result};
 use std::io::{ErrorKind, Read, Write};
 
-// Kinds of requests. 0 to 3 are the counters' chip selects.
+// Kinds of requests beyond the transfers with chips, whose are up to [`LATCH`].
 const TAKE_BACK: u8 = 8;
 const WAIT: u8 = 0x10;
 const SENT: u8 = 0x11;

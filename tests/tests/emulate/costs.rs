@@ -23,6 +23,13 @@ const MOST_OF_START: u32 = 4_200_000;
 fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
     let subject = subject();
     let rows = validation().rows as u64;
+    let flashed = device::build(Board::Stm32f405, "jointwatch").unwrap();
+    let flash = [&flashed, image()].map(|image| size::of(image).unwrap().flash);
+    println!(
+        "flash: {} bytes of the image that is flashed, {} of the emulated one; at most {MOST_FLASH}",
+        flash[0], flash[1]
+    );
+    assert!(flash.iter().all(|bytes| *bytes <= MOST_FLASH), "{flash:?}");
     for model in [&subject.polynomial, &subject.physical] {
         let device = Device::new(&subject.simulation.study, model, None).unwrap();
         let slot = device.slot().unwrap().to_bytes();
@@ -51,12 +58,6 @@ fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
         assert_ne!(last.state, State::Alarm, "{last:?}");
 
         let memory = run.memory.expect("the device counts");
-        let flashed = device::build(Board::Stm32f405, "jointwatch").unwrap();
-        let flash = [&flashed, image()].map(|image| size::of(image).unwrap().flash);
-        println!(
-            "flash: {} bytes of the image that is flashed, {} of the emulated one; at most {MOST_FLASH}",
-            flash[0], flash[1]
-        );
         println!(
             "RAM: {} bytes of variables; at most {MOST_VARIABLES}",
             memory.variables
@@ -80,7 +81,6 @@ fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
                 count.least, count.most
             );
         }
-        assert!(flash.iter().all(|bytes| *bytes <= MOST_FLASH), "{flash:?}");
         assert!(memory.variables <= MOST_VARIABLES, "{memory:?}");
         assert!(
             4 * memory.stack_peak <= 3 * memory.stack_reserved,
