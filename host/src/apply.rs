@@ -1,7 +1,7 @@
 //! Diagnose, add what is missing, diagnose again, until nothing is missing: the staircase of errors.
 
 use crate::add::{self, Added};
-use crate::diagnose::{self, Diagnosis, Found, PerAxis, Verdict};
+use crate::diagnose::{self, Asked, Diagnosis, Found, PerAxis, Verdict};
 use crate::error::Result;
 use crate::model::effects::Bound;
 use crate::model_file::{AxisError, JudgedOn, ModelFile};
@@ -11,6 +11,8 @@ use serde::Serialize;
 
 /// The most effects that a model carries on the device.
 const MOST_EFFECTS: usize = 8;
+/// After so many diagnoses a search goes in circles.
+const MOST_ROUNDS: usize = 4;
 
 /// One tread of the staircase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -51,9 +53,14 @@ pub struct Applied {
 /// `each` is told what was added.
 ///
 /// # Errors
-/// As [`diagnose::diagnose`] and [`add::add`].
-pub fn apply(study: &Study, model: &ModelFile, each: &dyn Fn(&str)) -> Result<Applied> {
-    let first = diagnose::diagnose(study, model)?;
+/// As [`diagnose::diagnose_asked`] and [`add::add`].
+pub fn apply(
+    study: &Study,
+    model: &ModelFile,
+    asked: &Asked,
+    each: &dyn Fn(&str),
+) -> Result<Applied> {
+    let first = diagnose::diagnose_asked(study, model, asked)?;
     let judged_on = first.judged_on;
     let mut staircase = Staircase {
         judged_on,
@@ -65,8 +72,11 @@ pub fn apply(study: &Study, model: &ModelFile, each: &dyn Fn(&str)) -> Result<Ap
         ended: String::new(),
     };
     let (mut model, mut last) = (model.clone(), first.clone());
-    loop {
+    for round in 1.. {
         let ended = match last.verdict {
+            _ if round > MOST_ROUNDS && !last.found.is_empty() => Some(
+                "every diagnosis names something more, so what is left is no single effect".into(),
+            ),
             Verdict::None => Some("nothing more is missing".to_string()),
             Verdict::Data => {
                 Some("the data are at fault, and nothing is added before they are right".into())
@@ -80,7 +90,7 @@ pub fn apply(study: &Study, model: &ModelFile, each: &dyn Fn(&str)) -> Result<Ap
             staircase.ended = ended;
             break;
         }
-        last = diagnose::diagnose(study, &model)?;
+        last = diagnose::diagnose_asked(study, &model, asked)?;
         staircase.noise_floor.clone_from(&last.noise_floor);
     }
     Ok(Applied {
@@ -91,7 +101,9 @@ pub fn apply(study: &Study, model: &ModelFile, each: &dyn Fn(&str)) -> Result<Ap
     })
 }
 
-/// Adds what was found, one after the other; says why when it has to stop.
+/// Adds what was found, one after the other; says why when nothing could be added.
+///
+/// An effect that does not help by itself waits for the others: of two that act together the smaller one may help only beside the larger.
 fn add_all(
     study: &Study,
     model: &mut ModelFile,
@@ -99,8 +111,18 @@ fn add_all(
     staircase: &mut Staircase,
     each: &dyn Fn(&str),
 ) -> Result<Option<String>> {
-    for effect in found {
-        let names = names(effect, study);
+    let before = model.effects.len();
+    let mut waiting: Vec<String> = Vec::new();
+    let mut left_out: Option<String> = None;
+    let mut tries: Vec<Vec<String>> = found.iter().map(|f| names(f, study)).collect();
+    tries.reverse();
+    loop {
+        let last_try = tries.is_empty() || found.len() == 1;
+        let names = match tries.pop() {
+            Some(names) => names,
+            None if !waiting.is_empty() => std::mem::take(&mut waiting),
+            None => break,
+        };
         let listed = names.join(", ");
         if model.effects.len() + names.len() > MOST_EFFECTS {
             return Ok(Some(format!(
@@ -114,19 +136,22 @@ fn add_all(
             helps,
             ..
         } = add::add(study, model, &names)?;
-        if !helps {
-            return Ok(Some(format!(
+        if helps {
+            *model = wider;
+            staircase.steps.push(Step {
+                added: names,
+                relative_error: per_axis(&errors.after),
+            });
+        } else if last_try {
+            left_out = Some(format!(
                 "{listed} was found on the training records but lowers no error on the {}, so it was left out",
                 errors.judged_on.words()
-            )));
+            ));
+        } else {
+            waiting.extend(names);
         }
-        *model = wider;
-        staircase.steps.push(Step {
-            added: names,
-            relative_error: per_axis(&errors.after),
-        });
     }
-    Ok(None)
+    Ok(left_out.filter(|_| model.effects.len() == before))
 }
 
 /// What was found, as `add` takes it: once per axis where it was found on both.

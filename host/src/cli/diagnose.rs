@@ -3,7 +3,7 @@
 use super::plots::Plots;
 use super::{Console, staircase};
 use crate::apply::{self, Applied};
-use crate::diagnose::{self, Diagnosis, Ranked, Verdict};
+use crate::diagnose::{self, Asked, Diagnosis, Ranked, Verdict};
 use crate::error::{Error, Result};
 use crate::model::effects;
 use crate::model_file::ModelFile;
@@ -11,6 +11,7 @@ use crate::report::Drawing;
 use crate::study::Study;
 use crate::table::{Table, quantity};
 use clap::Args;
+use jointwatch_shared::effect::{EFFECTS, Entry};
 use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch diagnose`.
@@ -26,6 +27,12 @@ pub(crate) struct Diagnose {
     /// Where --apply writes the model; the model's own name with -added when left out.
     #[arg(short, long, value_name = "FILE", requires = "apply")]
     output: Option<PathBuf>,
+    /// An effect that is not to be thought of; may be given several times.
+    #[arg(long, value_name = "EFFECT")]
+    without: Vec<String>,
+    /// List every set of effects that was looked at, how well it predicts, and why it was not chosen.
+    #[arg(long)]
+    explain: bool,
     #[command(flatten)]
     plots: Plots,
 }
@@ -41,20 +48,35 @@ impl Diagnose {
         let written: &[&Path] = if self.apply { &[&output] } else { &[] };
         console.check_outputs(written, &study, Some(&self.model))?;
         working.set_message("searching for missing effects");
+        let asked = asked(self.without, self.explain)?;
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));
-            let applied = apply::apply(&study, &model, &each)?;
+            let applied = apply::apply(&study, &model, &asked, &each)?;
             let drawings = self.plots.of_applied(&study, &applied)?;
             working.finish_and_clear();
             return end(console, &output, &applied, &self.plots, &drawings);
         }
-        let diagnosis = diagnose::diagnose(&study, &model)?;
+        let diagnosis = diagnose::diagnose_asked(&study, &model, &asked)?;
         let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
         working.finish_and_clear();
         say(console, &diagnosis)?;
         self.plots.write(console, &drawings)?;
         console.json(&diagnosis)
     }
+}
+
+/// What is asked, with the names of effects checked.
+fn asked(without: Vec<String>, explain: bool) -> Result<Asked> {
+    for name in &without {
+        if Entry::named(name).is_none() {
+            let names: Vec<&str> = EFFECTS.iter().map(|e| e.about.name).collect();
+            return Err(Error::usage(format!(
+                "--without {name}: there is no such effect; `jointwatch effects` lists them: {}",
+                names.join(", ")
+            )));
+        }
+    }
+    Ok(Asked { without, explain })
 }
 
 /// Shows what was done and writes the model.
@@ -104,6 +126,12 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
             candidates(diagnosis)
         ))?;
     }
+    if !diagnosis.looked_at.is_empty() {
+        console.say(format!(
+            "Everything that was looked at:\n{}\n",
+            looked_at(diagnosis)
+        ))?;
+    }
     let mut table = Table::new(&["axis", "error before", "after", "noise floor"]);
     for (axis, before) in &diagnosis.relative_error_before {
         table.row(vec![
@@ -123,7 +151,7 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
         .map(|f| format!("{}@{}", f.effect, f.axis))
         .collect();
     let verdict = match diagnosis.verdict {
-        Verdict::Effect => format!("Missing: {}.", found.join(", ")),
+        Verdict::Effect => format!("Missing: {}.{}", found.join(", "), beside(diagnosis)),
         Verdict::None => "Nothing is missing.".into(),
         Verdict::Unknown => "Something is missing that is not in the library.".into(),
         Verdict::Data => "The data are at fault: what is said above of effects means nothing before they are put right.".into(),
@@ -147,13 +175,55 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
     Ok(())
 }
 
+/// What is left beside what was found, in a sentence.
+fn beside(diagnosis: &Diagnosis) -> String {
+    let most = diagnosis.remainder.iter();
+    let most = most.max_by(|a, b| a.relative_error.total_cmp(&b.relative_error));
+    most.map_or_else(String::new, |left| {
+        format!(
+            " Something smaller besides: relative error {:.4} is left on axis {}, of whose power {:.0} % follows {}.",
+            left.relative_error,
+            left.axis,
+            100.0 * left.explainable,
+            left.follows
+        )
+    })
+}
+
+/// A row per set of effects that was looked at, the best of each axis first.
+fn looked_at(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new(&[
+        "axis",
+        "effects",
+        "mean log error",
+        "error",
+        "numbers",
+        "outcome",
+    ]);
+    for looked in &diagnosis.looked_at {
+        table.row(vec![
+            looked.axis.clone(),
+            if looked.effects.is_empty() {
+                "the base alone".into()
+            } else {
+                looked.effects.join(" + ")
+            },
+            format!("{:.3}", looked.mean_log_error),
+            format!("{:.4}", looked.error),
+            looked.numbers.to_string(),
+            looked.outcome.clone(),
+        ]);
+    }
+    table
+}
+
 /// A row per candidate, without its values: those of laws with five would fill the screen.
 fn candidates(diagnosis: &Diagnosis) -> Table {
-    let mut table = Table::new(&["effect", "score", "error without", "with", "like"]);
+    let mut table = Table::new(&["effect", "probability", "error without", "with", "like"]);
     for candidate in &diagnosis.ranked {
         table.row(vec![
             format!("{}@{}", candidate.effect, candidate.axis),
-            format!("{:.1}", candidate.score),
+            format!("{:.2}", candidate.probability),
             format!("{:.4}", candidate.error_before),
             format!("{:.4}", candidate.error_after),
             candidate.equivalent.join(", "),

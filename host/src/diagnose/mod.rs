@@ -1,22 +1,27 @@
-//! Where a model fails, and why.
+//! Where a model fails, and why: candidates are collected, sets of them ranked, and a decision taken.
 
 mod absorbed;
 mod answer;
 mod base;
-mod candidates;
+mod bench;
+mod blocks;
+mod bounded;
+mod collect;
+mod criteria;
 pub mod data_checks;
-mod held_out;
-mod judge;
-mod linear_memory;
-mod missing;
+mod decide;
+mod errors;
+mod hypothesis;
+mod learner;
 pub(crate) mod noise;
-mod patterns;
-mod rivals;
+mod rank;
+mod search;
 pub(crate) mod start;
-mod tolerances;
 mod unmeasured;
 mod verdict;
 pub mod where_it_fails;
 
-pub use answer::{Absorbed, CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict};
-pub use verdict::diagnose;
+pub use answer::{
+    Absorbed, CandidateParameter, Diagnosis, Found, Looked, PerAxis, Ranked, Remainder, Verdict,
+};
+pub use verdict::{Asked, diagnose, diagnose_asked};

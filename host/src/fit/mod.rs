@@ -11,4 +11,5 @@ pub mod normal_equations;
 pub mod polynomial;
 mod ridge;
 mod select;
+pub(crate) mod trees;
 pub(crate) mod with_base;
