@@ -1,15 +1,15 @@
 //! What a model leaves on records that it was not fitted to.
 
-use crate::compare::Sums;
-use crate::error::Result;
+use crate::assess::compare::Sums;
+use crate::text::error::Result;
 use crate::fit::effects::Solution;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::Solved;
 use crate::fit::effects::unknowns::shapes;
 use crate::fit::with_base::OnRecords;
 use crate::model::effects::Bound;
-use crate::model_file::{Base, ModelFile, NoBase};
-use crate::motion::Motion;
+use crate::model::file::{Base, ModelFile, NoBase};
+use crate::signal::motion::Motion;
 use crate::study::Study;
 
 /// RMS error over RMS force per axis on other records than a model's terms were solved for.

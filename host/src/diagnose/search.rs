@@ -7,11 +7,11 @@ use super::decide::{Decision, decide};
 use super::errors::{relative_errors, shapes_of};
 use super::hypothesis::Hypothesis;
 use super::rank::{Field, look};
-use crate::error::Result;
+use crate::text::error::Result;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{Solution, solve, solved_at};
 use crate::model::effects::Bound;
-use crate::motion::Motion;
+use crate::signal::motion::Motion;
 use crate::study::Axis;
 use jointwatch_shared::effect::Acts;
 

@@ -4,7 +4,7 @@ use super::bench::Bench;
 use super::collect::Library;
 use super::errors::shapes_of;
 use super::hypothesis::Hypothesis;
-use crate::error::Result;
+use crate::text::error::Result;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::solved_at;
 use crate::model::effects::Bound;

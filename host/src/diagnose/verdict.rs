@@ -7,19 +7,19 @@ use super::answer::{
 };
 use super::base::base_of;
 use super::criteria::CRITERIA;
-use super::data_checks;
+use crate::assess::data_checks;
 use super::errors::{held_out_errors, relative_errors};
 use super::learner::Knows;
-use super::noise::{self, Floor};
+use crate::assess::noise_floor::{self, Floor};
 use super::search::{Given, Search, search};
-use crate::add;
-use crate::compare;
-use crate::error::Result;
+use crate::diagnose::add;
+use crate::assess::compare;
+use crate::text::error::Result;
 use crate::fit::effects::columns::Records;
-use crate::identify::Prepared;
+use crate::fit::identify::Prepared;
 use crate::model::effects::Bound;
-use crate::model_file::{AxisError, Base, JudgedOn, ModelFile};
-use crate::motion::Motion;
+use crate::model::file::{AxisError, Base, JudgedOn, ModelFile};
+use crate::signal::motion::Motion;
 use crate::signal::mixed_acceleration;
 use crate::study::{AxisKind, Study};
 
@@ -35,7 +35,7 @@ pub struct Asked {
 /// Diagnoses a model on a study.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when the study does not fit the model, or its records are too short.
+/// [`crate::text::error::Kind::Data`] when the study does not fit the model, or its records are too short.
 pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     diagnose_asked(study, model, &Asked::default())
 }
@@ -209,7 +209,7 @@ fn floors(study: &Study, model: &ModelFile, search: &Search, motions: &[Motion])
     let last = &search.last;
     let (terms, inertia) = last.solution.in_si(&last.terms, &study.axes);
     let all: Vec<&Motion> = motions.iter().collect();
-    noise::floors(&study.axes, &all, &model.filters.band, &terms, &inertia)
+    noise_floor::floors(&study.axes, &all, &model.filters.band, &terms, &inertia)
 }
 
 /// Power, beside that of the force, of a force on an axis that nobody measured: what stands above the sensors' noise though neither effects
