@@ -153,6 +153,11 @@ fn numbers_in_blobs_never_change() {
         (22, "time_delay"),
         (23, "crosstalk"),
         (24, "mains_hum"),
+        (25, "coulomb_by_direction"),
+        (26, "viscous_by_direction"),
+        (27, "gap_jenkins"),
+        (28, "gap_jenkins_by_direction"),
+        (29, "bouc_wen_by_direction"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);
@@ -178,6 +183,10 @@ fn every_effect_says_what_it_is() {
             "{}",
             about.name
         );
+        let named = [entry.never_with, entry.replaces, entry.looks_like].concat();
+        for other in named {
+            assert!(other != about.name && Entry::named(other).is_some(), "{other}");
+        }
         for parameter in about.parameters {
             assert!(!parameter.meaning.is_empty() && !parameter.symbol.is_empty());
             let twins = about.parameters.iter().filter(|p| p.name == parameter.name);

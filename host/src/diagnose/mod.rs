@@ -19,4 +19,5 @@ mod verdict;
 pub mod where_it_fails;
 
 pub use answer::{Absorbed, CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict};
+pub(crate) use candidates::LAST_PROPOSED;
 pub use verdict::diagnose;

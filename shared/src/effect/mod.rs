@@ -6,16 +6,21 @@
 pub mod about;
 mod bilinear;
 mod bouc_wen;
+mod bouc_wen_by_direction;
+mod by_direction;
 mod clearance;
 mod clearance_coupling;
 mod cogging;
 mod coulomb;
+mod coulomb_by_direction;
 mod cross_coupling;
 mod crosstalk;
 mod cubic_hardening;
 mod dahl;
 mod end_stop;
 mod force_gain;
+mod gap_jenkins;
+mod gap_jenkins_by_direction;
 mod inertia_error;
 mod jenkins;
 mod lugre;
@@ -28,6 +33,7 @@ mod stiffness_drift;
 mod stribeck;
 mod time_delay;
 mod viscous;
+mod viscous_by_direction;
 
 use crate::scalar::Scalar;
 use crate::scalar::q::Q;
@@ -172,6 +178,11 @@ pub trait Effect {
     const SEAT: Seat = Seat::Joint;
     /// Effects that a model cannot have on the same axis beside this one, because only their sum shows.
     const NEVER_WITH: &'static [&'static str] = &[];
+    /// Effects that are this one with special values of its strengths: beside it on one axis they are one too many, and adding
+    /// it to a model takes them out.
+    const REPLACES: &'static [&'static str] = &[];
+    /// Effects that measurements cannot tell from this one in general: naming one of them for it is not wrong.
+    const LOOKS_LIKE: &'static [&'static str] = &[];
     /// Pairs of parameters, by their places, of which the first is never less than the second in nature.
     const NEVER_LESS: &'static [(usize, usize)] = &[];
     /// Parameters, by their places, at whose largest value the law has become another one.
@@ -223,6 +234,12 @@ pub struct Entry {
     /// [`Effect::NEVER_WITH`].
     #[cfg(feature = "fit")]
     pub never_with: &'static [&'static str],
+    /// [`Effect::REPLACES`].
+    #[cfg(feature = "fit")]
+    pub replaces: &'static [&'static str],
+    /// [`Effect::LOOKS_LIKE`].
+    #[cfg(feature = "fit")]
+    pub looks_like: &'static [&'static str],
     /// [`Effect::NEVER_LESS`].
     pub never_less: &'static [(usize, usize)],
     /// [`Effect::NOT_AT_MOST`].
@@ -264,6 +281,10 @@ impl Entry {
             interval: E::law::<Interval>,
             #[cfg(feature = "fit")]
             never_with: E::NEVER_WITH,
+            #[cfg(feature = "fit")]
+            replaces: E::REPLACES,
+            #[cfg(feature = "fit")]
+            looks_like: E::LOOKS_LIKE,
             never_less: E::NEVER_LESS,
             not_at_most: E::NOT_AT_MOST,
             #[cfg(feature = "fit")]
@@ -328,4 +349,9 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<time_delay::TimeDelay>(),
     Entry::of::<crosstalk::Crosstalk>(),
     Entry::of::<mains_hum::MainsHum>(),
+    Entry::of::<coulomb_by_direction::CoulombByDirection>(),
+    Entry::of::<viscous_by_direction::ViscousByDirection>(),
+    Entry::of::<gap_jenkins::GapJenkins>(),
+    Entry::of::<gap_jenkins_by_direction::GapJenkinsByDirection>(),
+    Entry::of::<bouc_wen_by_direction::BoucWenByDirection>(),
 ];
