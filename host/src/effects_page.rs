@@ -75,6 +75,7 @@ fn found_by(parameter: &Parameter) -> &'static str {
         Role::Linear { positive: true } => "least squares; positive",
         Role::Linear { positive: false } => "least squares",
         Role::SizePerRecord => "least squares in every record, with a phase",
+        Role::Shape(shape) if shape.is_given() => "given, not found",
         Role::Shape(_) => "search",
     }
 }

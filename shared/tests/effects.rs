@@ -158,6 +158,11 @@ fn numbers_in_blobs_never_change() {
         (27, "gap_jenkins"),
         (28, "gap_jenkins_by_direction"),
         (29, "bouc_wen_by_direction"),
+        (30, "power_spring"),
+        (31, "power_damper"),
+        (32, "power_spring_by_direction"),
+        (33, "power_damper_by_direction"),
+        (34, "digressive_damping"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);

@@ -17,6 +17,7 @@ mod cross_coupling;
 mod crosstalk;
 mod cubic_hardening;
 mod dahl;
+mod digressive_damping;
 mod end_stop;
 mod force_gain;
 mod gap_jenkins;
@@ -26,6 +27,11 @@ mod jenkins;
 mod lugre;
 mod mains_hum;
 mod maxwell;
+mod power_damper;
+mod power_damper_by_direction;
+mod power_law;
+mod power_spring;
+mod power_spring_by_direction;
 mod preload;
 mod quadratic_drag;
 mod stiffness;
@@ -187,6 +193,8 @@ pub trait Effect {
     const NEVER_LESS: &'static [(usize, usize)] = &[];
     /// Parameters, by their places, at whose largest value the law has become another one.
     const NOT_AT_MOST: &'static [usize] = &[];
+    /// Parameters, by their places, whose searched values are in SI and not relative to the motion.
+    const IN_SI: &'static [usize] = &[];
     /// Largest magnitude of each internal state; empty for a law without memory.
     const STATE_BOUNDS: &'static [Bound] = &[];
     /// How the device's error of the internal states stays bounded.
@@ -244,6 +252,9 @@ pub struct Entry {
     pub never_less: &'static [(usize, usize)],
     /// [`Effect::NOT_AT_MOST`].
     pub not_at_most: &'static [usize],
+    /// [`Effect::IN_SI`].
+    #[cfg(feature = "fit")]
+    pub in_si: &'static [usize],
     /// [`Effect::ABOUT`].
     #[cfg(feature = "fit")]
     pub about: About,
@@ -288,6 +299,8 @@ impl Entry {
             never_less: E::NEVER_LESS,
             not_at_most: E::NOT_AT_MOST,
             #[cfg(feature = "fit")]
+            in_si: E::IN_SI,
+            #[cfg(feature = "fit")]
             about: E::ABOUT,
         }
     }
@@ -314,6 +327,13 @@ impl Entry {
     #[cfg(feature = "fit")]
     pub fn is_per_record(&self) -> bool {
         self.about.parameters.iter().any(Parameter::is_per_record)
+    }
+
+    /// Whether the searched values of this parameter of its are in SI.
+    #[cfg(feature = "fit")]
+    pub fn is_in_si(&self, parameter: &Parameter) -> bool {
+        let mut places = self.in_si.iter();
+        places.any(|&place| self.about.parameters[place].name == parameter.name)
     }
 
     /// Its parameters.
@@ -354,4 +374,9 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<gap_jenkins::GapJenkins>(),
     Entry::of::<gap_jenkins_by_direction::GapJenkinsByDirection>(),
     Entry::of::<bouc_wen_by_direction::BoucWenByDirection>(),
+    Entry::of::<power_spring::PowerSpring>(),
+    Entry::of::<power_damper::PowerDamper>(),
+    Entry::of::<power_spring_by_direction::PowerSpringByDirection>(),
+    Entry::of::<power_damper_by_direction::PowerDamperByDirection>(),
+    Entry::of::<digressive_damping::DigressiveDamping>(),
 ];
