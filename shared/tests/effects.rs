@@ -163,6 +163,14 @@ fn numbers_in_blobs_never_change() {
         (32, "power_spring_by_direction"),
         (33, "power_damper_by_direction"),
         (34, "digressive_damping"),
+        (35, "lagged_friction"),
+        (36, "stiffness_by_other"),
+        (37, "stiffness_by_other_squared"),
+        (38, "damping_by_other"),
+        (39, "damping_by_other_squared"),
+        (40, "gravity"),
+        (41, "position_friction"),
+        (42, "load_friction"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);
@@ -190,7 +198,10 @@ fn every_effect_says_what_it_is() {
         );
         let named = [entry.never_with, entry.replaces, entry.looks_like].concat();
         for other in named {
-            assert!(other != about.name && Entry::named(other).is_some(), "{other}");
+            assert!(
+                other != about.name && Entry::named(other).is_some(),
+                "{other}"
+            );
         }
         for parameter in about.parameters {
             assert!(!parameter.meaning.is_empty() && !parameter.symbol.is_empty());

@@ -48,7 +48,14 @@ impl Effect for BoucWenByDirection {
         at: &Kinematics<S>,
         states: &mut States<S>,
     ) -> [S; 2] {
-        let alike = [S::one(), displacement, exponent, share, S::zero(), S::zero()];
+        let alike = [
+            S::one(),
+            displacement,
+            exponent,
+            share,
+            S::zero(),
+            S::zero(),
+        ];
         let [unit, none] = BoucWen::law(&alike, at, states);
         [split(unit, forward, backward), none]
     }

@@ -17,16 +17,22 @@ mod cross_coupling;
 mod crosstalk;
 mod cubic_hardening;
 mod dahl;
+mod damping_by_other;
+mod damping_by_other_squared;
 mod digressive_damping;
 mod end_stop;
 mod force_gain;
 mod gap_jenkins;
 mod gap_jenkins_by_direction;
+mod gravity;
 mod inertia_error;
 mod jenkins;
+mod lagged_friction;
+mod load_friction;
 mod lugre;
 mod mains_hum;
 mod maxwell;
+mod position_friction;
 mod power_damper;
 mod power_damper_by_direction;
 mod power_law;
@@ -35,6 +41,8 @@ mod power_spring_by_direction;
 mod preload;
 mod quadratic_drag;
 mod stiffness;
+mod stiffness_by_other;
+mod stiffness_by_other_squared;
 mod stiffness_drift;
 mod stribeck;
 mod time_delay;
@@ -379,4 +387,12 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<power_spring_by_direction::PowerSpringByDirection>(),
     Entry::of::<power_damper_by_direction::PowerDamperByDirection>(),
     Entry::of::<digressive_damping::DigressiveDamping>(),
+    Entry::of::<lagged_friction::LaggedFriction>(),
+    Entry::of::<stiffness_by_other::StiffnessByOther>(),
+    Entry::of::<stiffness_by_other_squared::StiffnessByOtherSquared>(),
+    Entry::of::<damping_by_other::DampingByOther>(),
+    Entry::of::<damping_by_other_squared::DampingByOtherSquared>(),
+    Entry::of::<gravity::Gravity>(),
+    Entry::of::<position_friction::PositionFriction>(),
+    Entry::of::<load_friction::LoadFriction>(),
 ];

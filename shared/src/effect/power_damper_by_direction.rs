@@ -18,7 +18,7 @@ impl Effect for PowerDamperByDirection {
         name: "power_damper_by_direction",
         title: "damper with a power of the velocity and a strength per direction",
         equation: "r = F₊·max(q, 0) + F₋·min(q, 0), q = |ẋ/v₁|ᵖ·sgn ẋ",
-        source: "J. C. Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007, ch. 6: bump and rebound",
+        source: "J. C. Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007: bump and rebound",
         absence: "the residual over the velocity bends everywhere, in one direction more than in the other",
         separated_by: "Sweeps at constant speeds in both directions, force over speed on logarithmic scales: two parallel straight lines.",
         parameters: &[

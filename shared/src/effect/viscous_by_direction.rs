@@ -17,7 +17,7 @@ impl Effect for ViscousByDirection {
         name: "viscous_by_direction",
         title: "viscous damper with a strength per direction",
         equation: "r = c₊·max(ẋ, 0) + c₋·min(ẋ, 0)",
-        source: "J. C. Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007, ch. 6: bump and rebound coefficients",
+        source: "J. C. Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007: bump and rebound coefficients",
         absence: "the residual over the velocity is two straight lines that meet at rest",
         separated_by: "Sweeps at several speeds in both directions: two straight lines through rest; quadratic drag bends, unequal dry \
                        friction jumps at rest.",

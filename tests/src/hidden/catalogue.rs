@@ -91,7 +91,9 @@ pub const SUBJECTS: [Subject; 30] = [
 /// Effects of the library that the campaign has no independent law for, and so never hides.
 pub fn without_law() -> Vec<&'static str> {
     let names = EFFECTS.iter().map(|entry| entry.about.name);
-    names.filter(|name| Subject::named(name).is_none()).collect()
+    names
+        .filter(|name| Subject::named(name).is_none())
+        .collect()
 }
 
 /// Size of the motion that an axis makes without the hidden effect.
