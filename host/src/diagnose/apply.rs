@@ -2,10 +2,10 @@
 
 use crate::diagnose::add::{self, Added};
 use crate::diagnose::{self, Asked, Diagnosis, Found, PerAxis, Verdict};
-use crate::text::error::Result;
 use crate::model::effects::Bound;
 use crate::model::file::{AxisError, JudgedOn, ModelFile};
 use crate::study::Study;
+use crate::text::error::Result;
 use jointwatch_shared::effect::{Acts, Entry};
 use serde::Serialize;
 

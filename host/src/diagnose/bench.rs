@@ -344,7 +344,8 @@ impl<'a> Bench<'a> {
 
     /// The shape unknowns of a hypothesis: those of its base, and the others.
     fn unknowns(&self, hypothesis: &Hypothesis) -> (Vec<ShapeUnknown>, Vec<ShapeUnknown>) {
-        let all = shapes(&hypothesis.members, &self.records.references);
+        let mut all = shapes(&hypothesis.members, &self.records.references);
+        all.retain(|unknown| !unknown.shape.is_given());
         all.into_iter()
             .partition(|u| u.places[0].0 < hypothesis.base)
     }

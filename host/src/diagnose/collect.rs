@@ -64,7 +64,10 @@ pub(super) fn candidates(
         .filter(|bound| {
             let name = bound.entry.about.name;
             let of_inertia = matches!(name, "inertia_error" | "force_gain");
-            let rival = known.iter().any(|term| bound.rules_out(term));
+            // A law that holds one of the base as a special case takes its place.
+            let rival = known
+                .iter()
+                .any(|term| bound.rules_out(term) && !bound.replaces(term));
             !rival
                 && !known.contains(bound)
                 && (!of_inertia || inertia)
@@ -183,11 +186,11 @@ fn promise(
     (cross, shares, right): (&Mat<f64>, &Mat<f64>, &Mat<f64>),
 ) -> Option<Promise> {
     let bound = &start.part.bound;
-    let taken = hypothesis.members.iter();
-    if taken
-        .clone()
-        .any(|term| term == bound || bound.rules_out(term) || term.rules_out(bound))
-    {
+    let rivals = |(at, term): (usize, &Bound)| {
+        let special = at < hypothesis.base && bound.replaces(term);
+        term == bound || (bound.rules_out(term) && !special)
+    };
+    if hypothesis.members.iter().enumerate().any(rivals) {
         return None;
     }
     let count = start.columns.len();

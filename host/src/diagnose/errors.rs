@@ -1,16 +1,16 @@
 //! What a model leaves on records that it was not fitted to.
 
-use crate::assess::compare::Sums;
-use crate::text::error::Result;
 use crate::fit::effects::Solution;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::Solved;
 use crate::fit::effects::unknowns::shapes;
+use crate::fit::errors::Sums;
 use crate::fit::with_base::OnRecords;
 use crate::model::effects::Bound;
 use crate::model::file::{Base, ModelFile, NoBase};
 use crate::signal::motion::Motion;
 use crate::study::Study;
+use crate::text::error::Result;
 
 /// RMS error over RMS force per axis on other records than a model's terms were solved for.
 pub(super) fn relative_errors(records: &Records<'_>, terms: &[Bound], solved: &Solved) -> Vec<f64> {

@@ -81,6 +81,9 @@ pub(super) fn is_at_bound(bound: &Bound, values: &[f64], records: &Records<'_>) 
         let Role::Shape(shape) = parameter.role else {
             return None;
         };
+        if shape.is_given() {
+            return None;
+        }
         let decides = [Dimension::DISPLACEMENT, Dimension::TIME].contains(&parameter.dimension);
         let relative = value / reference(bound, parameter, &records.references);
         let outside =

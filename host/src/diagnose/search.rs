@@ -7,12 +7,12 @@ use super::decide::{Decision, decide};
 use super::errors::{relative_errors, shapes_of};
 use super::hypothesis::Hypothesis;
 use super::rank::{Field, look};
-use crate::text::error::Result;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{Solution, solve, solved_at};
 use crate::model::effects::Bound;
 use crate::signal::motion::Motion;
 use crate::study::Axis;
+use crate::text::error::Result;
 use jointwatch_shared::effect::Acts;
 
 /// Rows of all records together on which shapes are searched for; hypotheses are judged on all of them.
@@ -29,6 +29,8 @@ pub(super) struct Search {
     /// The base, and it with everything that is missing.
     pub(super) first: Model,
     pub(super) last: Model,
+    /// What is missing: the effects of the last model that the first has not.
+    pub(super) found: Vec<Bound>,
     /// One per axis.
     pub(super) decisions: Vec<Decision>,
     /// What was found in the training records, but makes the error on validation records larger: the axis, and the errors without and with it.
@@ -75,6 +77,7 @@ pub(super) fn search(
     }
     let mut terms = base.to_vec();
     let mut known = solution.solved.values.clone();
+    let mut kept = base.len();
     let mut decisions: Vec<Decision> = Vec::new();
     let mut zeros = vec![None; given.axes.len()];
     for axis in order(&records, base, &solution, given.axes.len()) {
@@ -96,6 +99,12 @@ pub(super) fn search(
             .iter()
             .zip(&decision.hypothesis.values);
         for (bound, values) in found.skip(decision.hypothesis.base) {
+            // A term that is a special case of what was found is part of it.
+            while let Some(at) = terms.iter().position(|term| bound.replaces(term)) {
+                terms.remove(at);
+                known.remove(at);
+                kept -= usize::from(at < kept);
+            }
             terms.push(*bound);
             known.push(values.clone());
         }
@@ -104,7 +113,7 @@ pub(super) fn search(
     decisions.sort_by_key(|d| d.axis);
     // The search looks at what is predicted; a fit corrects what was logged.
     records.as_logged();
-    let mut last = if terms.len() > base.len() {
+    let mut last = if terms.len() > kept {
         let from = shapes_of(&records, &terms, &known);
         let solution = solve(&records, given.axes, &terms, Some(from))?;
         Model { terms, solution }
@@ -113,8 +122,16 @@ pub(super) fn search(
         let solution = solved_at(&records, &terms, &from)?;
         Model { terms, solution }
     };
-    let refuted = refuted(given, &records, &mut last, base.len())?;
+    let refuted = refuted(
+        given,
+        &records,
+        &mut last,
+        kept,
+        (base, &solution.solved.values),
+    )?;
+    let found = last.terms.iter().filter(|term| !base.contains(term));
     Ok(Search {
+        found: found.copied().collect(),
         first: Model {
             terms: base.to_vec(),
             solution,
@@ -229,7 +246,8 @@ fn refuted(
     given: &Given<'_>,
     records: &Records<'_>,
     last: &mut Model,
-    base: usize,
+    kept: usize,
+    first: (&[Bound], &[Vec<f64>]),
 ) -> Result<Vec<(Bound, usize, [f64; 2])>> {
     let mut refuted = Vec::new();
     let Some(unseen) = given.unseen else {
@@ -237,12 +255,18 @@ fn refuted(
     };
     // The least important stands last.
     let mut at = last.terms.len();
-    while at > base {
+    while at > kept {
         at -= 1;
         let bound = last.terms[at];
         let (mut terms, mut values) = (last.terms.clone(), last.solution.solved.values.clone());
         terms.remove(at);
         values.remove(at);
+        // What it had taken the place of comes back.
+        let base = first.0.iter().zip(first.1);
+        for (term, own) in base.filter(|(term, _)| bound.replaces(term)) {
+            terms.push(*term);
+            values.push(own.clone());
+        }
         let from = shapes_of(records, &terms, &values);
         let without = solve(records, given.axes, &terms, Some(from))?;
         let before = relative_errors(unseen, &terms, &without.solved);

@@ -4,10 +4,10 @@ use super::bench::Bench;
 use super::collect::Library;
 use super::errors::shapes_of;
 use super::hypothesis::Hypothesis;
-use crate::text::error::Result;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::solved_at;
 use crate::model::effects::Bound;
+use crate::text::error::Result;
 
 /// Steps in which the shapes of an effect settle before the whole model is fitted.
 const STEPS: usize = 8;

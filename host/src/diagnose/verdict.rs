@@ -7,21 +7,21 @@ use super::answer::{
 };
 use super::base::base_of;
 use super::criteria::CRITERIA;
-use crate::assess::data_checks;
 use super::errors::{held_out_errors, relative_errors};
 use super::learner::Knows;
-use crate::assess::noise_floor::{self, Floor};
 use super::search::{Given, Search, search};
-use crate::diagnose::add;
 use crate::assess::compare;
-use crate::text::error::Result;
+use crate::assess::data_checks;
+use crate::assess::noise_floor::{self, Floor};
+use crate::diagnose::add;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
 use crate::model::effects::Bound;
 use crate::model::file::{AxisError, Base, JudgedOn, ModelFile};
-use crate::signal::motion::Motion;
 use crate::signal::mixed_acceleration;
+use crate::signal::motion::Motion;
 use crate::study::{AxisKind, Study};
+use crate::text::error::Result;
 
 /// What is asked beside the question.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -85,7 +85,7 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
         .map(|axis| unmeasured(&search, axis, (&floors[axis], &as_logged[axis]), &learnt))
         .collect();
     notes.extend(in_notes(&search, &names, &unmeasured, study));
-    let found = in_words_found(&search.last.terms[base.len()..], &names);
+    let found = in_words_found(&search.found, &names);
     let wrong = data_checks::check(study, &model.filters);
     let serious = wrong.iter().any(|finding| finding.serious);
     let verdict = verdict(&search, &unmeasured, serious, found.is_empty());
@@ -105,7 +105,7 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
         .iter()
         .zip(&search.last.solution.solved.values);
     let new: Vec<(Bound, Vec<f64>)> = new
-        .skip(base.len())
+        .filter(|(term, _)| search.found.contains(term))
         .map(|(term, values)| (*term, values.clone()))
         .collect();
     let (before, after) = match model.base {
