@@ -136,7 +136,14 @@ impl Library {
         let series = Mat::from_fn(self.matrix.nrows(), 1, |r, _| bench.measured[r * self.step]);
         let mut gram = product(&own, &own);
         let scale: Vec<f64> = (0..gram.ncols())
-            .map(|c| gram[(c, c)].sqrt().max(f64::MIN_POSITIVE).recip())
+            .map(|c| gram[(c, c)])
+            .map(|square| {
+                if square > 0.0 {
+                    square.sqrt().recip()
+                } else {
+                    0.0
+                }
+            })
             .collect();
         for c in 0..gram.ncols() {
             for d in 0..gram.ncols() {

@@ -9,7 +9,9 @@ use crate::fit::trees::{Binned, SIZE, Trees};
 use rayon::prelude::*;
 
 /// Rows that the learner is taught on and judged on: every so manieth of more.
-const MOST_ROWS: usize = 8000;
+const MOST_ROWS: usize = 5000;
+/// Folds on which it is asked what the remainder follows.
+const FIRST_FOLDS: usize = 3;
 /// Moments ago, s.
 const DELAYS_S: [f64; 4] = [0.005, 0.012, 0.03, 0.06];
 /// A turn of the motion is one of this part of the travel.
@@ -109,13 +111,13 @@ impl Inputs {
         Self { series, step }
     }
 
-    /// Teaches the learner what a design leaves, on the same folds as hypotheses are judged on; `turns_only` for a first look.
+    /// Teaches the learner what a design leaves, on the same folds as hypotheses are judged on; `briefly` on some of them only.
     pub(super) fn taken(
         &self,
         bench: &Bench<'_>,
         design: &[Column],
         knows: Knows,
-        turns_only: bool,
+        briefly: bool,
     ) -> Taken {
         let known: Vec<Vec<f64>> = self
             .series
@@ -132,8 +134,8 @@ impl Inputs {
             block[from..to].fill(number);
         }
         let folds = bench.judged(design).folds;
-        let count = if turns_only {
-            bench.blocks.turns
+        let count = if briefly {
+            FIRST_FOLDS.min(bench.blocks.turns)
         } else {
             folds.len()
         };

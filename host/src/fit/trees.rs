@@ -21,10 +21,10 @@ pub(crate) struct Size {
 
 /// What trees of moderate size need: more of either no longer lowers their error on other rows.
 pub(crate) const SIZE: Size = Size {
-    trees: 120,
+    trees: 80,
     leaves: 24,
     least_rows: 20,
-    rate: 0.1,
+    rate: 0.12,
 };
 
 /// Inputs cut into bins, row by row.
