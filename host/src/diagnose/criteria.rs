@@ -38,7 +38,7 @@ pub(crate) const CRITERIA: Criteria = Criteria {
     depth: 3,
     price: 0.02,
     least_difference: 0.03,
-    least_importance: 0.01,
+    least_importance: 0.02,
     least_share: 0.003,
     zero: 0.01,
     gain: 0.0078,

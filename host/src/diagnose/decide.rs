@@ -125,7 +125,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     let looked = rank(field, base.clone());
     let sound: Vec<&Looked> = looked
         .iter()
-        .filter(|l| l.sound || l.hypothesis.added().is_empty())
+        .filter(|l| l.hypothesis.added().is_empty() || (l.sound && helps(l, &base)))
         .collect();
     let errors: Vec<&[f64]> = sound
         .iter()
@@ -153,7 +153,12 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         base_rank: base.score.rank,
         base_errors: base.score.log_errors.clone(),
     };
-    decision.chance(full, &sound, &decided, &base);
+    let weak = sound[chosen].hypothesis.added().iter();
+    let weak: Vec<Bound> = weak
+        .filter(|bound| !decided.hypothesis.added().contains(bound))
+        .copied()
+        .collect();
+    decision.chance(full, &sound, &base, &weak);
     if decision.unnamed() > 0.0 {
         let powers = Knows::ALL.map(|knows| {
             let taken = inputs.taken(full, &design, knows, true);
@@ -165,6 +170,15 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     }
     decision.looked = looked;
     decision
+}
+
+/// Whether a hypothesis beats the base by more than chance, and by more than every model of a real joint is wrong by.
+fn helps(looked: &Looked, base: &Looked) -> bool {
+    let pairs = base.score.log_errors.iter().zip(&looked.score.log_errors);
+    let gains: Vec<f64> = pairs.map(|(before, after)| before - after).collect();
+    let (mean, error) = mean_and_error(&gains);
+    let explained = base.score.error.powi(2) - looked.score.error.powi(2);
+    mean > error.max(CRITERIA.least_difference) && explained > CRITERIA.least_share.powi(2)
 }
 
 /// Takes out what explains next to nothing: what is lost without each effect when the others are found anew. Two that stand in for each other
@@ -257,16 +271,13 @@ fn singles(
 }
 
 impl Decision {
-    /// Probabilities: the same choice on blocks drawn with replacement.
-    fn chance(&mut self, bench: &Bench<'_>, sound: &[&Looked], decided: &Looked, base: &Looked) {
-        let mut sets: Vec<&Looked> = sound.to_vec();
-        sets.push(decided);
+    /// Probabilities: the same choice on blocks drawn with replacement. `weak` are effects that explained next to nothing.
+    fn chance(&mut self, bench: &Bench<'_>, sets: &[&Looked], base: &Looked, weak: &[Bound]) {
         let errors: Vec<&[f64]> = sets.iter().map(|l| l.score.log_errors.as_slice()).collect();
         let numbers: Vec<usize> = sets.iter().map(|l| l.score.numbers).collect();
         let block_of: Vec<usize> = bench.blocks.folds.iter().flatten().copied().collect();
         let count = bench.blocks.rows.len();
         let mut rng = StdRng::seed_from_u64(0);
-        let each = 1.0 / DRAWS as f64;
         let gains: Vec<f64> = self.taken.gains().collect();
         for _ in 0..DRAWS {
             let mut drawn = vec![0.0; count];
@@ -283,21 +294,47 @@ impl Decision {
             let named = (of(base) - of(chosen)).max(0.0);
             let left = self.taken.before.iter().zip(&self.taken.after);
             let unnamed = power(&mut left.map(|(a, b)| a - b)).max(0.0);
-            let added = chosen.hypothesis.added();
+            let added = chosen.hypothesis.added().iter();
+            let added: Vec<&Bound> = added.filter(|bound| !weak.contains(bound)).collect();
             if gain > CRITERIA.least_difference
                 && unnamed.sqrt() > CRITERIA.least_share
                 && unnamed > CRITERIA.unknown * named
             {
-                self.unknown += each;
+                self.unknown += 1.0;
             } else if added.is_empty() {
-                self.nothing += each;
+                self.nothing += 1.0;
             }
             for bound in added {
                 match self.chances.iter_mut().find(|(b, _)| b == bound) {
-                    Some((_, chance)) => *chance += each,
-                    None => self.chances.push((*bound, each)),
+                    Some((_, chance)) => *chance += 1.0,
+                    None => self.chances.push((*bound, 1.0)),
                 }
             }
         }
+        let shares = self.chances.iter_mut().map(|(_, chance)| chance);
+        let shares = shares.chain([&mut self.unknown, &mut self.nothing]);
+        shares.for_each(|chance| *chance /= DRAWS as f64);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::choose;
+
+    #[test]
+    fn the_simplest_is_chosen_that_loses_by_no_more_than_chance() {
+        let base: Vec<f64> = (0..24).map(|b| -3.0 + 0.2 * f64::from(b % 5)).collect();
+        let law: Vec<f64> = base.iter().map(|e| e - 1.0).collect();
+        let pairs = law.iter().enumerate();
+        let wider: Vec<f64> = pairs
+            .map(|(b, e)| e - 0.02 + 0.1 * ((b % 3) as f64 - 1.0))
+            .collect();
+        let sets = [base.as_slice(), &law, &wider];
+        let alike = vec![1.0; 24];
+        // One law is clearly better than none; what wins by less than chance does not win.
+        assert_eq!(choose(&sets, &[2, 4, 7], &alike), 1);
+        // With nothing to be gained, nothing is added.
+        let same: Vec<f64> = base.iter().map(|e| e - 0.01).collect();
+        assert_eq!(choose(&[&base, &same], &[2, 4], &alike), 0);
     }
 }

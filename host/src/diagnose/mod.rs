@@ -11,6 +11,7 @@ mod bounded;
 mod collect;
 mod criteria;
 mod decide;
+mod descend;
 mod errors;
 mod hypothesis;
 mod learner;

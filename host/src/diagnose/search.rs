@@ -75,60 +75,43 @@ pub(super) fn search(
     if let Some(excerpt) = &mut excerpt {
         excerpt.predict(&model, &inertia);
     }
-    let mut terms = base.to_vec();
-    let mut known = solution.solved.values.clone();
-    let mut kept = base.len();
+    let mut known = Known {
+        terms: base.to_vec(),
+        values: solution.solved.values.clone(),
+        of_base: base.len(),
+    };
     let mut decisions: Vec<Decision> = Vec::new();
     let mut zeros = vec![None; given.axes.len()];
     for axis in order(&records, base, &solution, given.axes.len()) {
-        let differ = zeros_differ(&records, axis, &of_axis(axis, &terms, &known));
-        let decision = on_axis(
-            given,
-            &records,
-            excerpt.as_ref(),
-            axis,
-            (&terms, &known),
-            differ,
-        );
+        let differ = zeros_differ(&records, axis, &of_axis(axis, &known.terms, &known.values));
+        let beside = (known.terms.as_slice(), known.values.as_slice());
+        let decision = on_axis(given, &records, excerpt.as_ref(), axis, beside, differ);
         if differ && zeros_differ(&records, axis, &decision.hypothesis) {
             zeros[axis] = Some(spread_of_zeros(&records, axis, &decision.hypothesis));
         }
-        let found = decision
-            .hypothesis
-            .members
-            .iter()
-            .zip(&decision.hypothesis.values);
-        for (bound, values) in found.skip(decision.hypothesis.base) {
-            // A term that is a special case of what was found is part of it.
-            while let Some(at) = terms.iter().position(|term| bound.replaces(term)) {
-                terms.remove(at);
-                known.remove(at);
-                kept -= usize::from(at < kept);
-            }
-            terms.push(*bound);
-            known.push(values.clone());
-        }
+        known.take(&decision.hypothesis);
         decisions.push(decision);
     }
     decisions.sort_by_key(|d| d.axis);
     // The search looks at what is predicted; a fit corrects what was logged.
     records.as_logged();
-    let mut last = if terms.len() > kept {
-        let from = shapes_of(&records, &terms, &known);
-        let solution = solve(&records, given.axes, &terms, Some(from))?;
-        Model { terms, solution }
+    let Known {
+        terms,
+        values,
+        of_base,
+    } = known;
+    let from = shapes_of(&records, &terms, &values);
+    let fitted = if terms.len() > of_base {
+        solve(&records, given.axes, &terms, Some(from))?
     } else {
-        let from = shapes_of(&records, &terms, &known);
-        let solution = solved_at(&records, &terms, &from)?;
-        Model { terms, solution }
+        solved_at(&records, &terms, &from)?
     };
-    let refuted = refuted(
-        given,
-        &records,
-        &mut last,
-        kept,
-        (base, &solution.solved.values),
-    )?;
+    let mut last = Model {
+        terms,
+        solution: fitted,
+    };
+    let first = (base, solution.solved.values.as_slice());
+    let refuted = refuted(given, &records, &mut last, of_base, first)?;
     let found = last.terms.iter().filter(|term| !base.contains(term));
     Ok(Search {
         found: found.copied().collect(),
@@ -141,6 +124,29 @@ pub(super) fn search(
         refuted,
         zeros,
     })
+}
+
+/// The terms that are known so far, those of the base first, with their values.
+struct Known {
+    terms: Vec<Bound>,
+    values: Vec<Vec<f64>>,
+    of_base: usize,
+}
+
+impl Known {
+    /// With what was found on an axis. A term that is a special case of it is part of it.
+    fn take(&mut self, found: &Hypothesis) {
+        let members = found.members.iter().zip(&found.values);
+        for (bound, values) in members.skip(found.base) {
+            while let Some(at) = self.terms.iter().position(|term| bound.replaces(term)) {
+                self.terms.remove(at);
+                self.values.remove(at);
+                self.of_base -= usize::from(at < self.of_base);
+            }
+            self.terms.push(*bound);
+            self.values.push(values.clone());
+        }
+    }
 }
 
 /// The axes, those of which the base leaves most first: what acts on both is then found where it does most.

@@ -2,7 +2,7 @@
 
 use super::absorbed::absorbed;
 use super::answer::{
-    Diagnosis, PerAxis, Verdict, in_words_found, in_words_looked, in_words_probabilities,
+    Absorbed, Diagnosis, PerAxis, Verdict, in_words_found, in_words_looked, in_words_probabilities,
     in_words_ranked, in_words_remainder,
 };
 use super::base::base_of;
@@ -72,14 +72,7 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     let floors =
         [&judged.motions, &prepared.motions].map(|motions| floors(study, model, &search, motions));
     let [floors, as_logged] = floors;
-    for (axis, floor) in study.axes.iter().zip(&floors) {
-        if !floor.at_rest {
-            notes.push(format!(
-                "axis {} rests in no record, so its noise floor is taken from high frequencies and may be too low",
-                axis.name
-            ));
-        }
-    }
+    notes.extend(never_rests(study, &floors));
     let learnt = Records::new(&study.axes, &training, &model.filters.band);
     let unmeasured: Vec<f64> = (0..study.axes.len())
         .map(|axis| unmeasured(&search, axis, (&floors[axis], &as_logged[axis]), &learnt))
@@ -113,15 +106,7 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
         _ => errors_of_the_model(study, &prepared, model, &new, &mut notes)?,
     };
     let absorbed = absorbed(study, &prepared, model, &new)?;
-    notes.extend(absorbed.iter().map(|a| {
-        format!(
-            "the {} already reproduces {:.0} % of {}@{}",
-            model.base.name(),
-            100.0 * a.share,
-            a.effect,
-            a.axis
-        )
-    }));
+    notes.extend(absorbed.iter().map(|a| follows_already(model, a)));
     let decisions = &search.decisions;
     let first = (
         &learnt,
@@ -148,6 +133,30 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
         data_problems: data_checks::sentences(wrong),
         notes,
     })
+}
+
+/// A sentence for every axis whose noise was not seen at rest.
+fn never_rests(study: &Study, floors: &[Floor]) -> Vec<String> {
+    let axes = study.axes.iter().zip(floors);
+    let axes = axes.filter(|(_, floor)| !floor.at_rest);
+    axes.map(|(axis, _)| {
+        format!(
+            "axis {} rests in no record, so its noise floor is taken from high frequencies and may be too low",
+            axis.name
+        )
+    })
+    .collect()
+}
+
+/// What a polynomial or a network makes of an effect already, in a sentence.
+fn follows_already(model: &ModelFile, absorbed: &Absorbed) -> String {
+    format!(
+        "the {} already reproduces {:.0} % of {}@{}",
+        model.base.name(),
+        100.0 * absorbed.share,
+        absorbed.effect,
+        absorbed.axis
+    )
 }
 
 /// The records as the search listens to them: to the better of two instruments. Errors are told of the accelerations that were logged, as
