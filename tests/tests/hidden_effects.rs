@@ -295,9 +295,15 @@ fn of_a_law_outside_the_library_it_is_told_what_it_follows() {
             &["diagnose", ".", "model.json", "--json", "-"],
         );
         let said: serde_json::Value = serde_json::from_str(&said).unwrap();
-        println!("{name}: {} {} {}", said["verdict"], said["remainder"], said["notes"]);
+        println!(
+            "{name}: {} {} {}",
+            said["verdict"], said["remainder"], said["notes"]
+        );
         assert_eq!(said["verdict"], "unknown", "{name}: {said}");
-        assert!(said["probabilities"]["unknown"].as_f64().unwrap() > 0.5, "{said}");
+        assert!(
+            said["probabilities"]["unknown"].as_f64().unwrap() > 0.5,
+            "{said}"
+        );
     });
 }
 
