@@ -4,7 +4,7 @@
 use super::blocks::Blocks;
 use super::bounded;
 use super::criteria::CRITERIA;
-use super::hypothesis::{Hypothesis, Part, is_at_bound};
+use super::hypothesis::{Column, Hypothesis, Part, is_at_bound};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
 use crate::fit::effects::unknowns::{ShapeUnknown, shapes};
@@ -23,13 +23,6 @@ const MOST_FORCE: f64 = 3.0;
 const NO_POWER: f64 = 1e-7;
 /// Of a base column's energy, what has to be left in the blocks that a fold learns from.
 const LEARNT: f64 = 0.02;
-
-/// A column with the least and the most of its factor.
-#[derive(Clone)]
-pub(super) struct Column {
-    pub(super) data: Arc<Vec<f64>>,
-    pub(super) bounds: [f64; 2],
-}
 
 /// What a hypothesis is worth.
 #[derive(Clone, Debug)]

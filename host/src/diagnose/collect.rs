@@ -3,9 +3,9 @@
 //! Each effect is evaluated once at all of its starting values. What it would explain beside a hypothesis then follows from products of
 //! columns alone, strengths solved for within their bounds.
 
-use super::bench::{Bench, Column};
+use super::bench::Bench;
 use super::bounded;
-use super::hypothesis::{Hypothesis, Part};
+use super::hypothesis::{Column, Hypothesis, Part};
 use crate::fit::effects::projection::product;
 use crate::fit::effects::unknowns::{ShapeUnknown, is_physical, shapes};
 use crate::fit::normal_equations::Cholesky;

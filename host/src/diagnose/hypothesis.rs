@@ -1,11 +1,11 @@
 //! A hypothesis: a set of effects on an axis, beside the base, with their values; and what keeps a value from being physics.
 
-use super::bench::Column;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::unknowns::{is_physical, reference};
 use crate::model::effects::Bound;
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::units::Dimension;
+use std::sync::Arc;
 
 /// A length or a time within this part of its bound stands there.
 const AT_BOUND: f64 = 0.01;
@@ -21,6 +21,13 @@ pub(super) struct Hypothesis {
     pub(super) values: Vec<Vec<f64>>,
     /// How many of them belong to the base.
     pub(super) base: usize,
+}
+
+/// A column with the least and the most of its factor.
+#[derive(Clone)]
+pub(super) struct Column {
+    pub(super) data: Arc<Vec<f64>>,
+    pub(super) bounds: [f64; 2],
 }
 
 /// A member's columns on an axis.

@@ -4,7 +4,8 @@
 //! excursion); then states of moments ago; then the time in the record. The step at which the error falls is the kind of what is missing,
 //! whatever its law.
 
-use super::bench::{Bench, Column};
+use super::bench::Bench;
+use super::hypothesis::Column;
 use crate::fit::trees::{Binned, SIZE, Trees};
 use rayon::prelude::*;
 
