@@ -75,6 +75,7 @@ fn found_by(parameter: &Parameter) -> &'static str {
         Role::Linear { positive: true } => "least squares; positive",
         Role::Linear { positive: false } => "least squares",
         Role::SizePerRecord => "least squares in every record, with a phase",
+        Role::Shape(shape) if shape.is_given() => "given, not found",
         Role::Shape(_) => "search",
     }
 }
@@ -237,17 +238,18 @@ pub fn markdown() -> String {
          in `shared/src/effect/` and write it anew:\n\n```\njointwatch effects --markdown > docs/effects.md\n```\n\n\
          x is the displacement of the axis that the effect is bound to (`effect@axis`), ẋ its velocity, φ and φ̇ those of the other axis, F and a the \
          applied force and the acceleration of the body, s = 1 for r = F − m·a and −1 for r = m·a − F. The loops are drawn in units of the \
-         motion: displacement and velocity reach 1.\n\n| effect | what it is | acts on | belongs to |\n|---|---|---|---|\n",
+         motion: displacement and velocity reach 1.\n\n| effect | what it is | acts on | belongs to | number in a blob |\n|---|---|---|---|---|\n",
     );
     for entry in EFFECTS {
         let about = &entry.about;
         let _ = writeln!(
             text,
-            "| [{0}](#{0}) | {1} | {2} | {3} |",
+            "| [{0}](#{0}) | {1} | {2} | {3} | {4} |",
             about.name,
             about.title,
             acts_on(entry),
-            seat(entry)
+            seat(entry),
+            entry.tag
         );
     }
     for entry in EFFECTS {
