@@ -5,14 +5,14 @@ use crate::error::{Error, Result};
 use crate::model::Network;
 use crate::model_file::{Base, ModelFile};
 use crate::study::Convention;
-use jointwatch_shared::blob::{self, BLOB_LEN};
+use jointwatch_shared::base::axis::{self, Axis, Name};
+use jointwatch_shared::base::network_quantise::Weights;
+use jointwatch_shared::base::terms::Memory;
+use jointwatch_shared::base::{Header, Model};
 use jointwatch_shared::effect::Seat;
-use jointwatch_shared::fixed::q31_to_f64;
-use jointwatch_shared::model::axis::{self, Axis, Name};
-use jointwatch_shared::model::network_quantise::Weights;
-use jointwatch_shared::model::terms::Memory;
-use jointwatch_shared::model::{Header, Model};
+use jointwatch_shared::scalar::fixed::q31_to_f64;
 use jointwatch_shared::selftest::{CORNER_POINTS, Points, corner};
+use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use serde::Serialize;
 use std::path::Path;
 
@@ -68,7 +68,7 @@ pub struct Exported {
 /// the number of neurons when the device has not as many.
 pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
     let budget = budget.unwrap_or_else(|| default_budget(&file.base));
-    let refuse = |e: jointwatch_shared::error::Error| {
+    let refuse = |e: jointwatch_shared::fault::Error| {
         Error::data(format!("this model cannot be exported: {e}"))
     };
     let mut axes = heapless::Vec::new();
@@ -163,7 +163,7 @@ fn from_network(
     header: Header,
     network: &Network,
     budgets: &[f64],
-) -> std::result::Result<Model, jointwatch_shared::error::Error> {
+) -> std::result::Result<Model, jointwatch_shared::fault::Error> {
     let outputs = network.outputs.iter();
     let output: Vec<Vec<f64>> = outputs
         .clone()

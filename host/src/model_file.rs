@@ -8,7 +8,7 @@ use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
 use crate::motion::{Filters, Motion};
 use crate::output;
 use crate::study::Study;
-use jointwatch_shared::model::terms::InSi;
+use jointwatch_shared::base::terms::InSi;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

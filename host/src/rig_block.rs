@@ -8,13 +8,13 @@ use crate::rig_file;
 use crate::study::description::Source;
 use crate::study::{AxisKind, Study};
 use crate::table::Table;
-use jointwatch_shared::blob;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits};
 use jointwatch_shared::monitor::{Cause, OCTAVE, SHARE};
-use jointwatch_shared::rig::{Rig, RigAxis};
-use jointwatch_shared::rig_block::{self, RIG_BLOCK_LEN, RIG_BLOCK_MAGIC, RigBlock};
-use jointwatch_shared::wiring::{
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::rig::{Rig, RigAxis};
+use jointwatch_shared::wire::rig_block::{self, RIG_BLOCK_LEN, RIG_BLOCK_MAGIC, RigBlock};
+use jointwatch_shared::wire::wiring::{
     Accelerometer, AxisWiring, Converter, Counter, Signed, SignedDirection, Wiring,
 };
 use std::path::Path;
@@ -75,7 +75,7 @@ fn finished(path: &Path, converters: Rig, wiring: Wiring, model: &Model) -> Resu
         // The board's own skew, besides what the model knows of the channel.
         axis.force_delay_samples += read.force_delay_samples;
     }
-    let refuse = |e: jointwatch_shared::error::Error| {
+    let refuse = |e: jointwatch_shared::fault::Error| {
         Error::data(format!(
             "{}: the device cannot hold this rig ({e}); check the counts, gains and skews, and their units",
             path.display()

@@ -6,11 +6,11 @@ use crate::error::{Error, Result};
 use crate::study::AxisKind;
 use crate::study::description::Source;
 use crate::study::nearest::suggestion;
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::model::Model;
-use jointwatch_shared::model::axis::Convention;
-use jointwatch_shared::rig::{ChannelDelays, RigAxis};
-use jointwatch_shared::wiring::{
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::axis::Convention;
+use jointwatch_shared::base::hum::Hum;
+use jointwatch_shared::wire::rig::{ChannelDelays, RigAxis};
+use jointwatch_shared::wire::wiring::{
     ACCELEROMETERS, Accelerometer, AxisWiring, CHANNELS, COUNTERS, Converter, Counter, Signed,
     SignedDirection, Wiring,
 };

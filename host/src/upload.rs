@@ -6,7 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::signing::SignedModel;
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::telemetry::{
     Decoder, Kind, MAX_CHUNK, MAX_FRAME, Refusal, Report, Request, Signature, Slot, UploadReply,
     UploadRequest, encode,
 };

@@ -7,11 +7,11 @@
 use crate::error::{Error, Result};
 use crate::motion::Filters;
 use crate::study::{Channels, Record, Study};
-use jointwatch_shared::model::Model;
-use jointwatch_shared::pipeline::RawSample;
-use jointwatch_shared::rig::{Rig, RigAxis};
-use jointwatch_shared::rig_block::RigBlock;
-use jointwatch_shared::wiring::{AxisWiring, Readings, Signed, SignedDirection, Wiring};
+use jointwatch_shared::base::Model;
+use jointwatch_shared::chain::RawSample;
+use jointwatch_shared::wire::rig::{Rig, RigAxis};
+use jointwatch_shared::wire::rig_block::RigBlock;
+use jointwatch_shared::wire::wiring::{AxisWiring, Readings, Signed, SignedDirection, Wiring};
 
 /// Lowest and highest code of the bridge converter.
 const CONVERTER_RAILS: [i64; 2] = [-(1 << 23), (1 << 23) - 1];

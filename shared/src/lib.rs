@@ -9,28 +9,12 @@
 #[cfg(feature = "fit")]
 extern crate std;
 
-pub mod blob;
+pub mod base;
+pub mod chain;
 pub mod effect;
-pub mod error;
-pub mod filter;
-pub mod fixed;
-pub mod hum;
-pub mod interpolate;
-pub mod kernels;
-mod layout;
-pub mod model;
+pub mod fault;
 pub mod monitor;
-pub mod pipeline;
-pub mod rig;
-pub mod rig_block;
 pub mod scalar;
-pub mod scale;
 pub mod selftest;
-pub mod selftest_chain;
-pub mod selftest_network;
-pub mod slot;
-pub mod snapshot;
-pub mod tanh;
-pub mod telemetry;
 pub mod units;
-pub mod wiring;
+pub mod wire;

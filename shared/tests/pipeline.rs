@@ -1,12 +1,12 @@
 //! The on-board chain against the same chain written down in `f64`, and against inputs no sensor should give.
 
 use heapless::Vec as Bounded;
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
-use jointwatch_shared::model::{Header, Model};
-use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawSample};
-use jointwatch_shared::rig::{ChannelDelays, Rig, RigAxis, Taps};
+use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name};
+use jointwatch_shared::base::hum::Hum;
+use jointwatch_shared::base::{Header, Model};
+use jointwatch_shared::chain::{Chain, ChainState, Output, RawSample};
 use jointwatch_shared::selftest::Points;
+use jointwatch_shared::wire::rig::{ChannelDelays, Rig, RigAxis, Taps};
 
 const RATE: f64 = 2000.0;
 const SEED: u64 = 20_071;

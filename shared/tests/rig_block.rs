@@ -3,12 +3,12 @@
 mod sample_rigs;
 
 use heapless::Vec as Bounded;
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::pipeline::{Chain, ChainState, RawAxis};
-use jointwatch_shared::rig_block::{
+use jointwatch_shared::base::hum::Hum;
+use jointwatch_shared::chain::{Chain, ChainState, RawAxis};
+use jointwatch_shared::wire::rig_block::{
     CHECKSUM_OFFSET, RIG_BLOCK_LEN, RIG_BLOCK_OFFSET, Refusal, RigBlock, decode, encode, on_board,
 };
-use jointwatch_shared::wiring::{AxisWiring, Readings, Wiring};
+use jointwatch_shared::wire::wiring::{AxisWiring, Readings, Wiring};
 use sample_rigs::{block, blocks, counter, model, sealed};
 
 #[test]
@@ -18,7 +18,7 @@ fn comes_back_as_it_went() {
         assert_eq!(bytes, sealed(bytes));
         assert_eq!(decode(&bytes).unwrap(), block);
     }
-    assert_eq!(RIG_BLOCK_OFFSET, jointwatch_shared::blob::BLOB_LEN);
+    assert_eq!(RIG_BLOCK_OFFSET, jointwatch_shared::wire::blob::BLOB_LEN);
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 mod sample_rigs;
 
-use jointwatch_shared::rig_block::{CHECKSUM_OFFSET, RIG_BLOCK_LEN, encode};
-use jointwatch_shared::wiring::Signed;
+use jointwatch_shared::wire::rig_block::{CHECKSUM_OFFSET, RIG_BLOCK_LEN, encode};
+use jointwatch_shared::wire::wiring::Signed;
 use sample_rigs::{block, model, sealed};
 
 /// The offset, the length and the name of every row of the first table of docs/rig-block.md.

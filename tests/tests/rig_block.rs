@@ -1,6 +1,6 @@
 //! `export --rig`: a description of the wiring becomes the numbers of a block, and what is wrong with it is said with its line.
 
-use jointwatch_shared::rig_block::{RIG_BLOCK_LEN, decode};
+use jointwatch_shared::wire::rig_block::{RIG_BLOCK_LEN, decode};
 use jointwatch_tests::program::{fail, succeed, workspace};
 use jointwatch_tests::story::story;
 use std::fs;
@@ -91,7 +91,7 @@ fn a_study_puts_the_monitors_limits_into_the_block_and_replay_takes_them_from_th
     let study = story().join("rig/study.toml");
     let study = study.to_str().unwrap();
     succeed(at, &["export", &model(), "-o", "model.bin"]);
-    let checksum = jointwatch_shared::blob::checksum(
+    let checksum = jointwatch_shared::wire::blob::checksum(
         &fs::read(at.join("model.bin"))
             .unwrap()
             .try_into()
@@ -166,7 +166,7 @@ fn a_study_puts_the_monitors_limits_into_the_block_and_replay_takes_them_from_th
         model_checksum: !checksum,
         ..limits
     });
-    let bytes = jointwatch_shared::rig_block::encode(&other).unwrap();
+    let bytes = jointwatch_shared::wire::rig_block::encode(&other).unwrap();
     fs::write(at.join("other.bin"), bytes).unwrap();
     refused(&with("other.bin"), 3, "set for another model");
 }

@@ -8,16 +8,16 @@ use crate::store::{Fault, Place, Started, State, Store, Trial, Verifier};
 use core::mem::MaybeUninit;
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
-use jointwatch_shared::blob::{self, BLOB_LEN};
-use jointwatch_shared::error::Error;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::chain::{Chain, ChainState};
+use jointwatch_shared::fault::Error;
 use jointwatch_shared::monitor::{Cause, Monitor};
-use jointwatch_shared::pipeline::{Chain, ChainState};
-use jointwatch_shared::rig_block::{self, OnBoard, Refusal};
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::blob::{self, BLOB_LEN};
+use jointwatch_shared::wire::rig_block::{self, OnBoard, Refusal};
+use jointwatch_shared::wire::telemetry::{
     Event, Hello, ModelFault, ModelIdentity, Occasion, PROTOCOL_VERSION, Restart, RigIdentity, Slot,
 };
-use jointwatch_shared::wiring::Wiring;
+use jointwatch_shared::wire::wiring::Wiring;
 
 /// How long a new model has to run before it is kept, in seconds.
 const TRIAL_S: u32 = 10;

@@ -11,7 +11,7 @@ use jointwatch_firmware::board::semihosting;
 use jointwatch_firmware::board::stm32f405 as board;
 use jointwatch_firmware::suite::{self, Board};
 #[cfg(not(feature = "stm32f405"))]
-use jointwatch_shared::kernels::Portable as Kernels;
+use jointwatch_shared::base::kernels::Portable as Kernels;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {

@@ -12,20 +12,20 @@ use jointwatch_firmware::clock::Clock;
 use jointwatch_firmware::sensor::acquire::{CHIPS, Sensors};
 use jointwatch_firmware::sensor::presence::Health;
 use jointwatch_firmware::store::{Key, Store, Trust};
-use jointwatch_shared::blob;
-use jointwatch_shared::kernels::Portable;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::kernels::Portable;
+use jointwatch_shared::chain::RawSample;
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
-use jointwatch_shared::pipeline::RawSample;
-use jointwatch_shared::rig_block::{self, RigBlock};
-use jointwatch_shared::selftest_chain::{self, SHORT_TAPS};
-use jointwatch_shared::slot::{
+use jointwatch_shared::selftest::chain::{self, SHORT_TAPS};
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::rig_block::{self, RigBlock};
+use jointwatch_shared::wire::slot::{
     ContentCrc, MARKED, RIG_OFFSET, SEAL_LEN, SEAL_OFFSET, SEALED_OFFSET, Seal, signed_prefix,
 };
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::telemetry::{
     Decoder, MAX_FRAME, Occasion, Report, Request, Restart, Signature, encode,
 };
-use jointwatch_shared::wiring::{AxisWiring, Signed, SignedDirection, Wiring};
+use jointwatch_shared::wire::wiring::{AxisWiring, Signed, SignedDirection, Wiring};
 use std::convert::Infallible;
 
 /// Samples per second of the rig.
@@ -92,7 +92,7 @@ pub(crate) fn sealed(model: &Model, rig: &[u8]) -> Slot {
 
 /// A rig with one of the reference models on it, with limits for the model of this checksum.
 pub(crate) fn reference_rig(model: &Model, limits_for: Option<u32>) -> RigBlock {
-    let rig = selftest_chain::reference_rig(SHORT_TAPS).expect("a sound rig");
+    let rig = chain::reference_rig(SHORT_TAPS).expect("a sound rig");
     let counter = |place| Signed {
         place,
         negative: false,

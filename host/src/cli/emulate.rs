@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::study::{Record, Study};
 use crate::{device, export, rig_block};
 use clap::Args;
-use jointwatch_shared::telemetry::Status;
+use jointwatch_shared::wire::telemetry::Status;
 use std::fmt::Write;
 use std::path::PathBuf;
 

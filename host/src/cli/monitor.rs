@@ -6,7 +6,7 @@ use crate::telemetry::line::{Line, Piece, Source};
 use crate::telemetry::listen::{Heard, Listener, Tally};
 use crate::telemetry::words::{Reader, closing};
 use clap::Args;
-use jointwatch_shared::telemetry::{BAUD, Received, Report, Request};
+use jointwatch_shared::wire::telemetry::{BAUD, Received, Report, Request};
 use serde::Serialize;
 use std::fs::File;
 use std::io::Write;

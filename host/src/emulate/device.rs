@@ -10,10 +10,10 @@ use crate::rig_block;
 use crate::signing::{PrivateKey, SignedModel};
 use crate::study::{Record, Study};
 use crate::wired::Wired;
-use jointwatch_shared::blob;
-use jointwatch_shared::model::Model;
-use jointwatch_shared::rig_block::RigBlock;
-use jointwatch_shared::telemetry::SampleOutput;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::rig_block::RigBlock;
+use jointwatch_shared::wire::telemetry::SampleOutput;
 use std::path::Path;
 use std::time::Duration;
 

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::signing::SignedModel;
 use crate::upload::{Patience, READ_TIMEOUT, Uploaded, upload};
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::telemetry::{
     Answered, Decoder, MAX_FRAME, Occasion, Report, Request, encode,
 };
 use rand::{RngExt, SeedableRng};

@@ -10,8 +10,8 @@ use crate::model::effects::Bound;
 use crate::model_file::{AxisFit, Base, NoBase};
 use crate::motion::{self, Motion};
 use crate::study::{Axis, Study};
-use jointwatch_shared::model::axis::AxisKind;
-use jointwatch_shared::model::corrections::ForceCorrection;
+use jointwatch_shared::base::axis::AxisKind;
+use jointwatch_shared::base::corrections::ForceCorrection;
 
 /// How often late channels are shifted before the last fit.
 const SHIFTS: usize = 2;

@@ -5,9 +5,9 @@ use crate::corrections::is_correction;
 use crate::error::{Error, Result};
 use crate::study::nearest::suggestion;
 use crate::table::Table;
+use jointwatch_shared::base::{Model, axis, terms::InSi};
 use jointwatch_shared::effect::about::Parameter;
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry};
-use jointwatch_shared::model::{Model, axis, terms::InSi};
 use serde::{Deserialize, Serialize};
 
 /// One effect of a model, with the values that were found.

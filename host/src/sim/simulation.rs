@@ -9,7 +9,7 @@ use super::sensors::{COLUMNS, ENCODER_STEP, add_noise, noise_rms, quantise, read
 use crate::error::{Error, Result};
 use crate::motion::Motion;
 use crate::study::{Axis, AxisKind, Channels, Convention, Record, Role, Study};
-use jointwatch_shared::model::terms::InSi;
+use jointwatch_shared::base::terms::InSi;
 use rayon::prelude::*;
 use std::path::PathBuf;
 

@@ -4,9 +4,9 @@
 //! the rig block. They hold for one model: [`Limits::model_checksum`] says for which.
 
 use super::level::sides;
-use crate::error::{Checks, Error};
-use crate::layout::laid_out;
-use crate::pipeline::Chain;
+use crate::chain::Chain;
+use crate::fault::{Checks, Error};
+use crate::wire::layout::laid_out;
 use heapless::Vec;
 
 /// Sensor channels of one axis: both displacement counters, the body's, the accelerometer, the force.

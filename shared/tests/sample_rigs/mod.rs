@@ -2,13 +2,13 @@
 #![allow(dead_code, reason = "every test uses its own part")]
 
 use crc::{CRC_32_ISO_HDLC, Crc};
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
-use jointwatch_shared::model::{Base, Header, Model, Output};
+use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name};
+use jointwatch_shared::base::hum::Hum;
+use jointwatch_shared::base::{Base, Header, Model, Output};
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
-use jointwatch_shared::rig::{ChannelDelays, MAX_BAND_TAPS, MAX_TAPS, Rig, RigAxis, Taps};
-use jointwatch_shared::rig_block::{CHECKSUM_OFFSET, RIG_BLOCK_LEN, RigBlock};
-use jointwatch_shared::wiring::{
+use jointwatch_shared::wire::rig::{ChannelDelays, MAX_BAND_TAPS, MAX_TAPS, Rig, RigAxis, Taps};
+use jointwatch_shared::wire::rig_block::{CHECKSUM_OFFSET, RIG_BLOCK_LEN, RigBlock};
+use jointwatch_shared::wire::wiring::{
     Accelerometer, AxisWiring, Converter, Counter, Signed, SignedDirection, Wiring,
 };
 

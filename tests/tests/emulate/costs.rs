@@ -6,7 +6,7 @@ use jointwatch::emulate::bench::{REST, STAGES, Scenario};
 use jointwatch::emulate::device::Device;
 use jointwatch::emulate::size;
 use jointwatch_shared::monitor::State;
-use jointwatch_shared::telemetry::{Counters, Event};
+use jointwatch_shared::wire::telemetry::{Counters, Event};
 
 /// What the estimate of the highest sample rate in `docs/firmware.md` rests on: a full board's time on the bus, from the data sheets' clocks;
 /// the processor's clock; and cycles per instruction, which no emulator counts.

@@ -8,11 +8,11 @@ use jointwatch::error::Error;
 use jointwatch::rig_block;
 use jointwatch::signing::{PrivateKey, SignedModel};
 use jointwatch::upload::Patience;
-use jointwatch_shared::blob;
 use jointwatch_shared::monitor::Cause;
-use jointwatch_shared::rig_block::RigBlock;
-use jointwatch_shared::slot::{ContentCrc, signed_prefix};
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::rig_block::RigBlock;
+use jointwatch_shared::wire::slot::{ContentCrc, signed_prefix};
+use jointwatch_shared::wire::telemetry::{
     Decoder, Event, Kind, MAX_FRAME, Report, Request, Restart, Signature, UploadReply,
     UploadRequest as Ask, encode,
 };
@@ -223,7 +223,7 @@ fn what_no_honest_host_sends_is_refused_by_the_device_itself() {
     let mut corrupt = good.clone();
     corrupt[7] ^= 64;
     let mut newer = good.clone();
-    newer[4] = jointwatch_shared::blob::BLOB_VERSION as u8 + 1;
+    newer[4] = jointwatch_shared::wire::blob::BLOB_VERSION as u8 + 1;
     let long = vec![0; 8196];
     for (content, announced, wanted) in [
         (corrupt.clone(), crc(&good), "Checksum"),

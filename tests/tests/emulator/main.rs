@@ -7,12 +7,12 @@ mod sample;
 
 use jointwatch::device::{self, Board, SelfTestReport, SlotState};
 use jointwatch::signing::{PrivateKey, SignedModel};
-use jointwatch_shared::blob::{self, BLOB_LEN};
-use jointwatch_shared::model::Model;
-use jointwatch_shared::model::network::NEURONS;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::network::NEURONS;
+use jointwatch_shared::selftest::chain::chain_digest;
+use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::{self, reference_model};
-use jointwatch_shared::selftest_chain::chain_digest;
-use jointwatch_shared::selftest_network::reference_network;
+use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use jointwatch_tests::elf::Image;
 use jointwatch_tests::log::boot_log;
 use models::{model, network, of_the_table, physical, with_effects, with_memory};

@@ -3,10 +3,10 @@
 use crate::models::{model, network, with_effect};
 use crate::run;
 use jointwatch::device::Board;
-use jointwatch_shared::blob;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::network::NEURONS;
 use jointwatch_shared::effect::{EFFECTS, Entry, Seat};
-use jointwatch_shared::model::Model;
-use jointwatch_shared::model::network::NEURONS;
+use jointwatch_shared::wire::blob;
 
 /// A base: its name in the report, how a model of it is made, the most instructions that a sample may take with it alone, and with one
 /// effect with memory beside it.

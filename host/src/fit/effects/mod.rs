@@ -18,8 +18,8 @@ use crate::motion::Motion;
 use crate::study::Axis;
 use columns::Records;
 use intervals::QUANTILE;
+use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::about::Role;
-use jointwatch_shared::model::terms::InSi;
 use projection::{Problem, Solved};
 
 /// One effect as found.
