@@ -102,7 +102,7 @@ fn an_empty_device_says_that_it_has_no_model_and_streams_raw_counts() {
 fn what_is_streamed_is_what_the_chain_computes() {
     let mut bench = Bench::start([good(), Slot::Empty]);
     bench.ask(&Request::Stream { every: 1 });
-    let rig = reference_rig(model(), None).rig;
+    let rig = reference_rig(model(), None);
     let chain = Chain::new(model(), &rig).expect("a rig that fits");
     let mut state = ChainState::default();
     let mut outputs = 0;

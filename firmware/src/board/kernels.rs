@@ -11,9 +11,9 @@ use jointwatch_shared::base::tanh::{LAST, Row, TABLE};
 
 /// In assembly.
 #[derive(Clone, Copy, Debug)]
-pub struct Kernels;
+pub struct Assembly;
 
-impl kernels::Kernels for Kernels {
+impl kernels::Kernels for Assembly {
     #[inline(always)]
     fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
         let count = weights.len().min(rows.len());

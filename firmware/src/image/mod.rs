@@ -26,7 +26,7 @@ mod app {
         Begun, Evaluated, Evaluator, Frame, Progress, Room, Sampler, Server, Setup, Streamed,
         Watch, begin, evaluate,
     };
-    use jointwatch_firmware::board::kernels::Kernels;
+    use jointwatch_firmware::board::Kernels;
     use jointwatch_firmware::board::stm32f405::parts::{
         self, Device, Devices, Serial, SlotFlash, Ticker,
     };

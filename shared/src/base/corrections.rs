@@ -32,9 +32,7 @@ impl ForceCorrection {
 
     /// Whether the channel is right as it is.
     pub fn is_none(&self) -> bool {
-        // Zeros of either sign, told from their bits: no arithmetic on real numbers.
-        let others = [self.excess, self.cross, self.delay_s].map(|x| x.to_bits() << 1);
-        others == [0; 3] && self.hum.is_none()
+        [self.excess, self.cross, self.delay_s] == [0.0; 3] && self.hum.is_none()
     }
 
     /// Checks that the numbers are usable.

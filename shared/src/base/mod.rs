@@ -94,7 +94,7 @@ impl Header {
         let mut checks = Checks::new();
         checks.whole("number of axes", self.axes.len() as i32, 1, 2);
         checks.within("sample rate in Hz", self.sample_rate_hz, 1.0, 1e6);
-        let most = half(self.sample_rate_hz);
+        let most = 0.5 * self.sample_rate_hz;
         checks.within("band in Hz", self.band_hz, 1e-3, most);
         checks.within("band of the states in Hz", self.state_band_hz, 1e-3, most);
         for axis in &self.axes {
@@ -110,11 +110,6 @@ impl Header {
         }
         checks.done()
     }
-}
-
-/// Half of a real number from 1 on, whose exponent is in its bits from the 52nd on: no arithmetic on real numbers.
-fn half(x: f64) -> f64 {
-    f64::from_bits(x.to_bits().saturating_sub(1 << 52))
 }
 
 impl Model {

@@ -14,7 +14,7 @@ use core::mem::swap;
 use heapless::Vec;
 
 /// The largest origin of an input, in 2⁻³²: 2²⁸ times half the input's range. Sums and differences of inputs then stay far from 2⁶³.
-const MOST_ORIGIN: u64 = 1 << 60;
+const MAX_ORIGIN: u64 = 1 << 60;
 
 /// The most effects that a model holds on the device.
 pub const MAX_TERMS: usize = 8;
@@ -145,7 +145,7 @@ impl Terms {
         checks.whole(quantity, i32::from(wrong), 0, 0);
         for origin in origins {
             let size = origin.raw().unsigned_abs();
-            checks.long("size of the origin of an input", size, 0, MOST_ORIGIN);
+            checks.long("size of the origin of an input", size, 0, MAX_ORIGIN);
         }
         checks.done()?;
         Ok(Self { list, origins })
@@ -207,7 +207,6 @@ impl Terms {
 }
 
 /// The same as the other axis sees it.
-#[inline(never)]
 fn turn(at: &mut Kinematics<Q>, other_step: &mut Q, forces: &mut [Q; 2]) {
     swap(&mut at.displacement, &mut at.other_displacement);
     swap(&mut at.velocity, &mut at.other_velocity);

@@ -9,17 +9,17 @@ use crate::chain::filter::{Delay, shift_round};
 use crate::chain::scale::Scale;
 use crate::fault::Error;
 use crate::wire::rig::{Rig, RigAxis};
+use crate::wire::wiring::AxisWiring;
 
 /// Where a channel's acceleration comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(u8)]
 pub(super) enum Acceleration {
     /// The force channel already is the restoring force.
-    None = 0,
+    None,
     /// An accelerometer.
-    Logged = 1,
+    Logged,
     /// The second derivative of the body's counter, or of the displacement where there is none.
-    Derived = 2,
+    Derived,
 }
 
 /// One axis in machine numbers.
@@ -44,7 +44,7 @@ pub(super) struct AxisChain {
     /// The counters, where they are not in time.
     pub(super) late_displacement: Option<Channel>,
     pub(super) late_body: Option<Channel>,
-    /// The line of the mains in the measured force.
+    /// Takes the mains hum out of the measured force.
     pub(super) notch: AdaptiveNotch,
 }
 
@@ -97,6 +97,7 @@ fn power_of_two(shift: i8) -> f64 {
 impl AxisChain {
     pub(super) fn new(
         axis: &RigAxis,
+        wired: &AxisWiring,
         other: Option<&RigAxis>,
         learnt: &Axis,
         force_per_lsb: f64,
@@ -126,12 +127,12 @@ impl AxisChain {
         let sign = if axis.inertia_minus_force { -1.0 } else { 1.0 };
         let acceleration = if axis.inertia == 0.0 {
             Acceleration::None
-        } else if axis.acceleration_step > 0.0 {
+        } else if wired.acceleration.iter().any(Option::is_some) {
             Acceleration::Logged
         } else {
             Acceleration::Derived
         };
-        let has_body = axis.body_step > 0.0;
+        let has_body = wired.body.is_some();
         let body_step = if has_body {
             axis.body_step
         } else {
@@ -172,7 +173,7 @@ impl AxisChain {
         let late_acceleration =
             acceleration == Acceleration::Logged && axis.delays.acceleration != 0.0;
         Ok(Self {
-            difference: axis.displacement_difference,
+            difference: wired.near.is_some(),
             has_body,
             position,
             velocity,
@@ -203,23 +204,23 @@ impl AxisChain {
 
     /// Takes what the sensors of the axis gave; gives the counts of displacement and body, in time with each other.
     #[inline(always)]
-    pub(super) fn take(&self, moving: &mut AxisState, raw: &RawAxis) -> [i32; 2] {
+    pub(super) fn take(&self, state: &mut AxisState, raw: &RawAxis) -> [i32; 2] {
         let [first, second] = raw.displacement;
         let relative = if self.difference {
             first.wrapping_sub(second)
         } else {
             first
         };
-        let late = &mut moving.late_displacement;
+        let late = &mut state.late_displacement;
         let displacement = in_time(self.late_displacement.as_ref(), late, relative);
         // On a rig whose displacement is measured from ground, the far side is the body.
         let body = if self.has_body {
-            in_time(self.late_body.as_ref(), &mut moving.late_body, raw.body)
+            in_time(self.late_body.as_ref(), &mut state.late_body, raw.body)
         } else {
             displacement
         };
-        moving.acceleration.push(raw.acceleration);
-        moving.force.push(raw.force);
+        state.acceleration.push(raw.acceleration);
+        state.force.push(raw.force);
         [displacement, body]
     }
 
@@ -229,7 +230,7 @@ impl AxisChain {
     pub(super) fn see(
         &self,
         at: Instant,
-        moving: &AxisState,
+        state: &AxisState,
         delay: usize,
         [own, other]: [i32; 2],
     ) -> Seen {
@@ -238,8 +239,8 @@ impl AxisChain {
         let (v, v_outside) = self.velocity.apply(slope);
         let acceleration = match (self.acceleration, &self.late_acceleration) {
             (Acceleration::None | Acceleration::Derived, _) => 0,
-            (Acceleration::Logged, None) => moving.acceleration.delayed(delay),
-            (Acceleration::Logged, Some(late)) => late.read(&moving.acceleration),
+            (Acceleration::Logged, None) => state.acceleration.delayed(delay),
+            (Acceleration::Logged, Some(late)) => late.read(&state.acceleration),
         };
         let derived = [
             shift_round(at.curvature, self.curvature_shift),
@@ -259,7 +260,7 @@ impl AxisChain {
     }
 }
 
-/// What moves of an axis: its channels that are not filtered, and counters that have to wait for another one.
+/// The state of an axis: its channels that are not filtered, and counters that have to wait for another one.
 #[derive(Clone, Debug)]
 pub(super) struct AxisState {
     late_displacement: Delay<COUNTER_PLACES>,

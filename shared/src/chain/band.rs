@@ -17,15 +17,6 @@ pub(super) struct Band {
 }
 
 impl Band {
-    /// No filter.
-    pub(super) const EMPTY: Self = Self {
-        taps: Taps {
-            taps: heapless::Vec::new(),
-            shift: 0,
-        },
-        every_log2: 0,
-    };
-
     /// Samples from one value to the next.
     pub(super) fn every(&self) -> usize {
         1 << (self.every_log2 & 15)
@@ -62,7 +53,7 @@ impl Band {
     }
 }
 
-/// What moves of it.
+/// Its state.
 #[derive(Clone, Debug)]
 pub(super) struct BandState {
     residuals: History<MAX_BAND_TAPS>,
@@ -146,7 +137,7 @@ mod tests {
             let all = values(&band(length, 0));
             assert!(all[..length - 1].iter().all(Option::is_none));
             assert!(all[length - 1..].iter().all(Option::is_some));
-            for log2 in 1..=crate::wire::rig::MOST_BAND_EVERY_LOG2 {
+            for log2 in 1..=crate::wire::rig::MAX_BAND_EVERY_LOG2 {
                 let seen = values(&band(length, log2));
                 for (n, (seen, all)) in seen.iter().zip(&all).enumerate() {
                     let due = n + 1 >= length && (n + 1 - length).is_multiple_of(1 << log2);

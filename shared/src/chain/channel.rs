@@ -1,19 +1,16 @@
 //! A channel that is not in time with the others: read so many samples ago, between its samples.
 
 use crate::chain::filter::{DELAY_ENDS, Delay, MAX_DELAY};
-use crate::chain::interpolate::{Between, PLACES, mix};
-use crate::fault::{Checks, Error};
-use crate::wire::layout::laid_out;
+use crate::chain::interpolate::{Between, mix};
+use crate::fault::Error;
 use crate::wire::rig::Rig;
 
-laid_out! {
 /// Where a channel is read: how many samples ago, and between which ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Channel {
     /// Age of the oldest of the four samples.
     oldest: u16,
     weights: [i32; 4],
-}
 }
 
 /// Samples of a counter that wait for one that is late.
@@ -77,26 +74,6 @@ impl Channel {
         })
     }
 
-    /// Checks that a channel at rest is not changed, and that nothing can overflow.
-    pub(super) fn check(&self, checks: &mut Checks) {
-        let (mut sum, mut sizes) = (0_i64, 0_u64);
-        for weight in self.weights {
-            sum += i64::from(weight);
-            sizes += u64::from(weight.unsigned_abs());
-        }
-        let off = i32::from(sum != 1 << PLACES);
-        checks.whole("sum of the weights of a channel, off by", off, 0, 0);
-        checks.long(
-            "sizes of the weights of a channel",
-            sizes,
-            1,
-            1 << (PLACES + 1),
-        );
-        let most = MAX_DELAY as i32 + 1;
-        let quantity = "age of the oldest sample of a channel";
-        checks.whole(quantity, i32::from(self.oldest), 0, most);
-    }
-
     /// A channel that waits for the filters.
     pub(super) fn filtered(quantity: &'static str, late: f64, delay: usize) -> Result<Self, Error> {
         Self::new(quantity, late, delay, MAX_DELAY)
@@ -112,7 +89,6 @@ impl Channel {
     }
 
     /// The channel's code at the chain's instant.
-    #[inline(never)]
     pub(super) fn read(&self, values: &Delay) -> i32 {
         let oldest = usize::from(self.oldest);
         match values.four(oldest) {
@@ -122,7 +98,6 @@ impl Channel {
     }
 
     /// The counter's count at the chain's instant, also where it wraps in between.
-    #[inline(never)]
     fn read_counter(&self, values: &Delay<COUNTER_PLACES>) -> i32 {
         let counts = values.four_apart(usize::from(self.oldest));
         let [_, near, ..] = counts;

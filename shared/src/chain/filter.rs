@@ -136,15 +136,6 @@ pub fn weights_of_steps(
     taps: impl DoubleEndedIterator<Item = i32> + ExactSizeIterator,
 ) -> Vec<i32, MAX_STEPS> {
     let mut weights = Vec::new();
-    put_weights_of_steps(taps, &mut weights);
-    weights
-}
-
-/// [`weights_of_steps`] in their place, which is empty.
-pub(crate) fn put_weights_of_steps(
-    taps: impl DoubleEndedIterator<Item = i32> + ExactSizeIterator,
-    weights: &mut Vec<i32, MAX_STEPS>,
-) {
     let steps = taps.len().saturating_sub(1);
     let mut sum = 0_i32;
     // taps[i] multiplies x[n−i]. From the oldest value on, the sums are those of all other taps, with the other sign.
@@ -154,6 +145,7 @@ pub(crate) fn put_weights_of_steps(
         // One step less than there are taps.
         let _ = weights.push(sum);
     }
+    weights
 }
 
 /// The longest delay of a channel that is not filtered: half of [`MAX_TAPS`], rounded down.
@@ -219,7 +211,6 @@ impl<const PLACES: usize> Delay<PLACES> {
     }
 
     /// [`Self::four`] at any age; the newest stands in for those after it.
-    #[inline(never)]
     pub fn four_apart(&self, age: usize) -> [i32; 4] {
         [0, 1, 2, 3].map(|later| self.delayed(age.saturating_sub(later)))
     }

@@ -4,7 +4,7 @@
 //! displacement counts ─┬─ delay D ──────── scale ─ u (position)  ┐
 //!                      └─ slope FIR ────── scale ─ u (velocity)  ┴─ model ─ predicted ┐
 //! acceleration ─────────── delay D ─────── scale ─┬─ measured force ──────────────────┴─ residual ─ low-pass FIR
-//! forces ───────────────── delay D − lag ─ scale ─┘ less the line of the mains, found in the residual
+//! forces ───────────────── delay D − lag ─ scale ─┘ less the mains hum, found in the residual
 //! ```
 //!
 //! The derivative filters are linear-phase with an odd number N of taps, so what they give belongs to the sample
@@ -17,13 +17,12 @@
 //! Setting up ([`Chain::new`]) turns SI values into integers once, in `f64`; [`Chain::step`] uses integers only, does
 //! not panic and takes the same path whatever the data.
 
-pub(crate) mod adaptive_notch;
+mod adaptive_notch;
 mod axis;
 mod band;
 mod channel;
 pub mod filter;
 pub mod interpolate;
-pub(crate) mod numbers;
 pub mod scale;
 mod term;
 
@@ -33,7 +32,6 @@ use crate::base::terms::Memory;
 use crate::chain::filter::{Counters, MAX_STEPS, derivative, weights_of_steps};
 use crate::fault::Error;
 use crate::wire::rig::{MAX_BAND_TAPS, Rig, Taps};
-use adaptive_notch::AdaptiveNotch;
 use axis::{Acceleration, AxisChain, AxisState, Instant, Seen};
 use band::{Band, BandState};
 use channel::Settling;
@@ -77,8 +75,8 @@ pub struct Output {
 impl Output {
     /// Bits of [`Output::saturated`] that stand for a force at its rail.
     pub const RAILS: u8 = 0b11;
-    /// The bit of [`Output::saturated`] that says that a fault of a sensor is within the filters, so that lines of the mains were taken
-    /// out and not followed.
+    /// The bit of [`Output::saturated`] that says that a fault of a sensor is within the filters, so that mains hum was taken
+    /// out with its last amplitude and phase.
     pub const HELD: u8 = 0b100;
 
     /// Every bit of the output as words, for a digest: states, flags, forces, residuals, and the residual in the band
@@ -97,7 +95,7 @@ impl Output {
     }
 }
 
-/// The chain for one rig and one model: what is calibrated, apart from what moves ([`ChainState`]).
+/// The chain for one rig and one model: what is calibrated, apart from the state ([`ChainState`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
     axes: heapless::Vec<AxisChain, 2>,
@@ -111,11 +109,11 @@ pub struct Chain {
     damped: bool,
     /// Whether an axis's acceleration is the curvature of its body's position.
     derived: bool,
-    /// Whether a force channel holds a line of the mains.
+    /// Whether a force channel holds mains hum.
     humming: bool,
 }
 
-/// What moves: the last samples of every channel, and the memory of the model's effects.
+/// The state: the last samples of every channel, and the memory of the model's effects.
 #[derive(Clone, Debug)]
 pub struct ChainState {
     axes: [AxisState; 2],
@@ -123,7 +121,7 @@ pub struct ChainState {
     band: BandState,
     model: Memory,
     samples: usize,
-    /// Outputs that a fault still spoils.
+    /// Outputs that a fault still invalidates.
     held: u16,
 }
 
@@ -138,7 +136,7 @@ impl ChainState {
         held: 0,
     };
 
-    /// Lines of the mains are not followed over so many samples, the next one and those after it.
+    /// Adaptive notches do not adapt over so many samples, the next one and those after it.
     pub fn hold_lines(&mut self, samples: u16) {
         self.held = self.held.max(samples);
     }
@@ -151,29 +149,12 @@ impl Default for ChainState {
 }
 
 impl Chain {
-    /// A chain of no axes and no filters, into which a rig block is read.
-    pub const fn empty() -> Self {
-        Self {
-            axes: heapless::Vec::new(),
-            velocity: heapless::Vec::new(),
-            acceleration: heapless::Vec::new(),
-            band: Band::EMPTY,
-            settling: Settling { wait: 0, before: 0 },
-            damped: false,
-            derived: false,
-            humming: false,
-        }
-    }
-
     /// Builds the chain from SI values.
     ///
     /// # Errors
     /// [`Error`] names the quantity that the integers cannot hold, or the part of the rig that does not fit the model.
-    ///
-    /// Not inlined: a device's stack holds what it needs only meanwhile.
-    #[inline(never)]
     pub fn new(model: &Model, rig: &Rig) -> Result<Self, Error> {
-        rig.check()?;
+        rig.check_chain()?;
         if rig.axes.len() != model.axes() {
             return Err(Error::OutOfRange {
                 quantity: "axes of the rig",
@@ -186,15 +167,17 @@ impl Chain {
         // From the first axis the other one is the second, from the second the first.
         let others = rig.axes.get(1).into_iter().chain(rig.axes.first());
         let mut others = others.map(Some).chain([None]);
-        for (axis, (learnt, output)) in rig
+        for ((axis, wired), (learnt, output)) in rig
             .axes
             .iter()
+            .zip(&rig.wiring.axes)
             .zip(model.header().axes.iter().zip(model.outputs()))
         {
             let other = others.next().flatten().filter(|_| rig.axes.len() == 2);
             // Two axes at most, as the rig's own list.
             let _ = axes.push(AxisChain::new(
                 axis,
+                wired,
                 other,
                 learnt,
                 output.force_per_lsb,
@@ -202,7 +185,6 @@ impl Chain {
             )?);
         }
         let [damped, derived] = slopes(&axes);
-        // Put together where it is handed back: the smallest device has no room on its stack for two.
         Ok(Self {
             damped,
             derived,
@@ -243,40 +225,10 @@ impl Chain {
         self.delay() + self.band().taps.len() / 2
     }
 
-    /// Outputs that a wrong count spoils, from the one that comes with it on.
+    /// Outputs that a wrong count invalidates, from the one that comes with it on.
     pub fn spoilt_by_fault(&self) -> u16 {
         // The filters have 129 taps at most, and counters wait for 4 samples.
         (2 * self.delay() + 1) as u16
-    }
-
-    /// The lines of the force channels; none for an axis that is not there.
-    pub(crate) fn lines(&self) -> [AdaptiveNotch; 2] {
-        let mut lines = [AdaptiveNotch::default(); 2];
-        for (line, axis) in lines.iter_mut().zip(&self.axes) {
-            *line = axis.notch;
-        }
-        lines
-    }
-
-    /// Puts in the line of every axis out of a rig block.
-    pub(crate) fn put_lines(&mut self, mut next: impl FnMut() -> AdaptiveNotch) {
-        for axis in &mut self.axes {
-            axis.notch = next();
-            self.humming |= !axis.notch.is_none();
-        }
-    }
-
-    /// Taps of either derivative.
-    pub(crate) fn derivative_taps(&self) -> usize {
-        self.velocity.len() + 1
-    }
-
-    /// Whether its filters are the rig's.
-    pub(crate) fn has_filters_of(&self, rig: &Rig) -> bool {
-        self.velocity == weights_of_steps(rig.velocity.taps.iter().copied())
-            && self.acceleration == weights_of_steps(rig.acceleration.taps.iter().copied())
-            && self.band.taps == rig.band
-            && self.band.every_log2 == rig.band_every_log2
     }
 
     /// The taps of the low-pass over the residual.
@@ -314,7 +266,7 @@ impl Chain {
         let predicted = model.step_by::<K>(&mut state.model, &inputs);
         let mut saturated = 0;
         if self.humming {
-            saturated = self.take_lines_out(state, &mut seen, &predicted);
+            saturated = self.take_hum_out(state, &mut seen, &predicted);
         }
         let [x, phi] = seen;
         let ([r, s], measured) = (predicted, [x.force, phi.force]);
@@ -333,10 +285,9 @@ impl Chain {
         })
     }
 
-    /// Takes the lines out of the measured forces, and follows them unless a state is outside the training range, a force at its rail
+    /// Takes the mains hum out of the measured forces, and adapts to it unless a state is outside the training range, a force at its rail
     /// or a fault within the filters. The bits of [`Output::saturated`] that follow: what was at a rail was so before.
-    #[inline(never)]
-    fn take_lines_out(
+    fn take_hum_out(
         &self,
         state: &mut ChainState,
         seen: &mut [Seen; 2],
@@ -352,13 +303,13 @@ impl Chain {
         }
         for (number, axis) in self.axes.iter().enumerate() {
             let own = number & 1;
-            let (line, pointer, force) = (
+            let (notch, phasor, force) = (
                 &axis.notch,
                 &mut state.axes[own].phasor,
                 &mut seen[own].force,
             );
-            if !line.is_none() {
-                *force = line.take_out(pointer, *force, predicted[own], held != 0);
+            if !notch.is_none() {
+                *force = notch.take_out(phasor, *force, predicted[own], held != 0);
             }
         }
         saturated

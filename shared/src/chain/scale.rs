@@ -1,11 +1,9 @@
 //! Turning counts into machine numbers: one multiplier, one offset, one shift, built once from SI values.
 
 use crate::chain::filter::shift_round;
-use crate::fault::{Checks, Error};
+use crate::fault::Error;
 use crate::scalar::fixed::round_to_i64;
-use crate::wire::layout::laid_out;
 
-laid_out! {
 /// `y = (v − origin)·multiplier·2^−shift + offset·2^−shift`, rounded half up and saturated to `i32`.
 ///
 /// The origin is taken off in whole counts with wrapping subtraction, so a counter may stand anywhere.
@@ -15,7 +13,6 @@ pub struct Scale {
     multiplier: i32,
     offset: i64,
     shift: i8,
-}
 }
 
 /// Multipliers lie in ±2^28..2^29, so that a product with a 32-bit count stays under 2⁶⁰ and several add up.
@@ -29,11 +26,11 @@ pub fn factor(quantity: &'static str, value: f64) -> Result<(i32, i8), Error> {
     let refused = Err(Error::OutOfRange {
         quantity,
         seen: value,
-        least: LEAST_FACTOR,
-        most: MOST_FACTOR,
+        least: MIN_FACTOR,
+        most: MAX_FACTOR,
     });
     let magnitude = value.abs();
-    if !(LEAST_FACTOR..=MOST_FACTOR).contains(&magnitude) {
+    if !(MIN_FACTOR..=MAX_FACTOR).contains(&magnitude) {
         return refused;
     }
     let mut shift = 0;
@@ -46,9 +43,9 @@ pub fn factor(quantity: &'static str, value: f64) -> Result<(i32, i8), Error> {
 }
 
 /// The smallest magnitude a factor may have: 2⁻³³ still keeps 29 bits at the largest shift.
-pub const LEAST_FACTOR: f64 = 1.0 / (1_u64 << 33) as f64;
+pub const MIN_FACTOR: f64 = 1.0 / (1_u64 << 33) as f64;
 /// The largest magnitude a factor may have: at least one bit of shift is left for rounding.
-pub const MOST_FACTOR: f64 = ((1_u64 << (MULTIPLIER_BITS - 1)) - 1) as f64;
+pub const MAX_FACTOR: f64 = ((1_u64 << (MULTIPLIER_BITS - 1)) - 1) as f64;
 
 impl Scale {
     /// A scale that maps the count `origin + rest` to zero and has `gain` machine units per count.
@@ -77,15 +74,6 @@ impl Scale {
             offset: round_to_i64(-rest * multiplier as f64),
             shift,
         })
-    }
-
-    /// Checks that no count can make it overflow.
-    pub(crate) fn check(&self, checks: &mut Checks) {
-        let most = 1 << MULTIPLIER_BITS;
-        checks.whole("multiplier of a scale", self.multiplier, -most, most);
-        let (offset, most) = (self.offset.unsigned_abs(), 1 << MULTIPLIER_BITS);
-        checks.long("size of a scale's offset", offset, 0, most);
-        checks.whole("shift of a scale", i32::from(self.shift), 1, 62);
     }
 
     /// The machine number, and whether it ran into a rail.

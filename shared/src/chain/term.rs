@@ -1,11 +1,9 @@
 //! What the channels contribute to the measured force.
 
-use crate::chain::scale::{LEAST_FACTOR, MOST_FACTOR};
-use crate::fault::{Checks, Error};
+use crate::chain::scale::{MAX_FACTOR, MIN_FACTOR};
+use crate::fault::Error;
 use crate::scalar::fixed::{round_shift, round_to_i64, saturate};
-use crate::wire::layout::laid_out;
 
-laid_out! {
 /// Gains in force units per count as multipliers. Those of one kind have one shift, so that their products are added up as they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Terms {
@@ -18,7 +16,6 @@ pub(super) struct Terms {
     /// Down to force units times 2^[`PLACES`], of the codes and of the position.
     shifts: [u8; 2],
 }
-}
 
 /// Binary places below the force unit that the sums keep until they are added up.
 const PLACES: u8 = 8;
@@ -27,13 +24,13 @@ pub(super) const DERIVED_GAIN: f64 = 32.0;
 /// Their shift: two of the largest gains are then 2³¹ together.
 const DERIVED_SHIFT: u8 = 25;
 /// The most that the sizes of the multipliers of one kind add up to: their products with any counts stay within 2⁶² together.
-const MOST_SIZES: u64 = 1 << 31;
+const MAX_SIZES: u64 = 1 << 31;
 
 /// The largest shift with which gains fit, and their multipliers: each is then off by less than 2⁻²⁹ of all of them together.
 fn fitted<const COUNT: usize>(gains: [f64; COUNT]) -> Result<([i32; COUNT], u8), Error> {
     let sizes: f64 = gains.iter().map(|gain| gain.abs()).sum();
     // Half a unit of each multiplier is left for rounding, and none is 2³¹.
-    let most = (MOST_SIZES - 4) as f64;
+    let most = (MAX_SIZES - 4) as f64;
     let (mut shift, mut unit) = (1, f64::from(2 << PLACES));
     Error::unless_within("force per count", sizes, 0.0, most / unit)?;
     while shift < 62 && sizes * unit * 2.0 <= most {
@@ -49,7 +46,7 @@ impl Terms {
     /// [`Error::OutOfRange`] when gains are not finite or too large, and when that of the force is too small.
     pub(super) fn new(derived: [f64; 2], codes: [f64; 3], position: f64) -> Result<Self, Error> {
         let [_, force, _] = codes.map(f64::abs);
-        Error::unless_within("force per count", force, LEAST_FACTOR, MOST_FACTOR)?;
+        Error::unless_within("force per count", force, MIN_FACTOR, MAX_FACTOR)?;
         let (codes, of_codes) = fitted(codes)?;
         let ([position], of_position) = fitted([position])?;
         let unit = f64::from(1 << DERIVED_SHIFT);
@@ -59,19 +56,6 @@ impl Terms {
             position,
             shifts: [of_codes, of_position],
         })
-    }
-
-    /// Checks that no counts can make them overflow.
-    pub(super) fn check(&self, checks: &mut Checks) {
-        let position = [self.position];
-        for multipliers in [&self.derived[..], &self.codes, &position] {
-            let sizes = multipliers.iter().map(|m| u64::from(m.unsigned_abs()));
-            let quantity = "sizes of the multipliers of a force";
-            checks.long(quantity, sizes.sum(), 0, MOST_SIZES);
-        }
-        for shift in self.shifts {
-            checks.whole("shift of a force", i32::from(shift), 1, 62);
-        }
     }
 
     /// Whether the body's velocity contributes.

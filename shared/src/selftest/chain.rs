@@ -10,6 +10,7 @@ use crate::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
 use crate::monitor::{Faults, Monitor, MonitorState, Verdict};
 use crate::selftest::{Digest, Points, reference_model};
 use crate::wire::rig::{ChannelDelays, Rig, RigAxis, Taps};
+use crate::wire::wiring::{AxisWiring, Signed, SignedDirection, Wiring};
 use heapless::Vec;
 
 /// Taps of the derivatives of the reference rig: five-point formulas at 32 Hz, times 2²⁵ and 2¹⁹. The reference model's
@@ -60,14 +61,13 @@ fn taps<const MOST: usize>(taps: &[i32], shift: i8, length: usize) -> Taps<MOST>
 }
 
 /// A rig that the reference models fit, with every path of the chain in use: x with an accelerometer, phi with a derived acceleration, both
-/// held to ground, with a line of the mains in either force. The lengths of its derivatives and of its low-pass are odd and at most 129 and 257.
+/// held to ground, with mains hum in either force. The lengths of its derivatives and of its low-pass are odd and at most 129 and 257.
 ///
 /// # Errors
 /// None; the type is that of the calls it makes.
 pub fn reference_rig([derivative, band]: [usize; 2]) -> Result<Rig, Error> {
     let axis = RigAxis {
         displacement_step: 1.0 / 3200.0,
-        displacement_difference: true,
         body_step: 1.0 / 3200.0,
         acceleration_step: 1e-4,
         force_step: 3e3,
@@ -96,14 +96,44 @@ pub fn reference_rig([derivative, band]: [usize; 2]) -> Result<Rig, Error> {
     let _ = axes.push(axis);
     let _ = axes.push(derived);
     let rig = Rig {
+        model_checksum: 0,
         sample_rate_hz: 32.0,
+        wiring: reference_wiring(),
         axes,
         velocity: taps(&VELOCITY, 25, derivative),
         acceleration: taps(&ACCELERATION, 19, derivative),
         band: taps(&BAND, 30, band),
         band_every_log2: BAND_EVERY_LOG2,
+        limits: None,
     };
     rig.check().map(|()| rig)
+}
+
+/// Two counters and a bridge channel an axis, the nearer counter on the body, and an accelerometer on x.
+fn reference_wiring() -> Wiring {
+    let mut wiring = Wiring::unconfigured();
+    for number in 0..2 {
+        let channel = |place| Signed {
+            place,
+            negative: false,
+        };
+        let accelerometer = SignedDirection {
+            chip: 0,
+            direction: 0,
+            negative: false,
+        };
+        // The list holds two.
+        let _ = wiring.axes.push(AxisWiring {
+            far: channel(2 * number),
+            near: Some(channel(2 * number + 1)),
+            body: Some(channel(2 * number + 1)),
+            force: channel(number),
+            // That of phi is derived.
+            acceleration: [(number == 0).then_some(accelerometer), None],
+            pair_distance_m: 0.0,
+        });
+    }
+    wiring
 }
 
 /// A motion in counts without a table or a float: every channel is an integer oscillator, kicked at random.
@@ -165,7 +195,7 @@ fn reference_chain(model: &Model, taps: [usize; 2]) -> Result<Chain, Error> {
     reference_rig(taps).and_then(|rig| Chain::new(model, &rig))
 }
 
-/// The chain of a rig with filters of the usual length and forces of the model's size, with lines of the mains in them or without.
+/// The chain of a rig with filters of the usual length and forces of the model's size, with mains hum in them or without.
 #[inline(never)]
 fn usual_chain(model: &Model, humming: bool) -> Result<Chain, Error> {
     let mut rig = reference_rig(USUAL_TAPS)?;
@@ -212,7 +242,7 @@ pub struct Watched<'a> {
 }
 
 impl<'a> Watched<'a> {
-    /// Sets both up for a model, whose forces the rig's are made to resemble, with a line of the mains in either force channel where it
+    /// Sets both up for a model, whose forces the rig's are made to resemble, with mains hum in either force channel where it
     /// is `humming`; none when it does not fit the rig all the same.
     pub fn new(model: &'a Model, seed: u64, humming: bool) -> Option<Self> {
         let chain = usual_chain(model, humming).ok()?;

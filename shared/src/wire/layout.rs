@@ -29,7 +29,6 @@ impl<'a> Reader<'a> {
     }
 
     /// The next bytes.
-    #[inline(never)]
     fn take(&mut self, into: &mut [u8]) {
         for place in into {
             if let Ok(byte) = u8::deserialize(&mut self.0) {
@@ -52,7 +51,6 @@ impl<'a> Writer<'a> {
     }
 
     /// Puts bytes behind those before them.
-    #[inline(never)]
     fn put(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             // Every place was counted at compile time.

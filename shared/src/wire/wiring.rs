@@ -6,6 +6,7 @@
 use crate::chain::{RawAxis, RawSample};
 use crate::fault::{Checks, Error};
 use heapless::Vec;
+use serde::{Deserialize, Serialize};
 
 /// Quadrature counters on a board.
 pub const COUNTERS: usize = 4;
@@ -17,7 +18,7 @@ pub const ACCELEROMETERS: usize = 2;
 pub const DIRECTIONS: usize = 3;
 
 /// How a quadrature counter is set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counter {
     /// Counts per cycle of the encoder's two signals: 1, 2 or 4.
     pub quadrature: u8,
@@ -28,7 +29,7 @@ pub struct Counter {
 }
 
 /// How the converter of the strain bridges is set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Converter {
     /// Binary logarithm of each channel's gain: 0 to 7 for 1 to 128.
     pub gain_log2: [u8; CHANNELS],
@@ -37,7 +38,7 @@ pub struct Converter {
 }
 
 /// How an accelerometer is set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Accelerometer {
     /// Range: 1 is ±2.048 g, 2 is ±4.096 g, 3 is ±8.192 g.
     pub range: u8,
@@ -48,7 +49,7 @@ pub struct Accelerometer {
 }
 
 /// A counter or a converter channel, and whether it counts against the axis's positive direction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Signed {
     /// Its number, from 0.
     pub place: u8,
@@ -57,7 +58,7 @@ pub struct Signed {
 }
 
 /// One direction of an accelerometer, and its sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SignedDirection {
     /// Which accelerometer, from 0.
     pub chip: u8,
@@ -68,7 +69,7 @@ pub struct SignedDirection {
 }
 
 /// Where the counts of one axis come from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisWiring {
     /// Counter of the displacement's far side; of the relative displacement itself where there is no near side.
     pub far: Signed,
@@ -82,11 +83,12 @@ pub struct AxisWiring {
     /// chip, or two: with equal signs twice their mean, with opposite signs the turning of a pair.
     pub acceleration: [Option<SignedDirection>; 2],
     /// Distance between the two accelerometers of a pair that measures a rotation, m; 0 where there is none.
+    #[serde(serialize_with = "crate::wire::rig::plain_zero")]
     pub pair_distance_m: f64,
 }
 
 /// The whole board.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Wiring {
     /// The counters that are fitted.
     pub counters: [Option<Counter>; COUNTERS],
@@ -179,6 +181,12 @@ impl Wiring {
     /// [`Error::OutOfRange`] names the first quantity that is not usable.
     pub fn check(&self) -> Result<(), Error> {
         let mut checks = Checks::new();
+        self.check_board(&mut checks);
+        checks.done()
+    }
+
+    /// [`Wiring::check`] among other checks.
+    pub(crate) fn check_board(&self, checks: &mut Checks) {
         for counter in self.counters.iter().flatten() {
             let quantity = "counts per encoder cycle (1, 2 or 4)";
             let least = if counter.quadrature == 3 { 4 } else { 1 };
@@ -196,9 +204,8 @@ impl Wiring {
         }
         checks.whole("axes of the wiring", self.axes.len() as i32, 1, 2);
         for axis in &self.axes {
-            self.check_axis(axis, &mut checks);
+            self.check_axis(axis, checks);
         }
-        checks.done()
     }
 
     fn check_axis(&self, axis: &AxisWiring, checks: &mut Checks) {

@@ -10,7 +10,7 @@ use jointwatch::emulate::line::{Talk, Uploading};
 use jointwatch::text::error::Error;
 use jointwatch_shared::monitor::Cause;
 use jointwatch_shared::wire::blob;
-use jointwatch_shared::wire::rig_block::RigBlock;
+use jointwatch_shared::wire::rig::Rig;
 use jointwatch_shared::wire::slot::{ContentCrc, signed_prefix};
 use jointwatch_shared::wire::telemetry::{
     Decoder, Event, Kind, MAX_FRAME, Report, Request, Restart, Signature, UploadReply,
@@ -30,14 +30,11 @@ fn patience() -> Patience {
 }
 
 /// The same rig with the other model on it.
-fn other_block(device: &Device<'_>) -> RigBlock {
-    let RigBlock {
-        rig,
-        wiring,
-        limits,
-        ..
-    } = device.block.clone();
-    RigBlock::new(rig, wiring, limits, &subject().physical).unwrap()
+fn other_block(device: &Device<'_>) -> Rig {
+    Rig {
+        model_checksum: blob::checksum_of(&subject().physical),
+        ..device.block.clone()
+    }
 }
 
 /// The other model for the same rig, signed.

@@ -12,8 +12,8 @@ use jointwatch_shared::wire::blob;
 /// effect with memory beside it.
 type Base = (&'static str, fn() -> Model, u32, u32);
 const BASES: [Base; 2] = [
-    ("reference", || model(2, 19), 3300, 4000),
-    ("network", || network(2, NEURONS, 12), 3670, 4330),
+    ("reference", || model(2, 19), 3300, 4500),
+    ("network", || network(2, NEURONS, 12), 3670, 4500),
 ];
 /// The most that a line of the mains in either force channel may add to a sample.
 const MOST_OF_LINES: u32 = 260;

@@ -404,7 +404,6 @@ fn rig_axis(
     let samples = |microseconds: f64| microseconds * 1e-6 * sample_rate_hz;
     Ok(RigAxis {
         displacement_step: step,
-        displacement_difference: wired.near.is_some(),
         body_step: if wired.body.is_some() { step } else { 0.0 },
         acceleration_step,
         force_step: volts_per_code / excitation * sensitivity,

@@ -1,4 +1,4 @@
-//! A line of the mains in the measured force, followed sample by sample and taken out.
+//! The adaptive notch: mains hum in the measured force, a line in its spectrum, tracked sample by sample and subtracted.
 //!
 //! The line is looked for in what the model leaves of the measured force, so that no force that the model explains is taken for hum. A
 //! phasor (p, q) turns by the line's angle ω from sample to sample; its first part is the line, and what the force still holds beside model
@@ -23,9 +23,7 @@ use crate::fault::Error;
 use crate::scalar::fixed::{mul_high_add, round_to_i64, saturate};
 use crate::scalar::q::Q;
 use crate::scalar::{Number, Scalar};
-use crate::wire::layout::laid_out;
 
-laid_out! {
 /// The line of one axis in machine numbers; all 0 where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct AdaptiveNotch {
@@ -35,7 +33,6 @@ pub(crate) struct AdaptiveNotch {
     gain: i32,
     /// Binary places that the phasor has below the force unit.
     places: u8,
-}
 }
 
 /// Seconds after which a line whose size or phase changes is followed to 1/e. The notch is 1/(π·2 s) = 0.16 Hz wide. A changed
@@ -48,14 +45,14 @@ const FIRST: i32 = 1 << 29;
 const FILLED: f64 = (1 << 26) as f64;
 /// The most of either part of the phasor, in its places: four to eight times that amplitude. What is more is no longer the line
 /// that was found, and stays in the residual.
-const MOST: i32 = 1 << 28;
+const MAX: i32 = 1 << 28;
 /// The most of the residual that a correction is made from, in the phasor's places: sixteen to 32 times that amplitude. A shock that the model
 /// has not does not turn the phasor round.
-const MOST_LEFT: i32 = 1 << 30;
+const MAX_LEFT: i32 = 1 << 30;
 /// The most places below the force unit.
-const MOST_PLACES: u8 = 24;
+const MAX_PLACES: u8 = 24;
 /// The most of the angle from sample to sample, in turns: a line closer to half the sample rate has no phase of its own.
-const MOST_TURNS: f64 = 0.49;
+const MAX_TURNS: f64 = 0.49;
 /// Places that an angle's deviation has below those of the angle. Held to the sine of ω there, it is 1/128 of that at most: 0.4 Hz
 /// of 50 Hz.
 const FINER: u32 = 7;
@@ -73,12 +70,12 @@ impl AdaptiveNotch {
         }
         let turns = hum.frequency_hz / sample_rate_hz;
         let quantity = "frequency of a line, as a part of the sample rate";
-        Error::unless_within(quantity, turns, 1e-6, MOST_TURNS)?;
+        Error::unless_within(quantity, turns, 1e-6, MAX_TURNS)?;
         let amplitude = hum.amplitude / force_per_lsb;
         let quantity = "amplitude of a line in force units";
         Error::unless_within(quantity, amplitude, 1e-6, 2.0 * FILLED)?;
         let (mut places, mut filled) = (0, amplitude);
-        while 2.0 * filled <= FILLED && places < MOST_PLACES {
+        while 2.0 * filled <= FILLED && places < MAX_PLACES {
             filled *= 2.0;
             places += 1;
         }
@@ -102,20 +99,6 @@ impl AdaptiveNotch {
         self.gain == 0
     }
 
-    /// Whether it is a turn of a phasor that does not grow and with which nothing can overflow, or none.
-    pub(crate) fn is_usable(&self) -> bool {
-        let [cosine, sine] = self.turn;
-        let square = |part: i32| (i64::from(part) * i64::from(part)) as u64;
-        let short = (1_u64 << 62).wrapping_sub(square(cosine).wrapping_add(square(sine)));
-        if self.is_none() {
-            return cosine | sine | i32::from(self.places) == 0;
-        }
-        sine > 0
-            && short < 1 << 37
-            && (1..=FIRST).contains(&self.gain)
-            && self.places <= MOST_PLACES
-    }
-
     /// The measured force without the line; the phasor goes on to the next sample, and unless it is `held` learns from this one.
     #[inline(always)]
     pub(super) fn take_out(
@@ -130,7 +113,7 @@ impl AdaptiveNotch {
         let (mut along, across) = (phasor.along, phasor.across);
         let [cosine, sine] = self.turn;
         if !held {
-            let most = MOST_LEFT >> places;
+            let most = MAX_LEFT >> places;
             let left = without.saturating_sub(predicted).min(most).max(-most) << places;
             let gain = FIRST.saturating_sub(phasor.fallen).max(self.gain);
             // Under 2³⁰ and under 2²⁷.
@@ -145,7 +128,7 @@ impl AdaptiveNotch {
             phasor.deviation = deviation.min(sine).max(-sine);
         }
         // Twice what is at most 2²⁸, so that the upper word of a product with Q31 is the product.
-        let twice = |part: i32| 2 * part.clamp(-MOST, MOST - 1);
+        let twice = |part: i32| 2 * part.clamp(-MAX, MAX - 1);
         let (p, q) = (twice(along), twice(across));
         let along = mul_high_add(q, -sine, mul_high_add(p, cosine, 0));
         let across = mul_high_add(q, cosine, mul_high_add(p, sine, 0));
@@ -157,7 +140,7 @@ impl AdaptiveNotch {
     }
 }
 
-/// What moves of a line. All zeros at first, as the rest of what moves: a device has no first values of it in its flash.
+/// The state of a notch. All zeros at first, as the rest of the state: a device has no first values of it in its flash.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Phasor {
     /// Both parts, in force units times 2^places.

@@ -99,7 +99,6 @@ pub(super) fn write(base: &Base, bytes: &mut [u8]) {
 }
 
 /// The base in `bytes`; the sums of its evaluation are checked with the model that it becomes part of.
-#[inline(never)]
 pub(super) fn read(header: BaseHeader, bytes: &[u8; LEN]) -> Result<Base, Error> {
     let mut from = Reader::new(bytes);
     match header.tag {
@@ -132,8 +131,7 @@ pub(super) fn read(header: BaseHeader, bytes: &[u8; LEN]) -> Result<Base, Error>
     }
 }
 
-/// A network. Not inlined: it would have its place on the stack beside that of a polynomial.
-#[inline(never)]
+/// A network.
 fn network(axes: u8, mut from: Reader<'_>) -> Result<NetworkModel, Error> {
     let count = u32::read(&mut from);
     let mut checks = Checks::new();

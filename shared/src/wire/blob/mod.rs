@@ -181,9 +181,7 @@ impl Message {
         }
     }
 
-    /// The model without corrections; `header` are this message's own bytes. Not inlined: its parts would stand on the stack beside the
-    /// whole.
-    #[inline(never)]
+    /// The model without corrections; `header` are this message's own bytes.
     fn model(
         &self,
         header: &[u8; base::OFFSET],
