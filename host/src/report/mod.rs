@@ -9,6 +9,7 @@ mod comparison;
 mod course;
 pub mod drawing;
 mod figure;
+pub mod page;
 pub mod phase;
 pub mod pictures;
 mod quantity;
