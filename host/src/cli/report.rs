@@ -10,6 +10,7 @@ use crate::model_file::{JudgedOn, ModelFile};
 use crate::output;
 use crate::report::Step;
 use crate::report::page::{self, Asked};
+use crate::respond::Response;
 use crate::study::{Role, Study};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -102,6 +103,20 @@ impl Report {
         })
     }
 
+    /// The page of a model with the motion that it gives the rig.
+    pub(super) fn of_response(
+        &self,
+        study: &Study,
+        model: &ModelFile,
+        response: &Response,
+    ) -> Result<Option<String>> {
+        self.page(Asked {
+            judged_on: judged_on(study),
+            response: Some(response),
+            ..asked(study, model)
+        })
+    }
+
     fn page(&self, asked: Asked<'_>) -> Result<Option<String>> {
         self.file.as_ref().map(|_| page::html(&asked)).transpose()
     }
@@ -134,6 +149,7 @@ fn asked<'a>(study: &'a Study, model: &'a ModelFile) -> Asked<'a> {
         floors: None,
         judged_on: String::new(),
         diagnosis: None,
+        response: None,
     }
 }
 

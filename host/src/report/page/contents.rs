@@ -28,8 +28,36 @@ pub struct Contents {
     pub regions: Vec<Region>,
     /// Candidates for what is missing; empty when nobody asked.
     pub candidates: Vec<Candidate>,
+    /// How the rig moves with the model in place of its joint; empty when nobody asked.
+    pub responses: Vec<ResponseContents>,
     /// What was done to the data.
     pub handling: Handling,
+}
+
+/// One record's motion, simulated with the model in place of the joint.
+#[derive(Clone, Debug, Serialize)]
+pub struct ResponseContents {
+    /// Its file.
+    pub file: String,
+    /// `the measured motion` or `the rig's true motion`.
+    pub against: &'static str,
+    /// Seconds since the beginning of the file.
+    pub time: Packed,
+    /// Per axis the displacement that it is held against, and the simulated one.
+    pub axes: Vec<ResponseAxis>,
+}
+
+/// One axis of a simulated motion.
+#[derive(Clone, Debug, Serialize)]
+pub struct ResponseAxis {
+    /// What it is held against.
+    pub measured: Packed,
+    /// Simulated; not a number where the simulation had diverged.
+    pub simulated: Packed,
+    /// 100·Σ(x−x̂)²/(N·var x).
+    pub nmse_percent: f64,
+    /// The axis rests in this record.
+    pub rests: bool,
 }
 
 /// One axis: its errors, its model, its residual over all judged rows.
@@ -230,7 +258,7 @@ pub struct SampleVersion {
     pub outside_range: f64,
 }
 
-/// A series as integers of 16 bits: value = middle + step·integer.
+/// A series as integers of 16 bits: value = middle + step·integer; −32768 is not a number.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Packed {
     /// Middle of the range.

@@ -13,7 +13,7 @@ const STYLES: [&str; 2] = [
 ];
 
 /// Scripts in the order in which they need each other.
-const SCRIPTS: [&str; 14] = [
+const SCRIPTS: [&str; 15] = [
     include_str!("web/uplot/uPlot.iife.min.js"),
     include_str!("web/elements.js"),
     include_str!("web/quantities.js"),
@@ -26,6 +26,7 @@ const SCRIPTS: [&str; 14] = [
     include_str!("web/plane.js"),
     include_str!("web/residual.js"),
     include_str!("web/candidates.js"),
+    include_str!("web/response.js"),
     include_str!("web/handling.js"),
     include_str!("web/page.js"),
 ];

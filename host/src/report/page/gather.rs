@@ -4,7 +4,7 @@ use super::contents::{
     AxisContents, Contents, RecordContents, Region, ResidualContents, SampleAxis, SampleVersion,
     Stair, StateCondition, Units,
 };
-use super::{Asked, candidates, correlation, handling, plane, samples, words};
+use super::{Asked, candidates, correlation, handling, plane, response, samples, words};
 use crate::add;
 use crate::compare::{self, AxisFigures, Comparison};
 use crate::date;
@@ -143,6 +143,10 @@ pub(super) fn contents(asked: &Asked<'_>) -> Result<Contents> {
         records: records(study, &versions, &candidates),
         regions: regions(study, &versions),
         candidates: candidates.listed,
+        responses: asked
+            .response
+            .map(|r| response::gather(r, study))
+            .unwrap_or_default(),
         handling: handling::gather(study, asked.model),
     })
 }

@@ -10,6 +10,7 @@ mod document;
 mod gather;
 mod handling;
 mod plane;
+mod response;
 mod samples;
 mod words;
 
@@ -19,6 +20,7 @@ use super::Step;
 use crate::diagnose::{Diagnosis, PerAxis};
 use crate::error::Result;
 use crate::model_file::ModelFile;
+use crate::respond::Response;
 use crate::study::Study;
 
 /// What a command knows when it is asked for a report.
@@ -39,6 +41,8 @@ pub struct Asked<'a> {
     pub judged_on: String,
     /// What is missing, when that was asked; of the model before.
     pub diagnosis: Option<&'a Diagnosis>,
+    /// How the rig moves with the model in place of its joint.
+    pub response: Option<&'a Response>,
 }
 
 /// The page as one file.

@@ -31,9 +31,11 @@ pub(super) fn kept_rows(rows: usize, series: &[&[f64]], budget: usize) -> Vec<us
 /// Some rows of a series as integers of 16 bits: an error of at most 1/131,068 of the series' range.
 pub(super) fn packed(series: &[f64], rows: &[usize]) -> Packed {
     let values = || rows.iter().map(|row| series[*row]);
-    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-        (low.min(v), high.max(v))
-    });
+    let (low, high) = values()
+        .filter(|v| v.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
     let middle = if low.is_finite() {
         0.5 * (low + high)
     } else {
@@ -44,7 +46,10 @@ pub(super) fn packed(series: &[f64], rows: &[usize]) -> Packed {
     } else {
         1.0
     };
-    let count = |v: f64| ((v - middle) / step).round() as i16;
+    let count = |v: f64| match v.is_finite() {
+        true => ((v - middle) / step).round() as i16,
+        false => i16::MIN,
+    };
     let bytes: Vec<u8> = values().flat_map(|v| count(v).to_le_bytes()).collect();
     Packed {
         middle,
@@ -89,6 +94,11 @@ mod tests {
         for (was, is) in series.iter().zip(unpacked(&packed)) {
             assert!((was - is).abs() <= 0.51 * packed.step, "{was} {is}");
         }
+        let gone = super::packed(&[1.0, f64::NAN, 2.0], &[0, 1, 2]);
+        assert_eq!(
+            STANDARD.decode(&gone.data).unwrap()[2..4],
+            i16::MIN.to_le_bytes()
+        );
         let constant = super::packed(&[4.0; 3], &[0, 2]);
         assert_eq!(unpacked(&constant), [4.0, 4.0]);
     }

@@ -10,7 +10,11 @@ use crate::identify;
 use crate::model::EffectTerm;
 use crate::model_file::{Base, ModelFile};
 use crate::report::Step;
+use crate::respond::Response;
 use jointwatch_shared::effect::Entry;
+
+/// A change of an error is told from this part of it on.
+const TOLD: f64 = 0.05;
 
 /// What the page says first.
 pub(super) fn answer(
@@ -22,6 +26,9 @@ pub(super) fn answer(
     let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
         return String::new();
     };
+    if let Some(response) = asked.response {
+        return of_response(response);
+    }
     if let (Some(diagnosis), None) = (asked.diagnosis, asked.before) {
         return of_diagnosis(diagnosis, first, last, floors);
     }
@@ -77,6 +84,21 @@ fn contrast(error: f64, rows: f64) -> f64 {
     error / rows.max(1e-9)
 }
 
+/// `With the model in place of the joint the displacement of x differs by 3.1 % NMSE in valid.csv …`.
+fn of_response(response: &Response) -> String {
+    let records = response.records.iter().flat_map(|record| {
+        let moving = record.axes.iter().filter(|(_, figures)| !figures.rests);
+        moving.map(|(axis, figures)| {
+            let nmse = significant(figures.displacement_nmse_percent);
+            format!("{axis} in {} by {nmse} % NMSE", record.file)
+        })
+    });
+    format!(
+        "With the model in place of the joint, the simulated displacement is off by: {}.",
+        records.collect::<Vec<_>>().join("; ")
+    )
+}
+
 fn of_diagnosis(diagnosis: &Diagnosis, first: &Step, last: &Step, floors: &PerAxis) -> String {
     let found: Vec<String> = diagnosis
         .found
@@ -105,24 +127,28 @@ fn of_diagnosis(diagnosis: &Diagnosis, first: &Step, last: &Step, floors: &PerAx
     }
 }
 
-/// `the error of x falls from 12 % to 2 % of the RMS force (noise floor 1.8 %)`, for every axis on which it changes.
+/// `the error of x falls from 12 % to 2 % of the RMS force (noise floor 1.8 %)`, for every axis on which it changes by a
+/// twentieth, the largest change first.
 fn fall(first: &Step, last: &Step, floors: &PerAxis) -> String {
-    let change = |(axis, before): (&String, &f64)| {
-        let after = last.errors.get(axis)?;
-        let verb = if after < before { "falls" } else { "goes" };
-        let moved = (after / before - 1.0).abs() > 0.01;
-        moved.then(|| {
-            format!(
-                "the error of {axis} {verb} from {} to {} of the RMS force{}",
-                percent(*before),
-                percent(*after),
-                floor(axis, floors)
-            )
-        })
-    };
-    let changes: Vec<String> = first.errors.iter().filter_map(change).collect();
+    let ratio = |axis: &String, before: f64| Some(last.errors.get(axis)? / before);
+    let mut changes: Vec<(f64, String)> = Vec::new();
+    for (axis, before) in &first.errors {
+        let Some(ratio) = ratio(axis, *before).filter(|r| (r - 1.0).abs() > TOLD) else {
+            continue;
+        };
+        let verb = if ratio < 1.0 { "falls" } else { "grows" };
+        let text = format!(
+            "the error of {axis} {verb} from {} to {} of the RMS force{}",
+            percent(*before),
+            percent(before * ratio),
+            floor(axis, floors)
+        );
+        changes.push((ratio, text));
+    }
+    changes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let changes: Vec<String> = changes.into_iter().map(|(_, text)| text).collect();
     match changes.is_empty() {
-        true => "no error changes by a hundredth".into(),
+        true => "no error changes by a twentieth".into(),
         false => changes.join(" and "),
     }
 }

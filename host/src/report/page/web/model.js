@@ -5,7 +5,7 @@ function drawModel() {
   const show = () => {
     const axis = contents.axes[chosen.axis];
     const words = axis.models[chosen.version];
-    const parts = [element("p", { class: "equation" }, words.equation)];
+    const parts = [element("p", { class: "equation" }, "r", element("sub", {}, axis.name), words.equation.slice(words.equation.indexOf(" = ")))];
     if (words.terms.length) {
       const rows = words.terms.flatMap((term) => term.values.map((value, i) => [
         i ? "" : term.name, i ? "" : term.law, value.symbol, value.meaning,

@@ -57,7 +57,7 @@ function listenToPage() {
 
 window.addEventListener("error", (event) => { document.documentElement.dataset.error = event.message; });
 document.addEventListener("securitypolicyviolation", (event) => { document.documentElement.dataset.error = `refused: ${event.violatedDirective}`; });
-[drawHeading, drawToolbar, drawErrors, drawModel, drawTime, drawLoops, drawPlane, drawResidual, drawCandidates, drawHandling]
+[drawHeading, drawToolbar, drawErrors, drawModel, drawTime, drawLoops, drawPlane, drawResidual, drawCandidates, drawResponse, drawHandling]
   .forEach((draw) => draw());
 listenToPage();
 redraw();

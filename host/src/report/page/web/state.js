@@ -35,7 +35,10 @@ function unpack(packed) {
   const bytes = Uint8Array.from(atob(packed.data), (c) => c.charCodeAt(0));
   const view = new DataView(bytes.buffer);
   const values = new Float64Array(bytes.length / 2);
-  for (let i = 0; i < values.length; i += 1) values[i] = packed.middle + packed.step * view.getInt16(2 * i, true);
+  for (let i = 0; i < values.length; i += 1) {
+    const count = view.getInt16(2 * i, true);
+    values[i] = count === -32768 ? NaN : packed.middle + packed.step * count;
+  }
   return values;
 }
 

@@ -32,22 +32,27 @@ function staircase(axis) {
   const span = Math.log10(high / low) || 1;
   const place = (e) => left + (width - left - right) * Math.max(0, Math.log10(Math.max(e, low) / low) / span);
   const height = axis.steps.length * row + 30;
-  const words = axis.steps.map((s) => `${s.label} ${percent(s.error)}`).join(", ");
+  const said = axis.steps.map((s) => `${s.label} ${percent(s.error)}`).join(", ");
   const image = vector("svg", { viewBox: `0 0 ${width} ${height}`, role: "img",
-    "aria-label": `Error of ${axis.name} step by step: ${words}; noise floor ${percent(axis.floor)}` });
-  axis.steps.forEach((step, i) => {
-    const kind = i === axis.steps.length - 1 ? "model" : "before";
-    const label = step.label.length > 24 ? `${step.label.slice(0, 23)}…` : step.label;
-    image.append(
-      vector("text", { x: left - 8, y: i * row + 20, "text-anchor": "end", class: "label" }, (i ? "+ " : "") + label),
-      vector("rect", { x: left, y: i * row + 5, width: Math.max(2, place(step.error) - left), height: row - 12, rx: 2, class: `bar ${kind}` }),
-      vector("text", { x: place(step.error) + 6, y: i * row + 20, class: "value" }, percent(step.error)));
-  });
+    "aria-label": `Error of ${axis.name} step by step: ${said}${axis.floor > 0 ? `; noise floor ${percent(axis.floor)}` : ""}` });
+  // The floor's line lies over the bars and under the words.
+  const bars = vector("g", {});
+  const words = vector("g", {});
+  image.append(bars);
   if (axis.floor > 0) {
     const at = place(axis.floor);
     image.append(vector("line", { x1: at, x2: at, y1: 0, y2: height - 22, class: "floor" }),
       vector("text", { x: at, y: height - 6, "text-anchor": "middle", class: "floor-words" }, `noise floor ${percent(axis.floor)}`));
   }
+  axis.steps.forEach((step, i) => {
+    const kind = i === axis.steps.length - 1 ? "model" : "before";
+    const label = step.label.length > 24 ? `${step.label.slice(0, 23)}…` : step.label;
+    bars.append(vector("rect", { x: left, y: i * row + 5, width: Math.max(2, place(step.error) - left), height: row - 12, rx: 2, class: `bar ${kind}` }));
+    words.append(
+      vector("text", { x: left - 8, y: i * row + 20, "text-anchor": "end", class: "label" }, (i ? "+ " : "") + label),
+      vector("text", { x: place(step.error) + 6, y: i * row + 20, class: "value" }, percent(step.error)));
+  });
+  image.append(words);
   return figure(`Axis ${axis.name}, logarithmic`, image);
 }
 

@@ -2,6 +2,7 @@
 
 const timePlots = [];
 let zoomed = null;
+const timeNumber = new Intl.NumberFormat("en", { maximumFractionDigits: 6, useGrouping: false });
 
 function drawTime() {
   const body = section("time", "Force over time",
@@ -54,7 +55,7 @@ function drawTime() {
 function timePlot(host, label, height, range, data, series) {
   const axis = (more) => ({ stroke: colour("muted"), grid: { stroke: colour("grid"), width: 1 },
     ticks: { stroke: colour("grid"), width: 1 }, font: `12px ${colour("font")}`, labelFont: `12px ${colour("font")}`,
-    labelSize: 22, labelGap: 0, ...more });
+    labelSize: 22, labelGap: 0, values: (plot, splits) => splits.map((v) => (v === null ? "" : timeNumber.format(v).replace("-", "−"))), ...more });
   const wide = host.clientWidth || 600;
   return new uPlot({
     width: wide, height, legend: { show: false }, padding: [8, 10, 0, 0],
