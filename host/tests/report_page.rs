@@ -1,7 +1,7 @@
 //! The report as a file: small, shut to the network, safe against names out of files, and drawn by a real browser without an error.
 
 use jointwatch::report::page::{self, Asked};
-use jointwatch::sim::{Hide, SimulationOptions, simulate};
+use jointwatch::simulate::{Hide, SimulationOptions, simulate};
 use jointwatch::study::Study;
 use jointwatch::{add, compare, diagnose, identify, model_file::ModelFile};
 use serde_json::Value;

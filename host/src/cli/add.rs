@@ -1,15 +1,15 @@
 //! `jointwatch add`: add physical effects to a model, and see the error fall.
 
-use super::Console;
+use super::console::Console;
 use super::plots::Plots;
 use super::report::Report;
-use crate::add::{self, Added};
 use crate::diagnose::PerAxis;
-use crate::error::{Error, Result};
+use crate::diagnose::add::{self, Added};
 use crate::model::effects;
-use crate::model_file::{JudgedOn, ModelFile};
+use crate::model::file::{JudgedOn, ModelFile};
 use crate::study::{Role, Study};
-use crate::table::Table;
+use crate::text::error::{Error, Result};
+use crate::text::table::Table;
 use clap::Args;
 use std::path::{Path, PathBuf};
 

@@ -1,13 +1,13 @@
 //! `jointwatch compare`: a model against the records of a study.
 
-use super::Console;
+use super::console::Console;
 use super::plots::Plots;
 use super::report::Report;
-use crate::compare::{self, Comparison};
-use crate::diagnose::data_checks;
-use crate::error::Result;
-use crate::model_file::ModelFile;
+use crate::assess::compare::{self, Comparison};
+use crate::assess::data_checks;
+use crate::model::file::ModelFile;
 use crate::study::Study;
+use crate::text::error::Result;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};

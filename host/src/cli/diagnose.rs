@@ -1,15 +1,16 @@
 //! `jointwatch diagnose`: which physical effect a model lacks; with `--apply`, the model with everything that was missing.
 
+use super::console::Console;
 use super::plots::Plots;
 use super::report::Report;
-use super::{Console, staircase};
-use crate::apply::{self, Applied};
+use super::staircase;
+use crate::diagnose::apply::{self, Applied};
 use crate::diagnose::{self, Diagnosis, Ranked, Verdict};
-use crate::error::{Error, Result};
 use crate::model::effects;
-use crate::model_file::ModelFile;
+use crate::model::file::ModelFile;
 use crate::study::Study;
-use crate::table::{Table, quantity};
+use crate::text::error::{Error, Result};
+use crate::text::table::{Table, quantity};
 use clap::Args;
 use std::path::{Path, PathBuf};
 

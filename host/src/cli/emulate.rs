@@ -1,13 +1,14 @@
 //! `jointwatch emulate`: the firmware itself under QEMU, its sensor chips fed with a record, every bit compared with `replay`.
 
-use super::Console;
+use super::console::Console;
 use super::replay::chosen;
+use crate::device::{export, rig_block};
 use crate::emulate::bench::{Instructions, STAGES, Scenario};
 use crate::emulate::device::{Device, Emulated};
+use crate::emulate::selftest;
 use crate::emulate::size::{self, Size};
-use crate::error::{Error, Result};
 use crate::study::{Record, Study};
-use crate::{device, export, rig_block};
+use crate::text::error::{Error, Result};
 use clap::Args;
 use jointwatch_shared::telemetry::Status;
 use std::fmt::Write;
@@ -38,8 +39,8 @@ impl Emulate {
         let block = self.rig.as_deref().map(rig_block::read).transpose()?;
         let emulated = Device::new(&study, &model, block)?;
         let slot = emulated.slot()?.to_bytes();
-        device::require_qemu()?;
-        let elf = device::emulated()?;
+        selftest::require_qemu()?;
+        let elf = selftest::emulated()?;
         let size = size::of(&elf)?;
         working.set_message("emulating");
         let mut runs = Vec::new();

@@ -1,9 +1,9 @@
 //! Files that a command is about to write, looked at before it begins: none may be one that it reads, or writes besides.
 
-use super::Console;
-use crate::error::{Error, Result};
-use crate::output;
+use super::console::Console;
 use crate::study::Study;
+use crate::text::error::{Error, Result};
+use crate::text::output;
 use std::path::{Path, PathBuf};
 
 impl Console {
@@ -11,7 +11,7 @@ impl Console {
     /// records and `model`), or that are one file.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Failed`] where a folder is missing or a folder is in the way, [`crate::error::Kind::Usage`] where
+    /// [`crate::text::error::Kind::Failed`] where a folder is missing or a folder is in the way, [`crate::text::error::Kind::Usage`] where
     /// something would be written over; one sentence.
     pub(super) fn check_outputs(
         &self,
@@ -19,7 +19,10 @@ impl Console {
         study: &Study,
         model: Option<&Path>,
     ) -> Result<()> {
-        let json = self.json.as_deref().filter(|_| !self.json_to_stdout());
+        let json = self
+            .json_file()
+            .map(PathBuf::as_path)
+            .filter(|_| !self.json_to_stdout());
         let outputs: Vec<&Path> = outputs.iter().copied().chain(json).collect();
         let folder = study.path.parent().unwrap_or(Path::new(""));
         let mut read: Vec<(PathBuf, &str)> = vec![(study.path.clone(), "the study")];

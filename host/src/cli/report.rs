@@ -1,17 +1,17 @@
 //! The option `--report FILE`: a page that shows a model on its study, made before anything is printed and written at the end.
 
-use super::Console;
+use super::console::Console;
 use super::plots;
-use crate::add::Added;
-use crate::apply::Applied;
+use crate::diagnose::add::Added;
+use crate::diagnose::apply::Applied;
 use crate::diagnose::{Diagnosis, PerAxis};
-use crate::error::Result;
-use crate::model_file::{JudgedOn, ModelFile};
-use crate::output;
+use crate::model::file::{JudgedOn, ModelFile};
 use crate::report::Step;
 use crate::report::page::{self, Asked};
-use crate::respond::Response;
+use crate::simulate::respond::Response;
 use crate::study::{Role, Study};
+use crate::text::error::Result;
+use crate::text::output;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -80,7 +80,7 @@ impl Report {
         added: &Added,
         effects: &[String],
     ) -> Result<Option<String>> {
-        let errors = |errors: &[crate::model_file::AxisError]| -> PerAxis {
+        let errors = |errors: &[crate::model::file::AxisError]| -> PerAxis {
             let errors = errors.iter();
             errors.map(|e| (e.axis.clone(), e.relative_error)).collect()
         };

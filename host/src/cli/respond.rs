@@ -1,12 +1,12 @@
 //! `jointwatch respond`: how the rig would move with the model in place of its joint.
 
-use super::Console;
+use super::console::Console;
 use super::report::Report;
-use crate::error::{Error, Result};
-use crate::model_file::ModelFile;
-use crate::output;
-use crate::respond::{self, Options};
+use crate::model::file::ModelFile;
+use crate::simulate::respond::{self, Options};
 use crate::study::Study;
+use crate::text::error::{Error, Result};
+use crate::text::output;
 use clap::Args;
 use std::path::{Path, PathBuf};
 

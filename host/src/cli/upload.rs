@@ -1,9 +1,9 @@
 //! `jointwatch upload`: puts a signed model onto the device.
 
-use super::Console;
-use crate::error::{Error, Result};
-use crate::signing::SignedModel;
-use crate::upload::{Patience, READ_TIMEOUT, upload};
+use super::console::Console;
+use crate::device::signing::SignedModel;
+use crate::device::upload::{Patience, READ_TIMEOUT, upload};
+use crate::text::error::{Error, Result};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Read, Write};
@@ -81,7 +81,7 @@ fn open(port: &str, baud: u32) -> Result<Box<dyn Line>> {
 }
 
 fn progress_bar(console: &Console, total: u64) -> ProgressBar {
-    if console.quiet || !std::io::stderr().is_terminal() {
+    if console.is_quiet() || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::new(total);

@@ -10,57 +10,20 @@ mod network;
 mod page;
 mod polynomials;
 pub mod ratios;
+mod results;
 mod simulated;
 mod spread;
 
 pub use crate::report::Drawing;
 pub use measured::{MeasuredFit, MeasuredJoint};
 pub use polynomials::Denominator;
+pub use results::{PaperOptions, Results};
 pub use simulated::{Drawn, Sensors};
 pub use spread::Spread;
 
-use crate::error::{Error, Result};
-use crate::output;
-use ratios::SeedRun;
-use serde::Serialize;
-use std::path::{Path, PathBuf};
-
-/// What to compute.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PaperOptions {
-    /// Simulated studies, with the seeds 1, 2, …; at least 1.
-    pub seeds: u64,
-    /// Trainings of each network, of which the best is kept; at least 1.
-    pub restarts: usize,
-    /// The folder that holds the measured joints' folders; where to look otherwise: `JOINTWATCH_DATA`, `../shared`.
-    pub data: Option<PathBuf>,
-}
-
-impl Default for PaperOptions {
-    /// Five seeds and the paper's five restarts.
-    fn default() -> Self {
-        Self {
-            seeds: 5,
-            restarts: 5,
-            data: None,
-        }
-    }
-}
-
-/// Everything that the page says in numbers.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Results {
-    /// Trainings of each network.
-    pub restarts: usize,
-    /// Errors of the models in Figs. 7 to 10, learnt from the first seed's study.
-    pub drawn: [Drawn; 2],
-    /// Seed by seed, seen through perfect sensors.
-    pub perfect: Vec<SeedRun>,
-    /// Seed by seed, seen through a rig's sensors.
-    pub rig: Vec<SeedRun>,
-    /// The measured joints.
-    pub measured: Vec<MeasuredJoint>,
-}
+use crate::text::error::{Error, Result};
+use crate::text::output;
+use std::path::Path;
 
 /// The page and its figures.
 pub struct Paper {
@@ -77,7 +40,7 @@ pub struct Paper {
 /// `progress` is told what is being done.
 ///
 /// # Errors
-/// [`crate::error::Kind::Usage`] for no seeds or no restarts; [`crate::error::Kind::Data`] when measured logs are there but cannot be
+/// [`crate::text::error::Kind::Usage`] for no seeds or no restarts; [`crate::text::error::Kind::Data`] when measured logs are there but cannot be
 /// used.
 pub fn paper(options: &PaperOptions, progress: &dyn Fn(&str)) -> Result<Paper> {
     if options.seeds == 0 || options.restarts == 0 {
@@ -130,7 +93,7 @@ pub fn paper(options: &PaperOptions, progress: &dyn Fn(&str)) -> Result<Paper> {
 /// Refuses a folder that cannot be made because a file is in its way, before anything is computed for it.
 ///
 /// # Errors
-/// [`crate::error::Kind::Failed`] with the file's path.
+/// [`crate::text::error::Kind::Failed`] with the file's path.
 pub fn check_folder(out: &Path) -> Result<()> {
     match out.ancestors().find(|folder| folder.exists()) {
         Some(file) if !file.is_dir() => Err(Error::failed(format!(
@@ -146,7 +109,7 @@ impl Paper {
     /// Writes `paper.md` into a folder, which is made when it is missing, and the figures into its folder `paper`.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Failed`] when a folder cannot be made or a file not be written.
+    /// [`crate::text::error::Kind::Failed`] when a folder cannot be made or a file not be written.
     pub fn write(&self, out: &Path) -> Result<()> {
         let figures = out.join("paper");
         std::fs::create_dir_all(&figures).map_err(|e| {

@@ -8,6 +8,7 @@
 mod comparison;
 mod course;
 pub mod drawing;
+pub mod effects_page;
 mod figure;
 pub mod page;
 pub mod phase;
@@ -24,7 +25,6 @@ pub use course::{Course, courses};
 pub use drawing::Drawing;
 pub use figure::{Curve, Figure, Panel, Thinned};
 pub use phase::Against;
-pub(crate) use quantity::prefixed;
 pub use staircase::{Step, staircase};
 pub use state_plane::StatePlane;
 pub use style::Pen;

@@ -10,7 +10,9 @@ pub mod every;
 pub mod filters;
 pub mod fir;
 pub(crate) mod mixed_acceleration;
+pub mod motion;
 pub mod spectrum;
+pub(crate) mod statistics;
 
 #[cfg(test)]
 mod differentiate;

@@ -9,7 +9,7 @@
 
 use super::plan::{AxisPlan, Plan};
 use super::{Channels, Record, Study};
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 
 /// An axis moves in a record when an encoder spans at least this share of what it spans in its liveliest record; less is
 /// what the other axis shakes into it.
@@ -84,7 +84,7 @@ fn traces(plan: &AxisPlan, records: &[Record], axis: usize) -> Vec<Trace> {
             c.displacement_second.clone().unwrap_or_default()
         }));
         list.push(trace(joined(&plan.displacement, " − "), true, &|c| {
-            crate::signal::band::relative_displacement(c)
+            c.relative_displacement()
         }));
     }
     if let Some(body) = &plan.body_position {

@@ -9,13 +9,13 @@ pub(crate) mod description;
 mod json;
 mod log;
 mod matlab;
-pub(crate) mod nearest;
 mod plan;
 mod read;
+pub(crate) mod symbols;
 pub mod time;
 mod units;
 
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 use std::path::PathBuf;
 
 /// Translation (m, N, kg) or rotation (rad, N·m, kg·m²).
@@ -95,6 +95,21 @@ pub struct Channels {
     pub force: Vec<f64>,
 }
 
+impl Channels {
+    /// Relative displacement: first minus second, or the first alone.
+    pub(crate) fn relative_displacement(&self) -> Vec<f64> {
+        match &self.displacement_second {
+            None => self.displacement_first.clone(),
+            Some(second) => self
+                .displacement_first
+                .iter()
+                .zip(second)
+                .map(|(a, b)| a - b)
+                .collect(),
+        }
+    }
+}
+
 /// One log of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
@@ -138,7 +153,7 @@ impl Study {
     /// `learnt` is what was learnt, as it stands in the sentence; `axes` are its axes and `sample_rate_hz` its rate.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Data`], one sentence.
+    /// [`crate::text::error::Kind::Data`], one sentence.
     pub fn check_fits<'a>(
         &self,
         learnt: &str,

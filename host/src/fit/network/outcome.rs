@@ -1,9 +1,9 @@
 //! What a training tells: while it runs, when it ends, and why.
 
-use crate::error::Result;
 use crate::fit::inertia::Inertia;
 use crate::model::Network;
-use crate::motion::Motion;
+use crate::signal::motion::Motion;
+use crate::text::error::Result;
 use std::fmt;
 use std::sync::atomic::AtomicBool;
 
@@ -87,6 +87,17 @@ pub struct Watch<'a> {
     pub progress: &'a (dyn Fn(&NetworkProgress) + Sync),
     /// Ends all trainings when set; the best weights so far are kept.
     pub stop: &'a AtomicBool,
+}
+
+impl Watch<'_> {
+    /// Tells nobody, and never ends a training.
+    pub fn silent() -> Self {
+        static GO_ON: AtomicBool = AtomicBool::new(false);
+        Self {
+            progress: &|_| (),
+            stop: &GO_ON,
+        }
+    }
 }
 
 /// A training after one step.

@@ -4,13 +4,13 @@ use super::Asked;
 use super::contents::{Candidate, Packed, Value};
 use super::gather::Version;
 use super::samples;
-use crate::corrections::is_correction;
 use crate::diagnose::Ranked;
-use crate::error::Result;
+use crate::model::corrections::is_correction;
 use crate::model::course::{Course, add_forces};
 use crate::model::{EffectTerm, ParameterValue};
-use crate::motion::{self, Motion, low_pass};
 use crate::report;
+use crate::signal::motion::{self, Motion, low_pass};
+use crate::text::error::Result;
 use jointwatch_shared::effect::Entry;
 
 /// As many candidates are drawn.

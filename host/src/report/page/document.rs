@@ -1,7 +1,7 @@
 //! The page as one HTML file: styles, scripts and data in it, and a policy that lets nothing else in or out.
 
 use super::Contents;
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use sha2::{Digest, Sha256};
@@ -37,7 +37,7 @@ const LICENCE: &str = include_str!("web/uplot/LICENSE");
 /// The page.
 ///
 /// # Errors
-/// [`crate::error::Kind::Failed`] when the contents cannot be expressed as JSON, which does not happen.
+/// [`crate::text::error::Kind::Failed`] when the contents cannot be expressed as JSON, which does not happen.
 pub(super) fn document(contents: &Contents) -> Result<String> {
     let style = STYLES.join("\n");
     let script = format!("\"use strict\";\n{}", SCRIPTS.join("\n"));

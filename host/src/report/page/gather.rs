@@ -5,16 +5,16 @@ use super::contents::{
     Stair, StateCondition, Units,
 };
 use super::{Asked, candidates, correlation, handling, plane, response, samples, words};
-use crate::add;
-use crate::compare::{self, AxisFigures, Comparison};
-use crate::date;
+use crate::assess::compare::{self, AxisFigures, Comparison};
+use crate::assess::where_it_fails::{Extent, Place};
 use crate::diagnose::PerAxis;
-use crate::diagnose::where_it_fails::{Extent, Place};
-use crate::error::{Error, Result};
-use crate::model_file::ModelFile;
-use crate::motion;
+use crate::diagnose::add;
+use crate::model::file::ModelFile;
 use crate::report::{Course, Step, courses};
+use crate::signal::motion;
 use crate::study::{Role, Study};
+use crate::text::date;
+use crate::text::error::{Error, Result};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 

@@ -1,10 +1,10 @@
 //! What was done to the data before anything was fitted: channels, filters, corrections, and what to be wary of.
 
 use super::contents::Handling;
-use crate::corrections;
-use crate::diagnose::data_checks;
-use crate::diagnose::where_it_fails::significant;
-use crate::model_file::ModelFile;
+use crate::assess::data_checks;
+use crate::assess::where_it_fails::significant;
+use crate::model::corrections;
+use crate::model::file::ModelFile;
 use crate::study::Study;
 
 /// The keys of an `[[axis]]` that name channels.

@@ -18,10 +18,10 @@ pub use contents::Contents;
 
 use super::Step;
 use crate::diagnose::{Diagnosis, PerAxis};
-use crate::error::Result;
-use crate::model_file::ModelFile;
-use crate::respond::Response;
+use crate::model::file::ModelFile;
+use crate::simulate::respond::Response;
 use crate::study::Study;
+use crate::text::error::Result;
 
 /// What a command knows when it is asked for a report.
 pub struct Asked<'a> {
@@ -48,7 +48,7 @@ pub struct Asked<'a> {
 /// The page as one file.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when the model does not fit the study or gives numbers that are not finite.
+/// [`crate::text::error::Kind::Data`] when the model does not fit the study or gives numbers that are not finite.
 pub fn html(asked: &Asked<'_>) -> Result<String> {
     document::document(&gather::contents(asked)?)
 }

@@ -2,7 +2,7 @@
 
 use super::contents::{ResponseAxis, ResponseContents};
 use super::samples;
-use crate::respond::{Against, RecordResponse, Response};
+use crate::simulate::respond::{Against, RecordResponse, Response};
 use crate::study::Study;
 
 /// Rows per record on the page.

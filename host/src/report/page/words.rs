@@ -3,14 +3,14 @@
 use super::Asked;
 use super::contents::{ModelWords, Term, Value};
 use super::gather::Version;
-use crate::corrections::is_correction;
-use crate::diagnose::where_it_fails::{Extent, significant};
+use crate::assess::where_it_fails::{Extent, significant};
 use crate::diagnose::{Diagnosis, PerAxis, Verdict};
-use crate::identify;
+use crate::fit::identify;
 use crate::model::EffectTerm;
-use crate::model_file::{Base, ModelFile};
+use crate::model::corrections::is_correction;
+use crate::model::file::{Base, ModelFile};
 use crate::report::Step;
-use crate::respond::Response;
+use crate::simulate::respond::Response;
 use jointwatch_shared::effect::Entry;
 
 /// A change of an error is told from this part of it on.

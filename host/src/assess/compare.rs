@@ -1,0 +1,239 @@
+//! A model held against measurements: error figures per record and axis, and where the error sits.
+
+use crate::assess::where_it_fails::{self, ErrorRecord, Place, StateName};
+use crate::fit::errors::Evaluated;
+pub use crate::fit::errors::{AxisFigures, RecordFigures};
+use crate::model::corrections;
+use crate::model::file::{AxisError, ModelFile};
+use crate::signal::motion::{self, Motion};
+use crate::signal::statistics::peak;
+use crate::study::{Role, Study};
+use crate::text::error::Result;
+use crate::text::table::Table;
+use crate::text::units::prefixed;
+use serde::Serialize;
+
+/// Everything `compare` has to say.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Record by record, in the order of the study.
+    pub records: Vec<RecordFigures>,
+    /// On all records of a role together.
+    pub verification: Vec<AxisError>,
+    /// The same for records the model was not learnt from; empty when there are none.
+    pub validation: Vec<AxisError>,
+    /// Where most of the error sits: on validation records, or on training records when there are no others.
+    #[serde(rename = "where")]
+    pub places: Vec<Place>,
+}
+
+/// Compares a model with every record of a study.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`] when the study is not one the model can be evaluated on: other axes, another rate, another unit
+/// or sign.
+pub fn compare(study: &Study, model: &ModelFile) -> Result<Comparison> {
+    model.check_fits(study)?;
+    let study = model.corrected(study)?;
+    let motions = motion::motions(&study, &model.filters)?;
+    model.check_motion(&study, &motions)?;
+    let evaluated = Evaluated::corrected(&study, model, &motions)?;
+    Ok(comparison(&study, model, &evaluated))
+}
+
+/// The same on motions of the study, as it was logged, that are already there.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`] when a record is shorter than the low-pass.
+pub fn compare_motions(study: &Study, model: &ModelFile, motions: &[Motion]) -> Result<Comparison> {
+    let evaluated = Evaluated::as_logged(study, model, motions)?;
+    Ok(comparison(study, model, &evaluated))
+}
+
+fn comparison(study: &Study, model: &ModelFile, evaluated: &Evaluated<'_>) -> Comparison {
+    let [verification, validation] =
+        [Role::Train, Role::Validate].map(|role| evaluated.pooled(role));
+    let role = if validation.is_empty() {
+        Role::Train
+    } else {
+        Role::Validate
+    };
+    Comparison {
+        records: evaluated.records(),
+        verification,
+        validation,
+        places: places(study, model, evaluated, role),
+    }
+}
+
+/// Where the error on the records of a role sits, axis by axis.
+fn places(study: &Study, model: &ModelFile, evaluated: &Evaluated<'_>, role: Role) -> Vec<Place> {
+    let judged: Vec<(&Motion, Vec<&[f64]>)> = evaluated.errors_of(role).collect();
+    let motions: Vec<&Motion> = judged.iter().map(|(motion, _)| *motion).collect();
+    let names = state_names(model, &motions);
+    // The low-pass leaves out as many rows at both ends.
+    let left_out = model.filters.band.len() / 2;
+    let axes = model.axes.iter().enumerate();
+    axes.flat_map(|(index, axis)| {
+        let records: Vec<ErrorRecord<'_>> = judged
+            .iter()
+            .map(|(motion, errors)| {
+                let record = &study.records[motion.record];
+                let first = record.first_row + motion.first_row + left_out;
+                let states = motion.states.iter();
+                ErrorRecord {
+                    file: &record.file,
+                    start_s: first as f64 / study.sample_rate_hz,
+                    states: states.map(|s| &s[left_out..s.len() - left_out]).collect(),
+                    error: errors[index],
+                }
+            })
+            .collect();
+        where_it_fails::find(
+            &axis.name,
+            &names,
+            &records,
+            study.sample_rate_hz,
+            model.filters.band_hz,
+        )
+    })
+    .collect()
+}
+
+/// What the states are called in words, in the units in which they are drawn over the same records.
+fn state_names(model: &ModelFile, motions: &[&Motion]) -> Vec<StateName> {
+    let largest = |state: usize| {
+        let series = motions.iter().filter_map(|m| m.states.get(state));
+        series.fold(0.0, |most: f64, series| most.max(peak(series)))
+    };
+    let axes = model.axes.iter().enumerate();
+    axes.flat_map(|(index, axis)| {
+        let velocity = format!("velocity of {}", axis.name);
+        [
+            (axis.name.clone(), axis.kind.displacement_unit()),
+            (velocity, axis.kind.velocity_unit()),
+        ]
+        .into_iter()
+        .enumerate()
+        .map(move |(offset, (name, unit))| {
+            let (unit, factor) = prefixed(unit, largest(2 * index + offset));
+            StateName { name, unit, factor }
+        })
+    })
+    .collect()
+}
+
+/// Prints one line per axis under a heading.
+///
+/// # Errors
+/// What `say` gives.
+pub fn say_summary(
+    errors: &[AxisError],
+    heading: &str,
+    say: impl Fn(String) -> Result<()>,
+) -> Result<()> {
+    let words: Vec<String> = errors
+        .iter()
+        .map(|e| {
+            format!(
+                "{} {:.3} % NMSE, relative error {:.4}",
+                e.axis, e.nmse_percent, e.relative_error
+            )
+        })
+        .collect();
+    say(format!("{heading}: {}.", words.join("; ")))
+}
+
+/// The text that `jointwatch compare` prints.
+pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
+    let mut text = String::new();
+    for correction in corrections::in_words(&model.effects) {
+        text.push_str(&format!("Corrected in the study's data: {correction}.\n"));
+    }
+    for (role, heading) in [
+        (
+            Role::Train,
+            "Verification (records the model was learnt from)",
+        ),
+        (
+            Role::Validate,
+            "Validation (records it has not seen; only these say how good it is)",
+        ),
+    ] {
+        let records: Vec<&RecordFigures> = comparison
+            .records
+            .iter()
+            .filter(|r| r.role == role)
+            .collect();
+        if records.is_empty() {
+            continue;
+        }
+        let mut table = Table::new(&[
+            "record",
+            "axis",
+            "NMSE",
+            "wide-band",
+            "relative error",
+            "peak error",
+            "RMS force",
+            "outside range",
+        ]);
+        for record in records {
+            for axis in &model.axes {
+                let Some(figures) = record.axes.get(&axis.name) else {
+                    continue;
+                };
+                let unit = axis.kind.force_unit();
+                let percent = |value: f64| {
+                    if figures.rests {
+                        "rests".into()
+                    } else {
+                        format!("{value:.3} %")
+                    }
+                };
+                table.row(vec![
+                    record.file.clone(),
+                    axis.name.clone(),
+                    percent(figures.nmse_percent),
+                    percent(figures.nmse_percent_wide_band),
+                    if figures.rests {
+                        "rests".into()
+                    } else {
+                        format!("{:.4}", figures.relative_error)
+                    },
+                    format!("{} {unit}", where_it_fails::significant(figures.peak_error)),
+                    format!("{} {unit}", where_it_fails::significant(figures.rms_force)),
+                    format!("{:.2} %", 100.0 * figures.outside_range),
+                ]);
+            }
+        }
+        text.push_str(&format!(
+            "{heading}, in the band up to {:.0} Hz:\n{table}\n\n",
+            model.filters.band_hz
+        ));
+    }
+    if !comparison.places.is_empty() {
+        let role = if comparison.validation.is_empty() {
+            "training"
+        } else {
+            "validation"
+        };
+        text.push_str(&format!("Where the error on {role} records sits:\n"));
+        let mut table = Table::new(&["axis", "share of error", "of", "in"]);
+        for place in &comparison.places {
+            let of = match place.kind {
+                "state" => format!("{:.1} % of the rows", 100.0 * place.share_of_rows),
+                "time" => format!("{:.1} % of the time", 100.0 * place.share_of_rows),
+                _ => format!("{:.1} % of the band", 100.0 * place.share_of_rows),
+            };
+            table.row(vec![
+                place.axis.clone(),
+                format!("{:.0} %", 100.0 * place.share_of_error),
+                of,
+                place.region.clone(),
+            ]);
+        }
+        text.push_str(&table.to_string());
+    }
+    text.trim_end().to_string()
+}
