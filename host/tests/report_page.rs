@@ -1,9 +1,12 @@
 //! The report as a file: small, shut to the network, safe against names out of files, and drawn by a real browser without an error.
 
+use jointwatch::assess::compare;
+use jointwatch::diagnose::{self, add};
+use jointwatch::fit::identify;
+use jointwatch::model::file::ModelFile;
 use jointwatch::report::page::{self, Asked};
 use jointwatch::simulate::{Hide, SimulationOptions, simulate};
 use jointwatch::study::Study;
-use jointwatch::{add, compare, diagnose, identify, model_file::ModelFile};
 use serde_json::Value;
 use std::process::Command;
 

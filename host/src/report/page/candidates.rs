@@ -1,14 +1,14 @@
 //! The candidates of a diagnosis: figures with intervals, and the force that each would add where the model fails.
 
-use super::Asked;
+use super::asked::Asked;
 use super::contents::{Candidate, Packed, Value};
-use super::gather::Version;
 use super::samples;
+use super::version::Version;
 use crate::diagnose::Ranked;
-use crate::model::corrections::is_correction;
 use crate::model::course::{Course, add_forces};
+use crate::model::effects::is_correction;
 use crate::model::{EffectTerm, ParameterValue};
-use crate::report;
+use crate::report::course;
 use crate::signal::motion::{self, Motion, low_pass};
 use crate::text::error::Result;
 use jointwatch_shared::effect::Entry;
@@ -129,7 +129,7 @@ fn force(
     version: &Version<'_>,
     axes: &[&str],
     motion: &Motion,
-    courses: &[report::Course],
+    courses: &[course::Course],
 ) -> Option<(usize, Vec<f64>)> {
     let axis = axes.iter().position(|a| *a == ranked.axis)?;
     if is_correction(&ranked.effect) {

@@ -6,7 +6,7 @@
 //! order with random signs. A surrogate has nothing to do with the force any more; 99 of 100 of its coefficients set the bound.
 
 use super::contents::{Correlation, SpectrumContents};
-use crate::report::Course;
+use crate::report::course::Course;
 use crate::signal::spectrum::Accumulator;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};

@@ -1,6 +1,6 @@
 //! The page as one HTML file: styles, scripts and data in it, and a policy that lets nothing else in or out.
 
-use super::Contents;
+use super::contents::Contents;
 use crate::text::error::{Error, Result};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

@@ -3,6 +3,7 @@
 //! [`html`] gathers what the page shows from the results that the library has already ([`Asked`]) and puts the page's scripts
 //! and styles beside it. The scripts draw; what they draw is computed here, over all rows.
 
+mod asked;
 mod candidates;
 mod contents;
 mod correlation;
@@ -12,38 +13,13 @@ mod handling;
 mod plane;
 mod response;
 mod samples;
+mod version;
 mod words;
 
+pub use asked::Asked;
 pub use contents::Contents;
 
-use super::Step;
-use crate::diagnose::{Diagnosis, PerAxis};
-use crate::model::file::ModelFile;
-use crate::simulate::respond::Response;
-use crate::study::Study;
 use crate::text::error::Result;
-
-/// What a command knows when it is asked for a report.
-pub struct Asked<'a> {
-    /// The command as it was typed.
-    pub command: String,
-    /// The study as it was logged.
-    pub study: &'a Study,
-    /// The model that the page is about.
-    pub model: &'a ModelFile,
-    /// The model as it was before something was added to it.
-    pub before: Option<&'a ModelFile>,
-    /// Errors step by step; empty when there was one step only.
-    pub steps: Vec<Step>,
-    /// Noise floors per axis, relative as the errors; computed when left out.
-    pub floors: Option<PerAxis>,
-    /// What the errors are measured on.
-    pub judged_on: String,
-    /// What is missing, when that was asked; of the model before.
-    pub diagnosis: Option<&'a Diagnosis>,
-    /// How the rig moves with the model in place of its joint.
-    pub response: Option<&'a Response>,
-}
 
 /// The page as one file.
 ///

@@ -1,7 +1,7 @@
 //! Means over the cells of the state plane, and the residual bin by bin over one quantity.
 
 use super::contents::{Curve, Plane};
-use crate::report::Course;
+use crate::report::course::Course;
 
 /// Cells across and up.
 const CELLS: [usize; 2] = [40, 26];

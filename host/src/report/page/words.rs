@@ -1,15 +1,15 @@
 //! The answer in one sentence, and a model as an equation with values.
 
-use super::Asked;
+use super::asked::Asked;
 use super::contents::{ModelWords, Term, Value};
-use super::gather::Version;
+use super::version::Version;
 use crate::assess::where_it_fails::{Extent, significant};
 use crate::diagnose::{Diagnosis, PerAxis, Verdict};
 use crate::fit::identify;
 use crate::model::EffectTerm;
-use crate::model::corrections::is_correction;
+use crate::model::effects::is_correction;
 use crate::model::file::{Base, ModelFile};
-use crate::report::Step;
+use crate::report::staircase::Step;
 use crate::simulate::respond::Response;
 use jointwatch_shared::effect::Entry;
 

@@ -139,14 +139,23 @@ function drawSurface(context, width, height) {
   line(context, [project(-1, -1, -1), project(-1, -1, 1)]);
   const scale = stops("diverging");
   const drawn = [];
+  const meshed = new Uint8Array(plane.predicted.length);
   for (let i = 0; i + across < plane.predicted.length; i += 1) {
     if (i % across === across - 1) continue;
     const quad = [i, i + 1, i + 1 + across, i + across];
     if (quad.some((q) => plane.predicted[q] === null)) continue;
+    quad.forEach((q) => { meshed[q] = 1; });
     const corners = quad.map((q) => corner(q, plane.predicted[q]));
     const mean = quad.reduce((s, q) => s + plane.predicted[q], 0) / 4;
     drawn.push({ depth: corners.reduce((s, c) => s + c[2], 0) / 4, corners, fill: shade(scale, 0.5 + 0.5 * mean / most) });
   }
+  // A path through the plane has cells without neighbours to mesh with: they are drawn one by one.
+  plane.predicted.forEach((v, i) => {
+    if (v === null || meshed[i]) return;
+    const [px, py, depth] = corner(i, v);
+    const square = [[-3, -3], [3, -3], [3, 3], [-3, 3]].map(([dx, dy]) => [px + dx, py + dy, depth]);
+    drawn.push({ depth, corners: square, fill: shade(scale, 0.5 + 0.5 * v / most) });
+  });
   plane.measured.forEach((v, i) => {
     if (v !== null && plane.rows[i] >= 3) drawn.push({ depth: corner(i, v)[2] - 0.02, dot: corner(i, v) });
   });
@@ -177,7 +186,8 @@ function surfaceWords(context, axis, plane, most, project) {
   context.fillStyle = colour("ink");
   context.textAlign = "center";
   context.textBaseline = "middle";
-  const ends = (range, q) => range.map((v) => significant(v * q.factor, 2)).join(" to ");
+  const tidy = (v, range) => (Math.abs(v) < 0.005 * (range[1] - range[0]) ? 0 : v);
+  const ends = (range, q) => range.map((v) => significant(tidy(v, range) * q.factor, 2)).join(" to ");
   const write = (text, at) => {
     const half = context.measureText(text).width / 2 + 2;
     const right = context.canvas.clientWidth - half;
