@@ -117,9 +117,8 @@ fn residuals(study: &Study, versions: &[Version<'_>], axis: usize) -> Vec<Residu
         .iter()
         .map(|v| v.judged_courses(study, axis))
         .collect();
-    let all = |series: fn(&Course) -> &Vec<f64>| {
-        plane::range(courses.iter().flatten().flat_map(move |c| series(c)))
-    };
+    let all =
+        |series: fn(&Course) -> &Vec<f64>| plane::range(courses.iter().flatten().flat_map(series));
     let displacement = all(|c| &c.displacement);
     let velocity = all(|c| &c.velocity);
     let rate = study.sample_rate_hz;
