@@ -2,7 +2,7 @@
 //!
 //! It holds what the device has to know besides the model: how the chips are wired and set, the filters' taps, the monitor's
 //! limits, and the chain's numbers, in which what a count is worth, inertia and delays are integers already ([`on_board`]).
-//! What a count is worth in SI follows for people and the host ([`decode`]); the device does not look at it. `docs/rig-block.md`
+//! What a count is worth in SI follows for people and the host ([`decode`]); the device does not look at it. `docs/reference/rig-block.md`
 //! lists every byte. Reading refuses whatever is not as the page says, and every quantity that the chain or a chip could not take.
 
 mod limits;

@@ -6,9 +6,9 @@ use jointwatch_shared::rig_block::{CHECKSUM_OFFSET, RIG_BLOCK_LEN, encode};
 use jointwatch_shared::wiring::Signed;
 use sample_rigs::{block, model, sealed};
 
-/// The offset, the length and the name of every row of the first table of docs/rig-block.md.
+/// The offset, the length and the name of every row of the first table of docs/reference/rig-block.md.
 fn documented() -> Vec<(usize, usize, String)> {
-    let page = include_str!("../../docs/rig-block.md");
+    let page = include_str!("../../docs/reference/rig-block.md");
     let rows = page.lines().filter_map(|line| {
         let mut cells = line.trim_matches('|').split('|').map(str::trim);
         let offset = cells.next()?.parse().ok()?;
@@ -141,7 +141,9 @@ fn the_documented_bytes_are_the_written_bytes() {
             "reserved" | "padding" => vec![0; length],
             "checksum" => sealed(bytes)[CHECKSUM_OFFSET..].to_vec(),
             unknown => {
-                panic!("docs/rig-block.md has the field {unknown}, which this test does not know")
+                panic!(
+                    "docs/reference/rig-block.md has the field {unknown}, which this test does not know"
+                )
             }
         };
         assert_eq!(bytes[offset..next], wanted, "{field}");

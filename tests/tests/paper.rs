@@ -180,12 +180,12 @@ fn the_page_without_measured_data_is_whole_and_says_what_it_lacks() {
 
     // The committed page is what this program writes: the same sections, and the same errors of the fits that are repeatable
     // to the printed digit on any machine.
-    let committed = fs::read_to_string(workspace().join("docs/paper.md")).unwrap();
+    let committed = fs::read_to_string(workspace().join("docs/notebook/paper.md")).unwrap();
     let headings = |page: &str| -> Vec<String> {
         let lines = page.lines().filter(|line| line.starts_with('#'));
         lines.map(str::to_owned).collect()
     };
-    let stale = "docs/paper.md is stale: write it anew with `jointwatch paper --out docs`";
+    let stale = "docs/notebook/paper.md is stale: write it anew with `jointwatch paper --out docs/notebook`";
     assert_eq!(headings(&committed), headings(&page), "{stale}");
     let first_seeds = |page: &str| -> Vec<Vec<f64>> {
         let all = self::tables(page).into_iter();
