@@ -6,16 +6,16 @@
 
 use cpu_time::ThreadTime;
 use faer::Par;
-use jointwatch::error::Result;
 use jointwatch::fit::moments::{Moments, Summation};
 use jointwatch::fit::network::{NetworkFit, NetworkOptions, Watch, fit_network};
 use jointwatch::fit::normal_equations;
 use jointwatch::fit::polynomial::{Method, PolynomialOptions, fit_polynomial};
 use jointwatch::model::{Polynomial, exponents};
-use jointwatch::motion::{Motion, low_pass, motions};
 use jointwatch::signal::filters::Filters;
-use jointwatch::sim::{SimulationOptions, simulate};
+use jointwatch::signal::motion::{Motion, low_pass, motions};
+use jointwatch::simulate::{SimulationOptions, simulate};
 use jointwatch::study::{Axis, Role};
+use jointwatch::text::error::Result;
 use std::hint::black_box;
 use std::sync::atomic::AtomicBool;
 

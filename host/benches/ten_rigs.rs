@@ -3,12 +3,12 @@
 //! `cargo bench -p jointwatch --bench ten_rigs` prints the tables of docs/explanation/fits.md. Logs with noise and encoder counts go
 //! through the same filters as a user's; errors are NMSE in percent on the validation record, band-limited as `compare` does.
 
-use jointwatch::error::Result;
 use jointwatch::fit::polynomial::{Method, PolynomialOptions, fit_polynomial};
-use jointwatch::motion::{Motion, low_pass, motions};
 use jointwatch::signal::filters::Filters;
-use jointwatch::sim::{RigParameters, SimulationOptions, simulate};
+use jointwatch::signal::motion::{Motion, low_pass, motions};
+use jointwatch::simulate::{RigParameters, SimulationOptions, simulate};
 use jointwatch::study::Role;
+use jointwatch::text::error::Result;
 
 const METHODS: [Method; 3] = [Method::LeastSquares, Method::Ridge, Method::Select];
 

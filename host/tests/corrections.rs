@@ -1,8 +1,11 @@
 //! A study whose instruments are wrong: the faults are found, put right, and carried to the device's integers.
 
-use jointwatch::sim::{SimulationOptions, simulate};
+use jointwatch::assess::compare;
+use jointwatch::emulate::selftest::{export, replay};
+use jointwatch::fit::identify;
+use jointwatch::model::file::ModelFile;
+use jointwatch::simulate::{SimulationOptions, simulate};
 use jointwatch::study::Study;
-use jointwatch::{compare, export, identify, model_file::ModelFile, replay};
 
 const SEED: u64 = 4;
 /// The force channel of x is late by three samples of 0.5 ms, reads 4 % too much, and hears the torque.
@@ -242,10 +245,10 @@ fn hum_is_found_and_taken_out_of_every_record_without_real_force() {
         );
         assert!(device.relative_error < 1.2 * host.relative_error + 0.002);
     }
-    let block = jointwatch::rig_block::of_study(&wrong, &model).unwrap();
-    let said = jointwatch::rig_block::in_words(&block);
+    let block = jointwatch::device::rig_block::of_study(&wrong, &model).unwrap();
+    let said = jointwatch::device::rig_block::in_words(&block);
     assert!(said.contains("axis 0 hums at 50.0"), "{said}");
-    let json = jointwatch::rig_block::as_json(&block);
+    let json = jointwatch::device::rig_block::as_json(&block);
     assert_eq!(json["axes"][0]["hum"]["amplitude"], amplitude);
     assert!(json["axes"][1]["hum"].is_null());
 }

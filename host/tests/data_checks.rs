@@ -1,10 +1,10 @@
 //! A good study spoilt in every way that the data checks know: what they say, and that a good one raises nothing.
 
-use jointwatch::diagnose::data_checks::{Finding, check};
+use jointwatch::assess::data_checks::{Finding, check};
 use jointwatch::diagnose::{Verdict, diagnose};
-use jointwatch::identify;
-use jointwatch::motion::Filters;
-use jointwatch::sim::{SimulationOptions, simulate};
+use jointwatch::fit::identify;
+use jointwatch::signal::motion::Filters;
+use jointwatch::simulate::{SimulationOptions, simulate};
 use jointwatch::study::Study;
 use std::f64::consts::TAU;
 

@@ -5,7 +5,7 @@
 use jointwatch::fit::effects::{EffectsFit, fit_effects};
 use jointwatch::model::course::{Course, add_forces};
 use jointwatch::model::effects::Bound;
-use jointwatch::motion::{Filters, Motion};
+use jointwatch::signal::motion::{Filters, Motion};
 use jointwatch::study::{Axis, AxisKind, Convention};
 use jointwatch_shared::effect::about::{Role, Tie};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};

@@ -69,7 +69,7 @@ fn ctrl_c_keeps_the_best_weights_and_says_so() {
                     "Warning: training was interrupted; these are the best weights so far"
                 )
             );
-            let read = jointwatch::model_file::ModelFile::read(&model).unwrap();
+            let read = jointwatch::model::file::ModelFile::read(&model).unwrap();
             assert!(read.warnings.iter().any(|w| w.contains("interrupted")));
             assert_eq!(error, "");
             return;

@@ -1,7 +1,7 @@
 //! MATLAB logs, written here byte by byte as the format's description has them, and what is refused about them.
 
-use jointwatch::error::Kind;
 use jointwatch::study::Study;
+use jointwatch::text::error::Kind;
 use std::fs;
 use tempfile::TempDir;
 

@@ -1,9 +1,9 @@
 //! Motions of joints whose force is known: what comes out must be the force that was put in.
 
-use jointwatch::error::Kind;
-use jointwatch::motion::{Filters, low_pass, motions};
 use jointwatch::signal::fir::to_f64;
+use jointwatch::signal::motion::{Filters, low_pass, motions};
 use jointwatch::study::{Axis, AxisKind, Channels, Convention, Record, Role, Study};
+use jointwatch::text::error::Kind;
 use std::path::PathBuf;
 
 const RATE: f64 = 2000.0;

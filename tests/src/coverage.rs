@@ -1,7 +1,7 @@
 //! Fits of a physical model to simulated rigs whose parameters are known: how far off, and how often inside the interval.
 
-use jointwatch::identify;
-use jointwatch::sim::{RigParameters, SimulationOptions, simulate};
+use jointwatch::fit::identify;
+use jointwatch::simulate::{RigParameters, SimulationOptions, simulate};
 use rayon::prelude::*;
 use std::fmt::Write;
 use std::ops::Range;

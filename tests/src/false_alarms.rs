@@ -5,7 +5,7 @@
 //! is what a random walk with a downward drift has, and the fit says how often the whole threshold would be reached.
 
 use crate::watched::{Learnt, Shaking, Subject};
-use jointwatch::sim::RigParameters;
+use jointwatch::simulate::RigParameters;
 use jointwatch_shared::monitor::{MonitorState, State};
 use rayon::prelude::*;
 use std::fmt::Write;

@@ -6,6 +6,7 @@ pub mod detection;
 pub mod elf;
 pub mod false_alarms;
 pub mod hidden;
+pub mod imports;
 pub mod log;
 pub mod program;
 pub mod story;

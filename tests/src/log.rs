@@ -2,7 +2,7 @@
 
 use crate::elf::Image;
 use defmt_decoder::Table;
-use jointwatch::device::{self, Board, SLOT_A};
+use jointwatch::emulate::selftest::{self, Board, SLOT_A};
 use std::io::Write;
 use std::path::Path;
 use std::process::{Child, Stdio};
@@ -34,14 +34,14 @@ pub fn boot_log(elf: &Path, blob: Option<&Path>, last: &str) -> Vec<String> {
     let table = Table::parse(&image.bytes)
         .expect("a defmt table of a version that the decoder knows")
         .expect("the image logs over defmt");
-    let qemu = device::require_qemu().unwrap_or_else(|why| panic!("{why}"));
-    let mut command = device::machine(&qemu, Board::Stm32f405);
+    let qemu = selftest::require_qemu().unwrap_or_else(|why| panic!("{why}"));
+    let mut command = selftest::machine(&qemu, Board::Stm32f405);
     // The monitor's later option wins over the earlier one that turns it off.
     command.args(["-monitor", "stdio", "-kernel"]).arg(elf);
     if let Some(blob) = blob {
         command
             .arg("-device")
-            .arg(device::load_into_flash(blob, SLOT_A));
+            .arg(selftest::load_into_flash(blob, SLOT_A));
     }
     command.stdin(Stdio::piped()).stdout(Stdio::null());
     let mut qemu = Running(command.spawn().expect("QEMU starts"));

@@ -1,12 +1,12 @@
 //! A simulated rig, what was learnt of its joint, and the monitor that watches it: for tests of the monitor and its campaign.
 
-use jointwatch::export::export;
+use jointwatch::device::export::export;
+use jointwatch::device::monitor_limits::{self, Calibration};
+use jointwatch::device::replay::SetUp;
+use jointwatch::fit::identify;
 use jointwatch::fit::polynomial::PolynomialOptions;
-use jointwatch::identify;
-use jointwatch::model_file::ModelFile;
-use jointwatch::monitor_limits::{self, Calibration};
-use jointwatch::replay::SetUp;
-use jointwatch::sim::{
+use jointwatch::model::file::ModelFile;
+use jointwatch::simulate::{
     Bodies, BodyState, Contact, Excitation, Joint, JointLaw, RigParameters, Simulation,
     SimulationOptions, joint_state, record_drives, simulate,
 };
@@ -115,7 +115,7 @@ impl Subject {
         false_alarm_hours: u32,
         hum: Option<Hum>,
     ) -> Result<Self, String> {
-        let said = |e: jointwatch::error::Error| e.sentence;
+        let said = |e: jointwatch::text::error::Error| e.sentence;
         let mut simulation = simulate(&options(&rig, seed, STUDY_S, STUDY_LEVEL)).map_err(said)?;
         if let Some(Hum { hz, part }) = hum {
             let records = &mut simulation.study.records;
@@ -136,7 +136,7 @@ impl Subject {
         };
         if hum.is_some() {
             let line = ["mains_hum@x".to_owned()];
-            file = jointwatch::add::add(study, &file, &line)
+            file = jointwatch::diagnose::add::add(study, &file, &line)
                 .map_err(said)?
                 .model;
         }

@@ -1,8 +1,8 @@
 //! The campaign of hidden effects stands on a rig of its own: that rig, what is hidden in it and its studies, held
 //! against the program's simulator and its fits.
 
-use jointwatch::model_file::ModelFile;
-use jointwatch::sim::{RigParameters, SimulationOptions, record_drives, simulate};
+use jointwatch::model::file::ModelFile;
+use jointwatch::simulate::{RigParameters, SimulationOptions, record_drives, simulate};
 use jointwatch::study::Study;
 use jointwatch_tests::hidden::bodies::BOUND;
 use jointwatch_tests::hidden::cases::{Case, Options};
@@ -25,7 +25,7 @@ fn only(name: &str, seed: u64) -> Options {
 
 /// The program's simulated rig in the campaign's terms.
 fn same_rig(p: &RigParameters) -> Rig {
-    let chain = |a: &jointwatch::sim::AxisParameters| Chain {
+    let chain = |a: &jointwatch::simulate::AxisParameters| Chain {
         inertia: a.inertia,
         spring: [a.shaft_stiffness, a.far_stiffness, a.ground_stiffness],
         damper: [a.shaft_damping, a.far_damping, a.ground_damping],

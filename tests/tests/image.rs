@@ -1,11 +1,11 @@
 //! The flashed image as a file: it has no path to a panic, it fits its flash, and its slots lie where the host believes.
 
-use jointwatch::device::{self, Board, SLOT_A};
+use jointwatch::emulate::selftest::{self, Board, SLOT_A};
 use jointwatch_tests::elf::{Image, panic_paths, readable};
 use std::collections::BTreeSet;
 
 fn image(name: &str) -> Image {
-    let path = device::build(Board::Stm32f405, name).unwrap_or_else(|why| panic!("{why}"));
+    let path = selftest::build(Board::Stm32f405, name).unwrap_or_else(|why| panic!("{why}"));
     Image::read(&path)
 }
 

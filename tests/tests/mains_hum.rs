@@ -1,8 +1,8 @@
 //! Hum in a force channel, from the log to the device's integers: it is followed and taken out, the joint's force is not, and the monitor
 //! says what it says without hum.
 
-use jointwatch::replay::SetUp;
-use jointwatch::sim::RigParameters;
+use jointwatch::device::replay::SetUp;
+use jointwatch::simulate::RigParameters;
 use jointwatch::study::Record;
 use jointwatch_shared::hum::Hum as Line;
 use jointwatch_shared::monitor::{MonitorState, State};

@@ -1,6 +1,6 @@
 //! The monitor on a simulated joint: a healthy hour without an alarm, and a joint that changes is found in time.
 
-use jointwatch::sim::RigParameters;
+use jointwatch::simulate::RigParameters;
 use jointwatch::study::Record;
 use jointwatch_shared::monitor::{Cause, Faults, MonitorState, State, Verdict};
 use jointwatch_shared::pipeline::ChainState;

@@ -1,6 +1,6 @@
 //! A physical model on the simulated rig, whose truth is known: its values, its intervals, and its way to the device.
 
-use jointwatch::identify;
+use jointwatch::fit::identify;
 use jointwatch::model::Evaluator;
 use jointwatch::study::Study;
 use jointwatch_tests::coverage::{Coverage, report};

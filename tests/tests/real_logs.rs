@@ -2,7 +2,7 @@
 //!
 //! They are looked for in `$JOINTWATCH_DATA`, else in `../shared` beside the checkout.
 
-use jointwatch::motion::{Filters, low_pass, motions};
+use jointwatch::signal::motion::{Filters, low_pass, motions};
 use jointwatch::study::Study;
 use jointwatch_tests::program::measurements;
 use nalgebra::{DMatrix, DVector};

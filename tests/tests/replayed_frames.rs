@@ -1,16 +1,16 @@
 //! A joint that changes in the middle of a record: what `replay --frames` says of it through `jointwatch monitor`, and that the
 //! firmware says the same.
 
-use jointwatch::device;
+use jointwatch::device::export::read_blob;
+use jointwatch::device::rig_block;
+use jointwatch::device::telemetry::frames::Watch;
+use jointwatch::device::telemetry::listen::{Heard, Listener};
 use jointwatch::emulate::bench::{REST, Scenario};
 use jointwatch::emulate::board::Board;
 use jointwatch::emulate::device::Device;
-use jointwatch::export::read_blob;
-use jointwatch::rig_block;
-use jointwatch::sim::{RigParameters, SimulationOptions, write_study};
+use jointwatch::emulate::selftest;
+use jointwatch::simulate::{RigParameters, SimulationOptions, write_study};
 use jointwatch::study::{Record, Study};
-use jointwatch::telemetry::frames::Watch;
-use jointwatch::telemetry::listen::{Heard, Listener};
 use jointwatch_shared::monitor::{Cause, Monitor, State};
 use jointwatch_shared::pipeline::ChainState;
 use jointwatch_shared::telemetry::{Event, Report, Snapshot, Status, Verdict};
@@ -200,7 +200,7 @@ fn the_firmware_says_what_the_replayed_frames_say() {
     let study = Study::read(&changed()).unwrap();
     let record = &study.records[0];
     let device = Device::new(&study, &model, Some(block)).unwrap();
-    let image = device::emulated().unwrap_or_else(|why| panic!("{why}"));
+    let image = selftest::emulated().unwrap_or_else(|why| panic!("{why}"));
     let slot = device.slot().unwrap().to_bytes();
     let run = device
         .run(&image, &slot, record, &[], Scenario::default())

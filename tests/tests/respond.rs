@@ -1,10 +1,14 @@
 //! The model in a simulation engine: the rig, or one measured body, moving with a law in place of the joint.
 
+use jointwatch::fit::identify::polynomial;
 use jointwatch::fit::polynomial::{Method, PolynomialOptions};
-use jointwatch::identify::polynomial;
-use jointwatch::model_file::{Base, ModelFile};
-use jointwatch::respond::{Against, AxisResponse, Options, Response, respond, respond_with};
-use jointwatch::sim::{Contact, Joint, JointLaw, RigParameters, SimulationOptions, write_study};
+use jointwatch::model::file::{Base, ModelFile};
+use jointwatch::simulate::respond::{
+    Against, AxisResponse, Options, Response, respond, respond_with,
+};
+use jointwatch::simulate::{
+    Contact, Joint, JointLaw, RigParameters, SimulationOptions, write_study,
+};
 use jointwatch::study::Study;
 use jointwatch_tests::program::{measurements, succeed};
 use jointwatch_tests::story::story;

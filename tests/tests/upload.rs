@@ -3,9 +3,9 @@
 #[path = "../../firmware/tests/app/flash.rs"]
 mod flash;
 
-use jointwatch::error::Error;
-use jointwatch::signing::{PrivateKey, SignedModel};
-use jointwatch::upload::{Patience, Uploaded, upload};
+use jointwatch::device::signing::{PrivateKey, SignedModel};
+use jointwatch::device::upload::{Patience, Uploaded, upload};
+use jointwatch::text::error::Error;
 use jointwatch_firmware::key::{IS_DEVELOPMENT_KEY, PUBLIC_KEY};
 use jointwatch_firmware::store::{Key, Place, Store, Trust, Upload};
 use jointwatch_shared::blob::{self, BLOB_LEN};

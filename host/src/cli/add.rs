@@ -2,13 +2,13 @@
 
 use super::Console;
 use super::plots::Plots;
-use crate::add::{self, Added};
 use crate::diagnose::PerAxis;
-use crate::error::{Error, Result};
+use crate::diagnose::add::{self, Added};
 use crate::model::effects;
-use crate::model_file::{JudgedOn, ModelFile};
+use crate::model::file::{JudgedOn, ModelFile};
 use crate::study::{Role, Study};
-use crate::table::Table;
+use crate::text::error::{Error, Result};
+use crate::text::table::Table;
 use clap::Args;
 use std::path::{Path, PathBuf};
 

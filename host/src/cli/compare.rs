@@ -2,11 +2,11 @@
 
 use super::Console;
 use super::plots::Plots;
-use crate::compare::{self, Comparison};
-use crate::diagnose::data_checks;
-use crate::error::Result;
-use crate::model_file::ModelFile;
+use crate::assess::compare::{self, Comparison};
+use crate::assess::data_checks;
+use crate::model::file::ModelFile;
 use crate::study::Study;
+use crate::text::error::Result;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;

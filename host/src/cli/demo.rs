@@ -4,13 +4,13 @@
 //! the one step that has no command of its own.
 
 use super::{Cli, Console, perform};
-use crate::device::{self, Board};
-use crate::error::{Error, Result};
-use crate::export;
-use crate::table::quantity;
+use crate::device::export;
+use crate::emulate::selftest::{self, Board};
+use crate::text::error::{Error, Result};
+use crate::text::table::quantity;
 use clap::{Args, Parser};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
-use jointwatch_shared::selftest;
+use jointwatch_shared::selftest as arithmetic;
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -246,11 +246,11 @@ fn read_json(path: &str) -> Result<Value> {
 /// failure.
 fn emulate(console: &Console, blob: &Path) -> Result<String> {
     let working = console.working("building the firmware and running it in QEMU");
-    let image = match device::require_qemu().and_then(|_| device::selftest(Board::Stm32f405)) {
+    let image = match selftest::require_qemu().and_then(|_| selftest::selftest(Board::Stm32f405)) {
         Ok(image) => image,
         Err(e) => return Ok(format!("Left out: {e}.")),
     };
-    let report = device::run_selftest(Board::Stm32f405, &image, Some(blob), POINTS)?;
+    let report = selftest::run_selftest(Board::Stm32f405, &image, Some(blob), POINTS)?;
     working.finish_and_clear();
     let model = export::read_blob(blob)?;
     let Some(seen) = report.model(SLOT) else {
@@ -259,7 +259,7 @@ fn emulate(console: &Console, blob: &Path) -> Result<String> {
             report.complaints.join("; ")
         )));
     };
-    let wanted = selftest::digest(&model, seen.seed, seen.points);
+    let wanted = arithmetic::digest(&model, seen.seed, seen.points);
     if seen.digest != wanted {
         return Err(Error::failed(format!(
             "the emulated device computed other bits than the host: digest {:016x} where the host has {wanted:016x}",
@@ -275,7 +275,7 @@ fn emulate(console: &Console, blob: &Path) -> Result<String> {
     Ok(format!(
         "The firmware found the model in flash slot A and evaluated it at {} points: digest {wanted:016x}, the same bits \
          as the host.{counted}",
-        seen.points + selftest::CORNER_POINTS
+        seen.points + arithmetic::CORNER_POINTS
     ))
 }
 

@@ -2,14 +2,14 @@
 
 use super::plots::Plots;
 use super::{Console, staircase};
-use crate::apply::{self, Applied};
+use crate::diagnose::apply::{self, Applied};
 use crate::diagnose::{self, Diagnosis, Ranked, Verdict};
-use crate::error::{Error, Result};
 use crate::model::effects;
-use crate::model_file::ModelFile;
+use crate::model::file::ModelFile;
 use crate::report::Drawing;
 use crate::study::Study;
-use crate::table::{Table, quantity};
+use crate::text::error::{Error, Result};
+use crate::text::table::{Table, quantity};
 use clap::Args;
 use std::path::{Path, PathBuf};
 

@@ -1,9 +1,9 @@
 //! `jointwatch effects`: the library of force laws, as a list and one by one.
 
 use super::Console;
-use crate::effects_page::{self, in_words};
-use crate::error::{Error, Result};
-use crate::study::nearest::suggestion;
+use crate::report::effects_page::{self, in_words};
+use crate::text::error::{Error, Result};
+use crate::text::nearest::suggestion;
 use clap::Args;
 use jointwatch_shared::effect::{EFFECTS, Entry};
 

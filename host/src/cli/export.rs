@@ -1,13 +1,13 @@
 //! `jointwatch export`: from a model to the blob that the device evaluates.
 
 use super::Console;
-use crate::error::{Error, Result};
-use crate::export;
-use crate::model_file::ModelFile;
-use crate::output;
-use crate::rig_block;
+use crate::device::export;
+use crate::device::rig_block;
+use crate::model::file::ModelFile;
 use crate::study::{Role, Study};
-use crate::table::Table;
+use crate::text::error::{Error, Result};
+use crate::text::output;
+use crate::text::table::Table;
 use clap::Args;
 use jointwatch_shared::model::Model;
 use std::path::{Path, PathBuf};

@@ -2,13 +2,13 @@
 
 use super::Console;
 use super::identify_network::{self, NetworkArguments};
-use crate::compare;
-use crate::error::{Error, Result};
+use crate::assess::compare;
+use crate::fit::identify::{self, Identified};
 use crate::fit::polynomial::{Method, PolynomialOptions};
-use crate::identify::{self, Identified};
 use crate::model::effects;
 use crate::study::Study;
-use crate::table::{Table, significant};
+use crate::text::error::{Error, Result};
+use crate::text::table::{Table, significant};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use std::path::PathBuf;

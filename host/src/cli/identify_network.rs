@@ -1,14 +1,14 @@
 //! `jointwatch identify --model network`: its options, its progress, Ctrl-C, and what it says about a training.
 
 use super::Console;
-use crate::error::{Error, Result};
+use crate::fit::identify::{self, Identified, Training};
 use crate::fit::network::{
     LeftOut, MOST_NEURONS, NetworkOptions, NetworkProgress, Neurons, SizeCurve, Watch,
 };
-use crate::identify::{self, Identified, Training};
 use crate::model::ModelAxis;
 use crate::study::Study;
-use crate::table::Table;
+use crate::text::error::{Error, Result};
+use crate::text::table::Table;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::sync::atomic::{AtomicBool, Ordering};

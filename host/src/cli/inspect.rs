@@ -1,14 +1,14 @@
 //! `jointwatch inspect`: what a model file or a blob holds.
 
 use super::Console;
-use crate::corrections;
-use crate::error::{Error, Result};
-use crate::export;
+use crate::device::export;
+use crate::device::rig_block;
+use crate::model::corrections;
+use crate::model::file::{Base, ModelFile};
 use crate::model::{EffectTerm, effects};
-use crate::model_file::{Base, ModelFile};
-use crate::rig_block;
 use crate::study::AxisKind;
-use crate::table::{Table, significant};
+use crate::text::error::{Error, Result};
+use crate::text::table::{Table, significant};
 use clap::Args;
 use jointwatch_shared::blob;
 use jointwatch_shared::model::axis::{Convention, InputRange};

@@ -1,8 +1,8 @@
 //! `jointwatch keygen`: a pair of keys, one to sign models with, one to build into the firmware.
 
 use super::Console;
-use crate::error::Result;
-use crate::signing::PrivateKey;
+use crate::device::signing::PrivateKey;
+use crate::text::error::Result;
 use clap::Args;
 use std::path::PathBuf;
 

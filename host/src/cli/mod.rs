@@ -22,8 +22,8 @@ mod simulate;
 mod staircase;
 mod upload;
 
-use crate::error::{Error, Result};
-use crate::output;
+use crate::text::error::{Error, Result};
+use crate::text::output;
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};

@@ -1,10 +1,10 @@
 //! `jointwatch monitor`: prints what a device says, one line per message, as text or as JSON lines.
 
 use super::{Console, print_to_stdout};
-use crate::error::{Error, Result};
-use crate::telemetry::line::{Line, Piece, Source};
-use crate::telemetry::listen::{Heard, Listener, Tally};
-use crate::telemetry::words::{Reader, closing};
+use crate::device::telemetry::line::{Line, Piece, Source};
+use crate::device::telemetry::listen::{Heard, Listener, Tally};
+use crate::device::telemetry::words::{Reader, closing};
+use crate::text::error::{Error, Result};
 use clap::Args;
 use jointwatch_shared::telemetry::{BAUD, Received, Report, Request};
 use serde::Serialize;

@@ -1,9 +1,9 @@
 //! Files that a command is about to write, looked at before it begins: none may be one that it reads, or writes besides.
 
 use super::Console;
-use crate::error::{Error, Result};
-use crate::output;
 use crate::study::Study;
+use crate::text::error::{Error, Result};
+use crate::text::output;
 use std::path::{Path, PathBuf};
 
 impl Console {
@@ -11,7 +11,7 @@ impl Console {
     /// records and `model`), or that are one file.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Failed`] where a folder is missing or a folder is in the way, [`crate::error::Kind::Usage`] where
+    /// [`crate::text::error::Kind::Failed`] where a folder is missing or a folder is in the way, [`crate::text::error::Kind::Usage`] where
     /// something would be written over; one sentence.
     pub(super) fn check_outputs(
         &self,

@@ -1,8 +1,8 @@
 //! `jointwatch paper`: the page that holds Jointwatch against the paper it comes from.
 
 use super::Console;
-use crate::error::Result;
 use crate::paper::{self, Denominator, PaperOptions, ratios};
+use crate::text::error::Result;
 use clap::Args;
 use std::path::PathBuf;
 

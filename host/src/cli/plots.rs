@@ -1,14 +1,14 @@
 //! The option `--plots DIR`: pictures of a model on its study, drawn first and written when everything else went well.
 
 use super::Console;
-use crate::add::{Added, Change};
-use crate::apply::Applied;
-use crate::compare::{self, Comparison};
+use crate::assess::compare::{self, Comparison};
+use crate::diagnose::add::{Added, Change};
+use crate::diagnose::apply::Applied;
 use crate::diagnose::{Diagnosis, PerAxis};
-use crate::error::Result;
-use crate::model_file::ModelFile;
+use crate::model::file::ModelFile;
 use crate::report::{Drawing, Step, drawing, pictures};
 use crate::study::{Role, Study};
+use crate::text::error::Result;
 use clap::Args;
 use std::path::PathBuf;
 

@@ -1,17 +1,17 @@
 //! `jointwatch replay`: what the device would say about a logged record, bit for bit.
 
 use super::Console;
-use crate::compare::RESTS_BELOW;
-use crate::diagnose::where_it_fails::significant;
-use crate::error::{Error, Result};
-use crate::export;
-use crate::monitor_limits::{self, Calibration};
-use crate::output;
-use crate::replay::{self, RecordReplay, Replayed};
-use crate::rig_block;
+use crate::assess::compare::RESTS_BELOW;
+use crate::assess::where_it_fails::significant;
+use crate::device::export;
+use crate::device::monitor_limits::{self, Calibration};
+use crate::device::replay::{self, RecordReplay, Replayed};
+use crate::device::rig_block;
+use crate::device::telemetry::frames;
 use crate::study::{Record, Study};
-use crate::table::Table;
-use crate::telemetry::frames;
+use crate::text::error::{Error, Result};
+use crate::text::output;
+use crate::text::table::Table;
 use clap::Args;
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;

@@ -1,11 +1,11 @@
 //! `jointwatch respond`: how the rig would move with the model in place of its joint.
 
 use super::Console;
-use crate::error::{Error, Result};
-use crate::model_file::ModelFile;
-use crate::output;
-use crate::respond::{self, Options};
+use crate::model::file::ModelFile;
+use crate::simulate::respond::{self, Options};
 use crate::study::Study;
+use crate::text::error::{Error, Result};
+use crate::text::output;
 use clap::Args;
 use std::path::PathBuf;
 

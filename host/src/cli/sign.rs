@@ -1,9 +1,9 @@
 //! `jointwatch sign`: makes of a blob, and the rig block that goes with it, what a device takes.
 
 use super::Console;
-use crate::error::{Error, Result};
-use crate::output;
-use crate::signing::{PrivateKey, SignedModel};
+use crate::device::signing::{PrivateKey, SignedModel};
+use crate::text::error::{Error, Result};
+use crate::text::output;
 use clap::Args;
 use std::path::{Path, PathBuf};
 

@@ -1,8 +1,8 @@
 //! `jointwatch simulate`: a rig with a nonlinear joint, logged as a real one would be.
 
 use super::Console;
-use crate::error::Result;
-use crate::sim::{self, Hide, RigParameters, SimulationOptions};
+use crate::simulate::{self, Hide, RigParameters, SimulationOptions};
+use crate::text::error::Result;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -69,7 +69,7 @@ impl Simulate {
             ..SimulationOptions::default()
         };
         let working = console.working("simulating the rig");
-        let simulation = sim::write_study(&self.out, &options)?;
+        let simulation = simulate::write_study(&self.out, &options)?;
         working.finish_and_clear();
         let study = &simulation.study;
         let [low, high] = options.band_hz;

@@ -1,6 +1,6 @@
 //! The staircase of errors in text: per axis a bar for every step, down to the noise.
 
-use crate::apply::Staircase;
+use crate::diagnose::apply::Staircase;
 
 /// Characters of the longest bar.
 const LONGEST: f64 = 40.0;
@@ -47,8 +47,8 @@ pub(super) fn in_words(staircase: &Staircase) -> String {
 #[cfg(test)]
 mod tests {
     use super::in_words;
-    use crate::apply::{Staircase, Step};
-    use crate::model_file::JudgedOn;
+    use crate::diagnose::apply::{Staircase, Step};
+    use crate::model::file::JudgedOn;
 
     #[test]
     fn bars_are_as_long_as_the_errors() {

@@ -1,9 +1,9 @@
 //! `jointwatch upload`: puts a signed model onto the device.
 
 use super::Console;
-use crate::error::{Error, Result};
-use crate::signing::SignedModel;
-use crate::upload::{Patience, READ_TIMEOUT, upload};
+use crate::device::signing::SignedModel;
+use crate::device::upload::{Patience, READ_TIMEOUT, upload};
+use crate::text::error::{Error, Result};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Read, Write};

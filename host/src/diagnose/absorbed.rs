@@ -6,16 +6,16 @@
 //! whose effect's force the regression factor is 1 − s.
 
 use super::answer::Absorbed;
-use crate::add::strengths;
-use crate::error::Result;
+use crate::diagnose::add::strengths;
 use crate::fit::effects::columns::Records;
+use crate::fit::identify::Prepared;
 use crate::fit::normal_equations;
 use crate::fit::with_base::OnRecords;
-use crate::identify::Prepared;
 use crate::model::effects::Bound;
-use crate::model_file::{Base, ModelFile};
-use crate::motion::Motion;
+use crate::model::file::{Base, ModelFile};
+use crate::signal::motion::Motion;
 use crate::study::Study;
+use crate::text::error::Result;
 use faer::Mat;
 use jointwatch_shared::effect::Seat;
 

@@ -2,9 +2,9 @@
 
 use super::judge::Judged;
 use super::missing::Round;
-use crate::diagnose::where_it_fails::Place;
+use crate::assess::where_it_fails::Place;
 use crate::model::effects::Bound;
-use crate::model_file::JudgedOn;
+use crate::model::file::JudgedOn;
 use crate::study::Study;
 use jointwatch_shared::effect::Acts;
 use serde::Serialize;

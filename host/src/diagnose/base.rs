@@ -1,10 +1,10 @@
 //! The physical terms that missing effects are searched beside.
 
-use crate::error::Result;
-use crate::identify::base_terms;
+use crate::fit::identify::base_terms;
 use crate::model::effects::Bound;
-use crate::model_file::{Base, ModelFile};
+use crate::model::file::{Base, ModelFile};
 use crate::study::Study;
+use crate::text::error::Result;
 
 /// Every parameter of every term, SI.
 pub(super) type Values = Vec<Vec<f64>>;

@@ -3,11 +3,11 @@
 use super::candidates::{Beside, Candidate, REFINED};
 use super::held_out::{Gain, HeldOut, Worth, held_out};
 use super::tolerances;
-use crate::error::Result;
 use crate::fit::effects::Solution;
 use crate::fit::effects::columns::Records;
 use crate::model::effects::Bound;
 use crate::study::Axis;
+use crate::text::error::Result;
 
 /// What an effect has to take away from the residual's held-out power, and to add to the force of its axis, to be called missing: any model
 /// of a real joint is wrong by some thousandths, and that is no missing effect.

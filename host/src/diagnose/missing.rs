@@ -2,19 +2,19 @@
 
 use super::held_out::{LEAST_BLOCKS, blocks};
 use super::judge::{Judged, PARSIMONY, judge};
-use super::noise::{floors, rested};
 use super::patterns::{self, LeftOver, Pattern};
 use super::rivals::Arena;
 use super::tolerances;
-use crate::compare::Sums;
-use crate::error::{Error, Result};
+use crate::assess::compare::Sums;
+use crate::assess::noise_floor::{floors, rested};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::{Solved, cost};
 use crate::fit::effects::unknowns::{is_physical, shapes};
 use crate::fit::effects::{Solution, solve};
 use crate::model::effects::Bound;
-use crate::motion::Motion;
+use crate::signal::motion::Motion;
 use crate::study::Axis;
+use crate::text::error::{Error, Result};
 
 /// Rows of all records together on which every effect's starting values are scanned; the promising ones see all rows.
 const MOST_SCANNED: usize = 36_000;

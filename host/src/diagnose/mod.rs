@@ -1,22 +1,20 @@
 //! Where a model fails, and why.
 
 mod absorbed;
+pub mod add;
 mod answer;
+pub mod apply;
 mod base;
 mod candidates;
-pub mod data_checks;
 mod held_out;
 mod judge;
 mod linear_memory;
 mod missing;
-pub(crate) mod noise;
 mod patterns;
 mod rivals;
 pub(crate) mod start;
 mod tolerances;
-mod unmeasured;
 mod verdict;
-pub mod where_it_fails;
 
 pub use answer::{Absorbed, CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict};
 pub use verdict::diagnose;

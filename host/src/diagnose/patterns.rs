@@ -11,8 +11,8 @@ use super::linear_memory;
 use super::tolerances;
 use crate::fit::effects::Solution;
 use crate::fit::effects::columns::{Moment, Records};
-use crate::lines;
 use crate::model::effects::Bound;
+use crate::model::mains_hum;
 use faer::Mat;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -190,9 +190,9 @@ fn swinging(
     });
     let product: Vec<Vec<f64>> = product.collect();
     let product: Vec<&[f64]> = product.iter().map(Vec::as_slice).collect();
-    let hz = lines::strongest_from(slowest_hz, &product, records.thinned_rate_hz);
+    let hz = mains_hum::strongest_from(slowest_hz, &product, records.thinned_rate_hz);
     let columns = (0..records.rows.len()).flat_map(|record| {
-        [0.0, lines::QUARTER].map(|phase| {
+        [0.0, mains_hum::QUARTER].map(|phase| {
             records.of_motion(axis, Some(record), |m| {
                 force(m) * (TAU * (hz * m.time_s + phase)).sin()
             })

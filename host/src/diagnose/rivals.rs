@@ -7,7 +7,6 @@
 use super::judge::{LEAVES_AS_LITTLE, PARSIMONY, WRONG_BY};
 use super::missing::{Round, relative_errors};
 use super::verdict::DISCREPANCY;
-use crate::error::{Result, in_order};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::{Problem, cost};
 use crate::fit::effects::starts::starts;
@@ -15,6 +14,7 @@ use crate::fit::effects::unknowns::{is_physical, shapes};
 use crate::fit::effects::{Solution, solve};
 use crate::model::effects::Bound;
 use crate::study::Axis;
+use crate::text::error::{Result, in_order};
 use rayon::prelude::*;
 
 /// Steps of a fit that is to tell rivals apart,

@@ -2,10 +2,10 @@
 
 use super::candidates::Beside;
 use super::missing::shapes_of;
-use crate::error::Result;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::solved_at;
 use crate::model::effects::Bound;
+use crate::text::error::Result;
 
 /// Starting values of every shape of the `known` terms, which have these `values`, and of the `added` ones, in the order of
 /// their unknowns: each is searched for beside the model with those before it. Nothing where one explains nothing.

@@ -3,20 +3,20 @@
 use super::absorbed::absorbed;
 use super::answer::{Diagnosis, PerAxis, Verdict, in_words_found, in_words_ranked};
 use super::base::base_of;
-use super::data_checks;
 use super::missing::{self, Refuted, Round};
-use super::noise;
-use crate::add;
-use crate::compare;
-use crate::error::{Error, Result};
+use crate::assess::compare;
+use crate::assess::data_checks;
+use crate::assess::noise_floor;
+use crate::diagnose::add;
 use crate::fit::effects::columns::Records;
+use crate::fit::identify::Prepared;
 use crate::fit::with_base::OnRecords;
-use crate::identify::Prepared;
 use crate::model::effects::Bound;
-use crate::model_file::{AxisError, Base, JudgedOn, ModelFile, NoBase};
-use crate::motion::Motion;
+use crate::model::file::{AxisError, Base, JudgedOn, ModelFile, NoBase};
 use crate::signal::mixed_acceleration;
+use crate::signal::motion::Motion;
 use crate::study::Study;
+use crate::text::error::{Error, Result};
 
 /// What is left above the floor, as a multiple of it, may be this much before something must be missing.
 const ABOVE_FLOOR: f64 = 2.0;
@@ -48,7 +48,7 @@ type Errors = (f64, f64, f64);
 /// Diagnoses a model on a study.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when the study does not fit the model, or its records are too short.
+/// [`crate::text::error::Kind::Data`] when the study does not fit the model, or its records are too short.
 pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     model.check_fits(study)?;
     let prepared = Prepared::with_filters(study, model.filters.clone())?;
@@ -113,9 +113,9 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     };
 
     let (terms, inertia) = last.solution.in_si(&last.terms, &study.axes);
-    let floors_of = |motions: &[Motion]| -> (Vec<noise::Floor>, Vec<f64>) {
+    let floors_of = |motions: &[Motion]| -> (Vec<noise_floor::Floor>, Vec<f64>) {
         let all: Vec<&Motion> = motions.iter().collect();
-        let floors = noise::floors(&study.axes, &all, low_pass, &terms, &inertia);
+        let floors = noise_floor::floors(&study.axes, &all, low_pass, &terms, &inertia);
         let shares = floors.iter().zip(&held.references.force);
         let shares = shares.map(|(floor, force)| floor.rms / force).collect();
         (floors, shares)

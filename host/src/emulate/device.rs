@@ -3,13 +3,13 @@
 use super::bench::{Bench, REST, Run, Scenario};
 use super::judge::{Judge, Known, Replayed};
 use super::qemu;
-use crate::error::{Error, Result};
-use crate::monitor_limits;
-use crate::replay::SetUp;
-use crate::rig_block;
-use crate::signing::{PrivateKey, SignedModel};
+use crate::device::monitor_limits;
+use crate::device::replay::SetUp;
+use crate::device::rig_block;
+use crate::device::signing::{PrivateKey, SignedModel};
+use crate::device::wired::Wired;
 use crate::study::{Record, Study};
-use crate::wired::Wired;
+use crate::text::error::{Error, Result};
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::rig_block::RigBlock;
@@ -46,7 +46,7 @@ impl<'a> Device<'a> {
     /// has validation records.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Data`] when the block does not fit model and study, or has chips that are slower than the sampling.
+    /// [`crate::text::error::Kind::Data`] when the block does not fit model and study, or has chips that are slower than the sampling.
     pub fn new(study: &'a Study, model: &'a Model, block: Option<RigBlock>) -> Result<Self> {
         let given = block.is_some();
         let mut block = match block {

@@ -1,7 +1,7 @@
 //! What the device said, held against what it should have said: counts against what its chips were fed, and every output of
 //! its chain against the host's.
 
-use crate::telemetry::listen::{Heard, Listener, Tally};
+use crate::device::telemetry::listen::{Heard, Listener, Tally};
 use jointwatch_shared::model::Model;
 use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawAxis, RawSample};
 use jointwatch_shared::telemetry::{

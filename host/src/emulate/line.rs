@@ -1,8 +1,8 @@
 //! The serial line between the emulated device and the host: noise both ways, and who sits at the host's end.
 
-use crate::error::Result;
-use crate::signing::SignedModel;
-use crate::upload::{Patience, READ_TIMEOUT, Uploaded, upload};
+use crate::device::signing::SignedModel;
+use crate::device::upload::{Patience, READ_TIMEOUT, Uploaded, upload};
+use crate::text::error::Result;
 use jointwatch_shared::telemetry::{
     Answered, Decoder, MAX_FRAME, Occasion, Report, Request, encode,
 };
@@ -159,7 +159,7 @@ impl Uploading {
         self.from_device = None;
         drop(self.to_device);
         self.uploader.join().unwrap_or_else(|_| {
-            Err(crate::error::Error::failed(
+            Err(crate::text::error::Error::failed(
                 "the upload to the emulated device panicked",
             ))
         })

@@ -4,7 +4,7 @@
 
 use super::ahead::{Ahead, LATCH, transfer};
 use super::board::Place;
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 use std::io::{ErrorKind, Read, Write};
 
 // Kinds of requests beyond the transfers with chips, whose are up to [`LATCH`].

@@ -1,8 +1,8 @@
 //! The image under QEMU, with its two pipes: started, watched, and ended whatever happens.
 
 use super::link::{Host, serve};
-use crate::device::{self, Board, SLOT_A};
-use crate::error::{Error, Result};
+use crate::emulate::selftest::{self, Board, SLOT_A};
+use crate::text::error::{Error, Result};
 use std::fs::{File, OpenOptions};
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -24,7 +24,7 @@ const FROM_DEVICE: &str = "from";
 /// When QEMU or `mkfifo` is missing, and when the image ends in another way than with the record: with an exit code, by hanging, or
 /// with a request that the link does not know.
 pub fn run(elf: &Path, slot: &[u8], host: &mut impl Host) -> Result<Duration> {
-    let qemu = device::require_qemu()?;
+    let qemu = selftest::require_qemu()?;
     let elf = elf.canonicalize().map_err(|e| {
         Error::failed(format!(
             "{}: the image to be emulated is not there ({e})",
@@ -60,7 +60,7 @@ pub fn run(elf: &Path, slot: &[u8], host: &mut impl Host) -> Result<Duration> {
     let requests = File::open(folder.path().join(FROM_DEVICE))
         .map_err(|e| Error::failed(format!("{FROM_DEVICE}: {e}")))?;
 
-    let mut command = device::machine(&qemu, Board::Stm32f405);
+    let mut command = selftest::machine(&qemu, Board::Stm32f405);
     command
         .current_dir(folder.path())
         // QEMU splits options at commas; a doubled comma stands for itself.
@@ -72,7 +72,7 @@ pub fn run(elf: &Path, slot: &[u8], host: &mut impl Host) -> Result<Duration> {
         .args(["-icount", "shift=0,align=off,sleep=off"])
         .args(["-global", "stm32f2xx-timer.clock-frequency=1000000000"])
         .arg("-device")
-        .arg(device::load_into_flash(Path::new("slot"), SLOT_A))
+        .arg(selftest::load_into_flash(Path::new("slot"), SLOT_A))
         .arg("-kernel")
         .arg(elf)
         .stdin(Stdio::null())

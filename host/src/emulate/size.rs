@@ -1,6 +1,6 @@
 //! What an image takes of the microcontroller's memory, from its ELF file.
 
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 use object::{Object, ObjectSection};
 use serde::Serialize;
 use std::ops::Range;

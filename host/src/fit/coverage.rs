@@ -3,7 +3,7 @@
 //! The paper's Section 6: a model learnt only from the record in which both axes move fails on the others, and no
 //! model is to be trusted outside the range and the spectrum it was learnt from.
 
-use crate::motion::Motion;
+use crate::signal::motion::Motion;
 use crate::study::Axis;
 
 /// An axis counts as excited in a record from this share of its largest RMS velocity over all records on.

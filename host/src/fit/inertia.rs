@@ -5,12 +5,12 @@
 //! corners of a joint with free play, which no low polynomial follows, would leak into m through the acceleration;
 //! straight-line pieces of the displacement stand beside the polynomial to take them up.
 
-use crate::error::{Error, Result};
 use crate::fit::normal_equations;
 use crate::model::InputRange;
-use crate::motion::Motion;
 use crate::signal::fir::apply_every;
+use crate::signal::motion::Motion;
 use crate::study::Axis;
+use crate::text::error::{Error, Result};
 use faer::Mat;
 
 /// An axis's inertia.

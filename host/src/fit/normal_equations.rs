@@ -1,6 +1,6 @@
 //! Solving the normal equations of a fit: scaled, by Cholesky, and by the shortest solution where the data leave directions open.
 
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::cholesky::llt::solve::solve_in_place;

@@ -10,8 +10,8 @@ use super::cross_validation::{FOLDS, FoldedMoments, squared_error};
 use super::legendre::{gram_to_legendre, rows_to_legendre, to_monomials};
 use super::moments::Moments;
 use super::normal_equations::Cholesky;
-use crate::error::{Error, Result};
 use crate::model::exponents;
+use crate::text::error::{Error, Result};
 use faer::Mat;
 use rayon::prelude::*;
 

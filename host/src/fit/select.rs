@@ -9,8 +9,8 @@
 use super::cross_validation::{FOLDS, FoldedMoments, squared_error};
 use super::moments::Moments;
 use super::normal_equations;
-use crate::error::{Result, in_order};
 use crate::model::exponents;
+use crate::text::error::{Result, in_order};
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 

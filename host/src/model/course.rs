@@ -1,6 +1,6 @@
 //! Laws of effects, evaluated along a record.
 
-use crate::motion::Motion;
+use crate::signal::motion::Motion;
 use crate::study::Convention;
 use jointwatch_shared::effect::{Entry, Instrument, Kinematics, Law, Parameters, States};
 use jointwatch_shared::model::terms::InSi;
@@ -235,7 +235,7 @@ fn rate(force: &[f64], period_s: f64) -> Vec<f64> {
 /// Adds the forces of effects to those of every axis, N or N·m, row by row along a record.
 ///
 /// `forces` has one series per axis, as long as the record. An effect whose size and phase are the record's own is left out:
-/// it is found in what the others leave (`crate::lines`).
+/// it is found in what the others leave (`crate::model::mains_hum`).
 pub fn add_forces(terms: &[InSi], course: &Course<'_>, forces: &mut [Vec<f64>]) {
     for term in terms.iter().filter(|term| !term.entry.is_per_record()) {
         let parameters = law_parameters(term.entry, &term.values);

@@ -1,10 +1,10 @@
 //! The physical effects of a model on the host: how they stand in `model.json`, and which axis each is bound to.
 
 use super::ModelAxis;
-use crate::corrections::is_correction;
-use crate::error::{Error, Result};
-use crate::study::nearest::suggestion;
-use crate::table::Table;
+use crate::model::corrections::is_correction;
+use crate::text::error::{Error, Result};
+use crate::text::nearest::suggestion;
+use crate::text::table::Table;
 use jointwatch_shared::effect::about::Parameter;
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry};
 use jointwatch_shared::model::{Model, axis, terms::InSi};

@@ -2,9 +2,9 @@
 
 use super::course::law_parameters;
 use super::{InputRange, Network, Polynomial, exponents};
-use crate::corrections::of_the_joint;
-use crate::error::Result;
-use crate::model_file::{Base, ModelFile, NoBase};
+use crate::model::corrections::of_the_joint;
+use crate::model::file::{Base, ModelFile, NoBase};
+use crate::text::error::Result;
 use jointwatch_shared::effect::{Instrument, Kinematics, Law as EffectLaw, Parameters, States};
 use jointwatch_shared::model::terms::InSi;
 
@@ -92,7 +92,7 @@ impl Evaluator {
     /// Prepares a model.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Data`] naming the effect that this version does not know.
+    /// [`crate::text::error::Kind::Data`] naming the effect that this version does not know.
     pub fn new(model: &ModelFile) -> Result<Self> {
         let effects = of_the_joint(&model.effects_in_si()?);
         let mut evaluator = Self::of_base(&model.base);

@@ -2,7 +2,7 @@
 
 use super::InputRange;
 use super::tanh::tanh_all;
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,7 @@
 
 use super::Polynomial;
 use super::powers::pair_products;
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 

@@ -1,6 +1,6 @@
 //! What a fit costs: CPU seconds of one thread.
 
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 use cpu_time::ThreadTime;
 
 /// Fits are repeated so many times; the median counts, because other programs may use the machine.

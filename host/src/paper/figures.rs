@@ -1,10 +1,10 @@
 //! The page's figures: which records they show, and the files they go into.
 
-use crate::error::{Error, Result};
-use crate::model_file::ModelFile;
-use crate::motion::{self, Motion};
+use crate::model::file::ModelFile;
 use crate::report::{Against, Course, Drawing, Figure, Panel, comparison, courses, phase};
+use crate::signal::motion::{self, Motion};
 use crate::study::{Role, Study};
+use crate::text::error::{Error, Result};
 
 /// Verification and validation of a model (Figs. 7 to 10 and 15 to 18): one figure each, for the last training record,
 /// which in a study of two axes is the one with both driven, and for the last validation record.
@@ -12,7 +12,7 @@ use crate::study::{Role, Study};
 /// `names` are the files' names without their ending, `words` those of the legend, what was measured and the model.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when the study lacks one of the roles or the model gives numbers that are not finite.
+/// [`crate::text::error::Kind::Data`] when the study lacks one of the roles or the model gives numbers that are not finite.
 pub(super) fn verification_and_validation(
     study: &Study,
     model: &ModelFile,
@@ -49,7 +49,7 @@ pub(super) fn verification_and_validation(
 /// the coupling needs both, so that its panels would be empty: the two records with one driven axis share a row.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when the model does not fit the study.
+/// [`crate::text::error::Kind::Data`] when the model does not fit the study.
 pub(super) fn training(study: &Study, model: &ModelFile, name: &str) -> Result<Drawing> {
     let motions = motion::motions(study, &model.filters)?;
     let trained = |motion: &&Motion| study.records[motion.record].role == Role::Train;

@@ -3,11 +3,11 @@
 use super::figures::{training, verification_and_validation};
 use super::network;
 use super::polynomials::Denominator;
-use crate::compare;
-use crate::error::{Error, Result};
-use crate::model_file::{AxisError, ModelFile};
+use crate::assess::compare;
+use crate::model::file::{AxisError, ModelFile};
 use crate::report::Drawing;
 use crate::study::{Role, Study};
+use crate::text::error::{Error, Result};
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -108,7 +108,7 @@ pub(super) struct Section {
 /// `../shared/data`.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when the logs are there but cannot be used.
+/// [`crate::text::error::Kind::Data`] when the logs are there but cannot be used.
 pub(super) fn section(source: &Source, data: Option<&Path>, restarts: usize) -> Result<Section> {
     let Some(folder) = locate(source, data) else {
         return Ok(Section {

@@ -19,8 +19,8 @@ pub use polynomials::Denominator;
 pub use simulated::{BothOnlyRun, Drawn, Sensors};
 pub use spread::Spread;
 
-use crate::error::{Error, Result};
-use crate::output;
+use crate::text::error::{Error, Result};
+use crate::text::output;
 use ratios::SeedRun;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -79,7 +79,7 @@ pub struct Paper {
 /// `progress` is told what is being done.
 ///
 /// # Errors
-/// [`crate::error::Kind::Usage`] for no seeds or no restarts; [`crate::error::Kind::Data`] when measured logs are there but cannot be
+/// [`crate::text::error::Kind::Usage`] for no seeds or no restarts; [`crate::text::error::Kind::Data`] when measured logs are there but cannot be
 /// used.
 pub fn paper(options: &PaperOptions, progress: &dyn Fn(&str)) -> Result<Paper> {
     if options.seeds == 0 || options.restarts == 0 {
@@ -141,7 +141,7 @@ pub fn paper(options: &PaperOptions, progress: &dyn Fn(&str)) -> Result<Paper> {
 /// Refuses a folder that cannot be made because a file is in its way, before anything is computed for it.
 ///
 /// # Errors
-/// [`crate::error::Kind::Failed`] with the file's path.
+/// [`crate::text::error::Kind::Failed`] with the file's path.
 pub fn check_folder(out: &Path) -> Result<()> {
     match out.ancestors().find(|folder| folder.exists()) {
         Some(file) if !file.is_dir() => Err(Error::failed(format!(
@@ -157,7 +157,7 @@ impl Paper {
     /// Writes `paper.md` into a folder, which is made when it is missing, and the figures into its folder `paper`.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Failed`] when a folder cannot be made or a file not be written.
+    /// [`crate::text::error::Kind::Failed`] when a folder cannot be made or a file not be written.
     pub fn write(&self, out: &Path) -> Result<()> {
         let figures = out.join("paper");
         std::fs::create_dir_all(&figures).map_err(|e| {

@@ -2,14 +2,14 @@
 
 use super::ratios::{Errors, NetworkRun};
 use super::spread::Spread;
-use crate::compare::Sums;
-use crate::error::{Error, Result};
+use crate::assess::compare::Sums;
+use crate::fit::identify;
 use crate::fit::network::{NetworkFit, NetworkOptions, Watch};
-use crate::identify;
-use crate::model_file::{Base, ModelFile};
-use crate::motion;
+use crate::model::file::{Base, ModelFile};
 use crate::report::courses;
+use crate::signal::motion;
 use crate::study::{Role, Study};
+use crate::text::error::{Error, Result};
 use std::sync::atomic::AtomicBool;
 
 /// The paper's error ratio: a training is timed up to where it has brought the polynomial's error down by this.
@@ -24,7 +24,7 @@ pub(super) struct Trained {
 /// Trains the network of a study, as `jointwatch identify --model network` does.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when the study cannot be trained on.
+/// [`crate::text::error::Kind::Data`] when the study cannot be trained on.
 pub(super) fn train(study: &Study, restarts: usize) -> Result<Trained> {
     let options = NetworkOptions {
         restarts,
@@ -48,7 +48,7 @@ impl Trained {
     /// Errors and costs for the tables; `plain` is the validation NMSE of the plain polynomial per axis, percent, in the common band.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Data`] when the study has no validation record.
+    /// [`crate::text::error::Kind::Data`] when the study has no validation record.
     pub(super) fn run(&self, study: &Study, plain: &[f64]) -> Result<NetworkRun> {
         let costs = self.fit.restarts.iter().map(|restart| restart.cpu_s);
         let one = Spread::of(costs.clone()).ok_or_else(|| {
@@ -65,7 +65,7 @@ impl Trained {
     /// Validation errors of every training in the order of their seeds, and which of them was kept.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Data`] when a record cannot be compared.
+    /// [`crate::text::error::Kind::Data`] when a record cannot be compared.
     pub(super) fn each(&self, study: &Study) -> Result<(Vec<Errors>, usize)> {
         let errors = self.fit.restarts.iter().map(|restart| {
             let mut model = self.model.clone();

@@ -8,9 +8,9 @@ use super::ratios::{
 };
 use super::spread::Spread;
 use super::{BothOnlyRun, PaperOptions, Results};
-use crate::diagnose::where_it_fails::significant;
-use crate::model_file::AxisError;
-use crate::sim::{ENCODER_STEP, SimulationOptions};
+use crate::assess::where_it_fails::significant;
+use crate::model::file::AxisError;
+use crate::simulate::{ENCODER_STEP, SimulationOptions};
 
 /// The axes of the simulated rig, as the text writes them.
 const AXES: [&str; 2] = ["x", "φ"];

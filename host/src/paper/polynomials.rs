@@ -1,16 +1,16 @@
 //! The three polynomial fits that the network is measured against, and what each costs.
 
 use super::cost::cpu_seconds;
-use crate::error::Result;
+use crate::fit::identify::{self, Prepared};
 use crate::fit::inertia::inertias;
 use crate::fit::moments::{Moments, Summation};
 use crate::fit::normal_equations;
 use crate::fit::polynomial::{Method, PolynomialOptions, fit_polynomial, input_ranges};
-use crate::identify::{self, Prepared};
 use crate::model::exponents;
-use crate::model_file::ModelFile;
-use crate::motion::Motion;
+use crate::model::file::ModelFile;
+use crate::signal::motion::Motion;
 use crate::study::Study;
+use crate::text::error::Result;
 use faer::Mat;
 use serde::Serialize;
 
@@ -57,7 +57,7 @@ impl Denominator {
     /// Learns it from a study, as `jointwatch identify` does.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Data`] when the study cannot be fitted.
+    /// [`crate::text::error::Kind::Data`] when the study cannot be fitted.
     pub(super) fn identify(self, study: &Study) -> Result<ModelFile> {
         Ok(identify::polynomial(study, &self.options(), &|_| ())?.model)
     }
@@ -68,7 +68,7 @@ impl Denominator {
     /// identification was. The cross-validation of the other two belongs to them: without it they have no coefficients.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Data`] when the records cannot be fitted.
+    /// [`crate::text::error::Kind::Data`] when the records cannot be fitted.
     pub(super) fn cpu_seconds(self, study: &Study, prepared: &Prepared) -> Result<f64> {
         let training = prepared.training(study);
         let band = &prepared.filters.band;
@@ -107,8 +107,8 @@ fn normal_solution(study: &Study, training: &[&Motion], band: &[f64]) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model_file::Base;
-    use crate::sim::{SimulationOptions, simulate};
+    use crate::model::file::Base;
+    use crate::simulate::{SimulationOptions, simulate};
 
     #[test]
     fn what_is_timed_as_plain_least_squares_is_the_plain_fit() {
@@ -126,12 +126,12 @@ mod tests {
         };
         // The fit adds its sums up fold by fold, so the two differ by rounding.
         for (axis, coefficients) in polynomial.coefficients.iter().enumerate() {
-            let largest = crate::compare::peak(coefficients);
+            let largest = crate::assess::compare::peak(coefficients);
             let differences = coefficients.iter().enumerate();
             let differences: Vec<f64> = differences
                 .map(|(term, expected)| timed[(term, axis)] - expected)
                 .collect();
-            let worst = crate::compare::peak(&differences) / largest;
+            let worst = crate::assess::compare::peak(&differences) / largest;
             println!("axis {axis}: coefficients differ by {worst:.1e} of the largest");
             assert!(worst < 1e-6);
         }

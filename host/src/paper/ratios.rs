@@ -2,11 +2,11 @@
 
 use super::polynomials::Denominator;
 use super::spread::Spread;
-use crate::compare;
-use crate::error::Result;
-use crate::model_file::ModelFile;
-use crate::motion;
+use crate::assess::compare;
+use crate::model::file::ModelFile;
+use crate::signal::motion;
 use crate::study::{Role, Study};
+use crate::text::error::Result;
 use serde::Serialize;
 
 /// The paper's Section 6.1: the network's percentage error on validation was about 16 times lower …
@@ -27,7 +27,7 @@ impl Errors {
     /// Of a model on the validation records of a study.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Data`] when a record cannot be compared.
+    /// [`crate::text::error::Kind::Data`] when a record cannot be compared.
     pub(super) fn of(model: &ModelFile, study: &Study) -> Result<Self> {
         let mut motions = motion::motions(study, &model.filters)?;
         motions.retain(|motion| study.records[motion.record].role == Role::Validate);

@@ -4,12 +4,12 @@ use super::figures::{training, verification_and_validation};
 use super::network;
 use super::polynomials::Denominator;
 use super::ratios::{Errors, PolynomialRun, SeedRun};
-use crate::error::Result;
-use crate::identify::Prepared;
-use crate::model_file::{AxisError, ModelFile};
+use crate::fit::identify::Prepared;
+use crate::model::file::{AxisError, ModelFile};
 use crate::report::Drawing;
-use crate::sim::{SimulationOptions, simulate};
+use crate::simulate::{SimulationOptions, simulate};
 use crate::study::Study;
+use crate::text::error::Result;
 use serde::Serialize;
 
 /// Through which sensors the simulated joint is seen.
@@ -50,7 +50,7 @@ pub(super) struct Learnt {
 /// Learns every model from one seed's study.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when a model cannot be learnt.
+/// [`crate::text::error::Kind::Data`] when a model cannot be learnt.
 pub(super) fn learn(sensors: Sensors, seed: u64, restarts: usize) -> Result<(SeedRun, Learnt)> {
     let study = sensors.study(seed)?;
     let prepared = Prepared::new(&study)?;
@@ -94,7 +94,7 @@ pub struct BothOnlyRun {
 /// such a model fails on other records.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when a model cannot be learnt.
+/// [`crate::text::error::Kind::Data`] when a model cannot be learnt.
 pub(super) fn learn_from_both_only(seed: u64, restarts: usize) -> Result<BothOnlyRun> {
     let mut study = Sensors::Perfect.study(seed)?;
     study.records.drain(..2);
@@ -124,7 +124,7 @@ impl Learnt {
     /// Figs. 6 to 10.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Data`] when a model gives numbers that are not finite.
+    /// [`crate::text::error::Kind::Data`] when a model gives numbers that are not finite.
     pub(super) fn drawings(&self) -> Result<Vec<Drawing>> {
         let mut drawings = vec![training(&self.study, &self.plain, "fig06-training")?];
         for (model, names, learner) in [

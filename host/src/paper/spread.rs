@@ -1,6 +1,6 @@
 //! A figure over several seeds: its median and its range.
 
-use crate::diagnose::where_it_fails::significant;
+use crate::assess::where_it_fails::significant;
 use serde::Serialize;
 use std::fmt;
 

@@ -1,9 +1,9 @@
 //! What a drawing shows of one axis of one record: its motion, and its restoring force measured and predicted.
 
-use crate::error::Result;
-use crate::model_file::ModelFile;
-use crate::motion::{Motion, low_pass};
+use crate::model::file::ModelFile;
+use crate::signal::motion::{Motion, low_pass};
 use crate::study::AxisKind;
+use crate::text::error::Result;
 
 /// One axis over one record; all series have the same length.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +37,7 @@ impl Course {
 /// Every axis of a record as a model sees it, the record's instruments put right ([`ModelFile::corrected`]); both forces low-passed alike, as the error figures have them.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when the states are not those of the model's inputs.
+/// [`crate::text::error::Kind::Data`] when the states are not those of the model's inputs.
 pub fn courses(model: &ModelFile, motion: &Motion) -> Result<Vec<Course>> {
     let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
     let predicted = model.predict(&states)?;

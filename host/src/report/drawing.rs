@@ -1,8 +1,8 @@
 //! Drawings as files: each has a name and an SVG document.
 
 use super::figure::Figure;
-use crate::error::{Error, Result};
-use crate::output;
+use crate::text::error::{Error, Result};
+use crate::text::output;
 use std::path::Path;
 
 /// A figure as it is written.
@@ -35,7 +35,7 @@ impl Drawing {
 /// Makes the folder for drawings where it is missing.
 ///
 /// # Errors
-/// [`crate::error::Kind::Failed`] when it cannot be made.
+/// [`crate::text::error::Kind::Failed`] when it cannot be made.
 pub fn make(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|e| {
         Error::failed(format!(

@@ -3,7 +3,7 @@
 use super::quantity::tick;
 use super::simplify::{extremes, simplify, simplify_to};
 use super::style::{self, Pen};
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -62,7 +62,7 @@ impl Figure {
     /// The figure as an SVG document of at most about 150 kB.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Data`] when a curve is empty or holds a number that is not finite.
+    /// [`crate::text::error::Kind::Data`] when a curve is empty or holds a number that is not finite.
     pub fn svg(&self) -> Result<String> {
         for panel in self.rows.iter().flatten() {
             panel.check()?;

@@ -8,6 +8,7 @@
 mod comparison;
 mod course;
 pub mod drawing;
+pub mod effects_page;
 mod figure;
 pub mod phase;
 pub mod pictures;

@@ -4,7 +4,7 @@ use super::course::Course;
 use super::figure::{Curve, Panel, Thinned};
 use super::quantity::Quantity;
 use super::style::Pen;
-use crate::compare::peak;
+use crate::assess::compare::peak;
 use std::ops::Range;
 
 /// What the restoring force is drawn over.

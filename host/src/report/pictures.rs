@@ -8,13 +8,13 @@ use super::staircase::{Step, staircase};
 use super::state_plane::StatePlane;
 use super::style::Pen;
 use super::time_history;
-use crate::compare::Comparison;
+use crate::assess::compare::Comparison;
+use crate::assess::where_it_fails::{Extent, Place};
 use crate::diagnose::PerAxis;
-use crate::diagnose::where_it_fails::{Extent, Place};
-use crate::error::Result;
-use crate::model_file::ModelFile;
-use crate::motion;
+use crate::model::file::ModelFile;
+use crate::signal::motion;
 use crate::study::{Role, Study};
+use crate::text::error::Result;
 use std::collections::HashSet;
 
 /// Per record and axis the force and the residual over time and the phase plots, and per axis the residual over the state
@@ -23,7 +23,7 @@ use std::collections::HashSet;
 /// `comparison` is that of the model on this study.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when the model does not fit the study or gives numbers that are not finite.
+/// [`crate::text::error::Kind::Data`] when the model does not fit the study or gives numbers that are not finite.
 pub fn of_model(study: &Study, model: &ModelFile, comparison: &Comparison) -> Result<Vec<Drawing>> {
     let corrected = model.corrected(study)?;
     let motions = motion::motions(&corrected, &model.filters)?;

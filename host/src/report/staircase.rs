@@ -3,9 +3,9 @@
 use super::figure::failed;
 use super::quantity::tick;
 use super::style;
+use crate::assess::where_it_fails::significant;
 use crate::diagnose::PerAxis;
-use crate::diagnose::where_it_fails::significant;
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -30,7 +30,7 @@ const LABELS: u32 = 96;
 /// `floors` are relative errors like those of the steps; an axis of which no floor is known gets no line.
 ///
 /// # Errors
-/// [`crate::error::Kind::Data`] when there is no step, or an axis has no error in one of them.
+/// [`crate::text::error::Kind::Data`] when there is no step, or an axis has no error in one of them.
 pub fn staircase(axes: &[&str], steps: &[Step], floors: &PerAxis) -> Result<String> {
     if axes.is_empty() || steps.is_empty() {
         return Err(Error::data(

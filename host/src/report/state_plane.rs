@@ -4,9 +4,9 @@ use super::course::Course;
 use super::figure::{failed, limits};
 use super::quantity::{Quantity, tick};
 use super::style;
-use crate::compare::peak;
-use crate::diagnose::where_it_fails::{Condition, Extent, Place, significant};
-use crate::error::{Error, Result};
+use crate::assess::compare::peak;
+use crate::assess::where_it_fails::{Condition, Extent, Place, significant};
+use crate::text::error::{Error, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -46,7 +46,7 @@ impl StatePlane<'_> {
     /// framed and lettered, and below them in words.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Data`] when there are no rows or a number is not finite.
+    /// [`crate::text::error::Kind::Data`] when there are no rows or a number is not finite.
     pub fn svg(&self) -> Result<String> {
         let Some(first) = self.courses.first() else {
             return Err(Error::data("a map of the residual needs a record"));

@@ -14,7 +14,7 @@
 
 use super::design::NARROWEST_DERIVATIVE;
 use super::spectrum::{Accumulator, Spectrum};
-use crate::motion::Motion;
+use crate::signal::motion::Motion;
 use crate::study::{Channels, Role, Study};
 use nalgebra::{Matrix4, Vector4};
 

@@ -3,9 +3,9 @@
 use super::band::{WIDEST, common_band_hz, state_band_hz};
 use super::design::{Ideal, design, taps_for, transition_for};
 use super::fir::{quantise, to_f64};
-use crate::error::{Error, Result};
-use crate::motion::motions;
+use crate::signal::motion::motions;
 use crate::study::Study;
+use crate::text::error::{Error, Result};
 use jointwatch_shared::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
 use serde::{Deserialize, Serialize};
 

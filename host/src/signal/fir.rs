@@ -1,6 +1,6 @@
 //! Applying a linear-phase FIR filter with zero phase, and the integer taps that the device shares.
 
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 use jointwatch_shared::rig::Taps;
 use pulp::{Arch, Simd, WithSimd};
 

@@ -8,7 +8,7 @@
 use super::band::DISPLACEMENT_FLOOR;
 use super::fir::apply;
 use super::spectrum::Accumulator;
-use crate::motion::{Filters, Motion};
+use crate::signal::motion::{Filters, Motion};
 use crate::study::Study;
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -148,8 +148,8 @@ impl ForwardsAndBackwards {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::motions;
-    use crate::sim::{Simulation, SimulationOptions, simulate};
+    use crate::signal::motion::motions;
+    use crate::simulate::{Simulation, SimulationOptions, simulate};
 
     const RATE: f64 = 2000.0;
 

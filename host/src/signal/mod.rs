@@ -10,6 +10,7 @@ pub mod every;
 pub mod filters;
 pub mod fir;
 pub(crate) mod mixed_acceleration;
+pub mod motion;
 pub mod spectrum;
 
 #[cfg(test)]

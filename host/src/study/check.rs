@@ -9,7 +9,7 @@
 
 use super::plan::{AxisPlan, Plan};
 use super::{Channels, Record, Study};
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 
 /// An axis moves in a record when an encoder spans at least this share of what it spans in its liveliest record; less is
 /// what the other axis shakes into it.

@@ -4,7 +4,7 @@
 //! shows, comments and blank lines counted.
 
 use super::log::{Log, Numbering, Request, line_name};
-use crate::error::Result;
+use crate::text::error::Result;
 
 /// Reads the wanted columns.
 pub(crate) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Log> {
@@ -164,7 +164,7 @@ fn wrong_length(
     cells: usize,
     heading: usize,
     delimiter: char,
-) -> crate::error::Error {
+) -> crate::text::error::Error {
     let try_this = if cells < heading {
         "the row is short: repair it, or leave it out with rows = […] if the log was cut off here"
     } else if delimiter == ',' {

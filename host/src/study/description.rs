@@ -1,8 +1,8 @@
 //! `study.toml` word for word, before any log is opened: its keys, their types, and what a misspelt key probably meant.
 
-use super::nearest::suggestion;
 use super::{AxisKind, Convention, Role};
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
+use crate::text::nearest::suggestion;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, de};

@@ -3,7 +3,7 @@
 //! The columns are called 0, 1, … unless the `[[record]]` names them with `columns = […]`.
 
 use super::log::{Log, Numbering, Request};
-use crate::error::Result;
+use crate::text::error::Result;
 use serde::Deserialize;
 use serde_json::Value;
 

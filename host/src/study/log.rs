@@ -1,8 +1,8 @@
 //! A log file: the columns that a study uses, read from whichever format the file is in.
 
-use super::nearest::suggestion;
 use super::{csv, json, matlab};
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
+use crate::text::nearest::suggestion;
 use std::path::Path;
 
 /// A column that the study uses.

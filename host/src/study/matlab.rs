@@ -1,7 +1,7 @@
 //! Reader of MATLAB files of version 5 (`save -v6`, `save -v7`): each numeric vector is a column.
 
 use super::log::{Log, Numbering, Request};
-use crate::error::Result;
+use crate::text::error::Result;
 use matfile::{Array, MatFile, NumericData};
 
 /// Reads the wanted columns.

@@ -9,13 +9,13 @@ pub(crate) mod description;
 mod json;
 mod log;
 mod matlab;
-pub(crate) mod nearest;
 mod plan;
 mod read;
+pub(crate) mod symbols;
 pub mod time;
 mod units;
 
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
 use std::path::PathBuf;
 
 /// Translation (m, N, kg) or rotation (rad, N·m, kg·m²).
@@ -138,7 +138,7 @@ impl Study {
     /// `learnt` is what was learnt, as it stands in the sentence; `axes` are its axes and `sample_rate_hz` its rate.
     ///
     /// # Errors
-    /// [`crate::error::Kind::Data`], one sentence.
+    /// [`crate::text::error::Kind::Data`], one sentence.
     pub fn check_fits<'a>(
         &self,
         learnt: &str,

@@ -2,10 +2,10 @@
 
 use super::description::{AxisEntry, ChannelTable, Description, Source};
 use super::log::{Log, Wanted};
-use super::nearest::suggestion;
 use super::units::Quantity;
 use super::{Axis, Channels};
-use crate::error::{Error, Result};
+use crate::text::error::{Error, Result};
+use crate::text::nearest::suggestion;
 use std::collections::HashSet;
 use toml::Spanned;
 

@@ -4,7 +4,7 @@ use super::description::{Description, RecordEntry, Source};
 use super::log::{Log, Request};
 use super::plan::{Plan, plan};
 use super::{Channels, Record, Role, Study, check, time};
-use crate::error::{Error, Result, in_order};
+use crate::text::error::{Error, Result, in_order};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ impl Study {
     /// Reads `study.toml` (or the one in the folder `path`) and all its logs, in parallel, and checks everything.
     ///
     /// # Errors
-    /// One sentence of kind [`Data`](crate::error::Kind::Data) that names the file, the row (the line of a text file), the
+    /// One sentence of kind [`Data`](crate::text::error::Kind::Data) that names the file, the row (the line of a text file), the
     /// column and what to try; `docs/reference/study.md` lists what is refused.
     pub fn read(path: &Path) -> Result<Self> {
         let path = if path.is_dir() {

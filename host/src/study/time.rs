@@ -1,7 +1,7 @@
 //! The time column: is it even, does it agree with the stated rate, and which samples were dropped?
 
 use super::log::{Log, Request};
-use crate::error::Result;
+use crate::text::error::Result;
 
 /// Missing samples in a row that may be bridged.
 pub const LONGEST_GAP: usize = 5;

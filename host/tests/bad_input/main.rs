@@ -6,8 +6,8 @@ mod outputs;
 mod physical;
 mod study_file;
 
-use jointwatch::error::{Error, Kind};
 use jointwatch::study::Study;
+use jointwatch::text::error::{Error, Kind};
 use std::fs;
 use tempfile::TempDir;
 

@@ -5,7 +5,7 @@
 //! on every rig, under every drive.
 
 use clap::Parser;
-use jointwatch::sim::RigParameters;
+use jointwatch::simulate::RigParameters;
 use jointwatch_tests::detection::detect;
 use jointwatch_tests::false_alarms::{Campaign, WANTED_HOURS, report};
 use jointwatch_tests::watched::{Learnt, Subject};

@@ -1,9 +1,9 @@
 //! A healthy run: the host's bits, and what a sample and the image cost.
 
 use super::subject::{RATE_HZ, counters, image, same_bits, subject, validation};
-use jointwatch::device::{self, Board};
 use jointwatch::emulate::bench::{REST, STAGES, Scenario};
 use jointwatch::emulate::device::Device;
+use jointwatch::emulate::selftest::{self, Board};
 use jointwatch::emulate::size;
 use jointwatch_shared::monitor::State;
 use jointwatch_shared::telemetry::{Counters, Event};
@@ -23,7 +23,7 @@ const MOST_OF_START: u32 = 4_200_000;
 fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
     let subject = subject();
     let rows = validation().rows as u64;
-    let flashed = device::build(Board::Stm32f405, "jointwatch").unwrap();
+    let flashed = selftest::build(Board::Stm32f405, "jointwatch").unwrap();
     let flash = [&flashed, image()].map(|image| size::of(image).unwrap().flash);
     println!(
         "flash: {} bytes of the image that is flashed, {} of the emulated one; at most {MOST_FLASH}",

@@ -1,13 +1,13 @@
 //! The device that is emulated: a simulated rig, its models, and runs of the firmware over its validation record.
 
-use jointwatch::device;
+use jointwatch::device::export::export;
 use jointwatch::emulate::bench::{Run, Scenario};
 use jointwatch::emulate::device::Device;
 use jointwatch::emulate::judge::Known;
-use jointwatch::export::export;
+use jointwatch::emulate::selftest;
+use jointwatch::fit::identify;
 use jointwatch::fit::polynomial::PolynomialOptions;
-use jointwatch::identify;
-use jointwatch::sim::{Simulation, SimulationOptions, simulate};
+use jointwatch::simulate::{Simulation, SimulationOptions, simulate};
 use jointwatch::study::{Record, Role};
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
@@ -60,7 +60,7 @@ pub(crate) fn validation() -> &'static Record {
 
 pub(crate) fn image() -> &'static Path {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
-    IMAGE.get_or_init(|| device::emulated().unwrap_or_else(|why| panic!("{why}")))
+    IMAGE.get_or_init(|| selftest::emulated().unwrap_or_else(|why| panic!("{why}")))
 }
 
 pub(crate) fn polynomial() -> Device<'static> {

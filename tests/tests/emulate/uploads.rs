@@ -1,13 +1,13 @@
 //! Models that are uploaded, and slots that hold none that may run.
 
 use super::subject::{polynomial, run, run_with, said, same_bits, subject};
+use jointwatch::device::rig_block;
+use jointwatch::device::signing::{PrivateKey, SignedModel};
+use jointwatch::device::upload::Patience;
 use jointwatch::emulate::bench::Scenario;
 use jointwatch::emulate::device::Device;
 use jointwatch::emulate::line::{Talk, Uploading};
-use jointwatch::error::Error;
-use jointwatch::rig_block;
-use jointwatch::signing::{PrivateKey, SignedModel};
-use jointwatch::upload::Patience;
+use jointwatch::text::error::Error;
 use jointwatch_shared::blob;
 use jointwatch_shared::monitor::Cause;
 use jointwatch_shared::rig_block::RigBlock;

@@ -5,12 +5,12 @@
 mod models;
 mod sample;
 
-use jointwatch::device::{self, Board, SelfTestReport, SlotState};
-use jointwatch::signing::{PrivateKey, SignedModel};
+use jointwatch::device::signing::{PrivateKey, SignedModel};
+use jointwatch::emulate::selftest::{self, Board, SelfTestReport, SlotState};
 use jointwatch_shared::blob::{self, BLOB_LEN};
 use jointwatch_shared::model::Model;
 use jointwatch_shared::model::network::NEURONS;
-use jointwatch_shared::selftest::{self, reference_model};
+use jointwatch_shared::selftest::{self as arithmetic, reference_model};
 use jointwatch_shared::selftest_chain::chain_digest;
 use jointwatch_shared::selftest_network::reference_network;
 use jointwatch_tests::elf::Image;
@@ -30,17 +30,17 @@ const MOST_OF_EFFECTS: u32 = 2000;
 const MOST_OF_MEMORY: u32 = 700;
 
 fn image(board: Board) -> PathBuf {
-    device::selftest(board).unwrap_or_else(|why| panic!("{why}"))
+    selftest::selftest(board).unwrap_or_else(|why| panic!("{why}"))
 }
 
 fn flashed_image() -> PathBuf {
-    device::build(Board::Stm32f405, "jointwatch").unwrap_or_else(|why| panic!("{why}"))
+    selftest::build(Board::Stm32f405, "jointwatch").unwrap_or_else(|why| panic!("{why}"))
 }
 
 fn run(board: Board, slot: Option<&[u8]>, points: u32) -> SelfTestReport {
     let file = slot.map(file);
     let blob = file.as_ref().map(|file| file.path());
-    device::run_selftest(board, &image(board), blob, points).unwrap_or_else(|why| panic!("{why}"))
+    selftest::run_selftest(board, &image(board), blob, points).unwrap_or_else(|why| panic!("{why}"))
 }
 
 fn file(bytes: &[u8]) -> NamedTempFile {
@@ -53,7 +53,7 @@ fn file(bytes: &[u8]) -> NamedTempFile {
 fn same_bits(report: &SelfTestReport, name: &str, model: &Model) {
     let device = report.model(name);
     let device = device.unwrap_or_else(|| panic!("no digest of {name}: {report:?}"));
-    let host = selftest::digest(model, device.seed, device.points);
+    let host = arithmetic::digest(model, device.seed, device.points);
     assert_eq!(
         device.digest, host,
         "{name} over {} points: device {:#018x}, host {host:#018x}",
@@ -124,7 +124,7 @@ fn instructions_are_few_and_do_not_depend_on_the_input() {
             let counted = counted.unwrap_or_else(|| panic!("no count of {name}: {report:?}"));
             println!("{name}: {counted:?}");
             assert!(
-                counted.inputs > selftest::CORNER_POINTS,
+                counted.inputs > arithmetic::CORNER_POINTS,
                 "corners and random points"
             );
             assert_eq!(counted.least, counted.most, "{name}");
@@ -249,7 +249,7 @@ fn faults_and_panics_end_the_self_test_as_failures() {
     let panic = image.patched(image.address("__vector_table") + 4, &handler.to_le_bytes());
     for (what, bytes) in [("fault", fault), ("panic", panic)] {
         let elf = file(&bytes);
-        let why = device::run_selftest(Board::Stm32f405, elf.path(), None, 0);
+        let why = selftest::run_selftest(Board::Stm32f405, elf.path(), None, 0);
         let why = why.expect_err("it must not pass").sentence;
         assert!(why.contains("ended with exit status: 1"), "{what}: {why}");
     }

@@ -2,7 +2,7 @@
 
 use crate::models::{model, network, with_effect};
 use crate::run;
-use jointwatch::device::Board;
+use jointwatch::emulate::selftest::Board;
 use jointwatch_shared::blob;
 use jointwatch_shared::effect::{EFFECTS, Entry, Seat};
 use jointwatch_shared::model::Model;

@@ -4,12 +4,12 @@
 //! a law has corners, and filtering the states first would round them. Behind the low-pass neighbours say nearly the
 //! same, so the rows are thinned out to what the filter's stop band allows.
 
-use crate::corrections::of_the_joint;
-use crate::lines::{self, QUARTER};
+use crate::model::corrections::of_the_joint;
 use crate::model::course::{Course, add_forces, law_parameters};
 use crate::model::effects::Bound;
-use crate::motion::Motion;
+use crate::model::mains_hum::{self, QUARTER};
 use crate::signal::fir::{apply_every, shut_from_hz};
+use crate::signal::motion::Motion;
 use crate::study::{Axis, Convention};
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
 use jointwatch_shared::effect::{Acts, MAX_PARAMETERS, Parameters};
@@ -300,7 +300,7 @@ impl<'a> Records<'a> {
         }
         for pair in self.columns(bound, values).chunks_exact(2) {
             let [first, second] = pair else { continue };
-            let found = lines::least_squares([first, second], residual);
+            let found = mains_hum::least_squares([first, second], residual);
             for ((r, a), b) in residual.iter_mut().zip(first).zip(second) {
                 *r -= found[0] * a + found[1] * b;
             }
@@ -315,7 +315,7 @@ impl<'a> Records<'a> {
             &residual[start - count..start]
         });
         let records: Vec<&[f64]> = records.collect();
-        lines::strongest(&records, self.thinned_rate_hz, shape)
+        mains_hum::strongest(&records, self.thinned_rate_hz, shape)
     }
 
     /// The force of a law with these parameters, as the law takes them; in one record alone, or in all.

@@ -12,10 +12,10 @@ pub(crate) use solution::{AnotherStart, Solution, solve, solve_also_from, solved
 
 use super::inertia::Inertia;
 use super::polynomial::check_records;
-use crate::error::{Error, Result};
 use crate::model::effects::Bound;
-use crate::motion::Motion;
+use crate::signal::motion::Motion;
 use crate::study::Axis;
+use crate::text::error::{Error, Result};
 use columns::Records;
 use intervals::QUANTILE;
 use jointwatch_shared::effect::about::Role;

@@ -6,9 +6,9 @@
 
 use super::columns::Records;
 use super::unknowns::ShapeUnknown;
-use crate::error::Result;
 use crate::fit::normal_equations;
 use crate::model::effects::Bound;
+use crate::text::error::Result;
 use faer::{Mat, Par};
 use rayon::prelude::*;
 

@@ -4,9 +4,9 @@ use super::columns::Records;
 use super::projection::{Problem, Solved, Stopped};
 use super::starts;
 use super::unknowns::{self, ShapeUnknown, is_physical};
-use crate::error::{Error, Result};
 use crate::model::effects::Bound;
 use crate::study::Axis;
+use crate::text::error::{Error, Result};
 use jointwatch_shared::model::terms::InSi;
 
 /// Thinned rows that are wanted for each parameter.

@@ -26,10 +26,10 @@ pub use outcome::{
 use super::coverage::training_warnings;
 use super::inertia::inertias;
 use super::polynomial::{check_records, input_ranges};
-use crate::error::{Error, Result};
 use crate::model::InputRange;
-use crate::motion::Motion;
+use crate::signal::motion::Motion;
 use crate::study::Axis;
+use crate::text::error::{Error, Result};
 use restarts::MOST_RESTARTS;
 use rows::{Piece, Rows};
 use stages::Limits;

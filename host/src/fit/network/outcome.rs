@@ -1,9 +1,9 @@
 //! What a training tells: while it runs, when it ends, and why.
 
-use crate::error::Result;
 use crate::fit::inertia::Inertia;
 use crate::model::Network;
-use crate::motion::Motion;
+use crate::signal::motion::Motion;
+use crate::text::error::Result;
 use std::fmt;
 use std::sync::atomic::AtomicBool;
 

@@ -3,8 +3,8 @@
 use super::outcome::{GaveUp, NetworkProgress, Restart, Stop, TracePoint, Watch};
 use super::rows::Rows;
 use super::stages::{Limits, Snapshot, Training, train};
-use crate::error::{Error, Result};
 use crate::model::{InputRange, Network};
+use crate::text::error::{Error, Result};
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 

@@ -10,9 +10,9 @@ use super::outcome::{LeftOut, NetworkProgress, SizeCurve, SizeError, Watch};
 use super::restarts;
 use super::rows::{Piece, Rows};
 use super::{NetworkOptions, parameters};
-use crate::compare::{RESTS_BELOW, Sums};
-use crate::error::{Error, Result};
+use crate::assess::compare::{RESTS_BELOW, Sums};
 use crate::model::InputRange;
+use crate::text::error::{Error, Result};
 use rayon::prelude::*;
 
 /// The sizes that are tried.

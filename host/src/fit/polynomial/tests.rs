@@ -1,7 +1,7 @@
 //! Known truth must come back: planted coefficients, springs, dampers, masses and terms.
 
 use super::*;
-use crate::sim::{Joint, RigParameters, SimulationOptions, simulate};
+use crate::simulate::{Joint, RigParameters, SimulationOptions, simulate};
 use crate::study::{AxisKind, Convention, Role};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -4,12 +4,12 @@
 //! its hidden layer kept, a sum of its neurons and a constant. They are evaluated on the wide-band states and low-passed and
 //! thinned out as the effects beside them are. Every axis is a sum of the same functions with factors of its own.
 
-use crate::error::{Error, Result};
 use crate::fit::effects::columns::Records;
 use crate::fit::{legendre, ridge};
+use crate::model::file::Base;
 use crate::model::{InputRange, Network, Polynomial, exponents};
-use crate::model_file::Base;
-use crate::motion::Motion;
+use crate::signal::motion::Motion;
+use crate::text::error::{Error, Result};
 use faer::Mat;
 use rayon::prelude::*;
 

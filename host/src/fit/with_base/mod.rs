@@ -16,11 +16,11 @@ use super::effects::{
 use super::inertia::inertias;
 use super::polynomial::check_records;
 use super::ridge;
-use crate::error::{Error, Result};
 use crate::model::effects::Bound;
-use crate::model_file::{AxisError, Base, ModelFile};
-use crate::motion::Motion;
+use crate::model::file::{AxisError, Base, ModelFile};
+use crate::signal::motion::Motion;
 use crate::study::Axis;
+use crate::text::error::{Error, Result};
 use aside::{AxisAside, mean_gram};
 use blocks::{Folds, held_out};
 use faer::Mat;

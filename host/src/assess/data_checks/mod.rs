@@ -1,0 +1,121 @@
+//! Whether the logs can be believed, before anything is read into them: clipped, stuck, dropped out, too coarse, humming, skewed.
+//!
+//! A finding is serious when what it spoils is of the size of the effects that a diagnosis looks for; then the verdict is "data".
+//! The others are remarks: they are said, and the diagnosis stands.
+
+mod channel;
+mod clipping;
+mod dropouts;
+mod mains;
+mod skew;
+mod stuck;
+
+use crate::signal::motion::Filters;
+use crate::study::{Role, Study};
+use channel::channels;
+use rayon::prelude::*;
+
+/// Something that is wrong with the data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// What, in which channel and record, from which row on, and what to do; without a full stop.
+    pub sentence: String,
+    /// Whether a diagnosis means nothing before it is put right.
+    pub serious: bool,
+}
+
+/// Counts from one end of the motion to the other below which a displacement has too few: rounding to counts then makes an
+/// error of 1/(√12·counts) of the motion, which for a spring is above the half per cent at which effects are looked for.
+const FEW_COUNTS: f64 = 50.0;
+/// Counts below which it is next to nothing: the rounding alone is 3 % of the motion.
+const NEXT_TO_NO_COUNTS: f64 = 10.0;
+
+/// Everything that is wrong with a study's data, the serious first.
+pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
+    let liveliest: Vec<Vec<f64>> = (0..study.axes.len())
+        .map(|index| liveliest(study, index))
+        .collect();
+    let records = study.records.par_iter().flat_map_iter(|record| {
+        let axes = study.axes.iter().zip(&record.axes).zip(&liveliest);
+        axes.flat_map(|((axis, logged), liveliest)| {
+            let all = channels(axis, logged);
+            let place = Place {
+                file: &record.file,
+                first_row: record.first_row,
+                sample_rate_hz: study.sample_rate_hz,
+            };
+            let mut found = stuck::check(&all, liveliest, &place);
+            for channel in &all {
+                found.extend(clipping::check(channel, &place));
+                found.extend(dropouts::check(channel, &place));
+            }
+            found
+        })
+        .collect::<Vec<_>>()
+    });
+    let mut found: Vec<Finding> = records.collect();
+    for index in 0..study.axes.len() {
+        found.extend(coarse(study, index));
+        found.extend(mains::check(study, index));
+        found.extend(skew::check(study, index, filters));
+    }
+    found.sort_by_key(|finding| !finding.serious);
+    found
+}
+
+/// What was found, in words, the serious first.
+pub fn sentences(findings: Vec<Finding>) -> Vec<String> {
+    findings.into_iter().map(|f| f.sentence).collect()
+}
+
+/// The greatest liveliness of every channel of an axis in any record.
+fn liveliest(study: &Study, index: usize) -> Vec<f64> {
+    let records = study.records.iter();
+    let all = records.map(|record| channels(&study.axes[index], &record.axes[index]));
+    all.fold(Vec::new(), |mut most: Vec<f64>, channels| {
+        most.resize(channels.len(), 0.0);
+        for (most, channel) in most.iter_mut().zip(&channels) {
+            *most = most.max(channel::liveliness(channel.series));
+        }
+        most
+    })
+}
+
+/// Where in which record something was found.
+struct Place<'a> {
+    file: &'a str,
+    first_row: usize,
+    sample_rate_hz: f64,
+}
+
+impl Place<'_> {
+    /// A row as the file counts it, and when it was.
+    fn row(&self, row: usize) -> String {
+        format!(
+            "row {} ({:.3} s)",
+            self.first_row + row,
+            row as f64 / self.sample_rate_hz
+        )
+    }
+}
+
+/// Whether an encoder's count is too coarse for the motion of an axis.
+fn coarse(study: &Study, index: usize) -> Option<Finding> {
+    let axis = &study.axes[index];
+    let step = axis.encoder_step?;
+    let training = study.records.iter().filter(|r| r.role == Role::Train);
+    let ranges = training.map(|record| {
+        let relative = crate::signal::band::relative_displacement(&record.axes[index]);
+        channel::range(&relative)
+    });
+    let counts = ranges.fold(0.0, f64::max) / step;
+    // Next to no motion at all is not the encoder's fault; the fit says what it could not determine.
+    (1.0..FEW_COUNTS).contains(&counts).then(|| Finding {
+        sentence: format!(
+            "axis {}: its displacement moves over {counts:.0} counts of the encoder in all training records, and its velocity is \
+             derived from those; shake harder, or use a finer encoder",
+            axis.name
+        ),
+        serious: counts < NEXT_TO_NO_COUNTS,
+    })
+}

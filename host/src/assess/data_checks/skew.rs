@@ -1,0 +1,158 @@
+//! Skew between accelerometer and encoder of one body: the phase of their cross-spectrum grows with frequency.
+//!
+//! The acceleration is the second derivative of the position, whatever the joint does; so what their phases differ by is the
+//! instruments' doing. A force channel that is late is another matter: the search names it `time_delay`.
+
+use super::Finding;
+use crate::signal::fir::apply;
+use crate::signal::motion::Filters;
+use crate::study::Study;
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+use std::f64::consts::{PI, TAU};
+
+/// Rows per window.
+const SEGMENT: usize = 2048;
+/// Squared coherence from which on a frequency counts.
+const COHERENT: f64 = 0.95;
+/// Frequencies that must count.
+const LEAST_LINES: usize = 8;
+/// A skew of less than this part of a sample is no fault of a log.
+const LEAST_SAMPLES: f64 = 0.3;
+/// Phase at the frequency where most of the acceleration is that is worth a word, rad: the inertia force is then wrong by this
+/// part of itself, a quarter of a turn from where it should be, which is where damping is.
+const WORTH_A_WORD: f64 = 0.02;
+/// Phase from which on a diagnosis means nothing: a twentieth of the inertia force is read as damping.
+const SERIOUS: f64 = 0.05;
+/// Standard errors by which a skew must be beyond chance.
+const SURE: f64 = 6.0;
+
+/// The skew of an axis's accelerometer against the encoder of its body, over all records.
+pub(super) fn check(study: &Study, index: usize, filters: &Filters) -> Option<Finding> {
+    let rate = study.sample_rate_hz;
+    let mut cross = Cross::new();
+    for record in &study.records {
+        let logged = &record.axes[index];
+        let (Some(acceleration), Some(body)) = (&logged.acceleration, &logged.body_position) else {
+            continue;
+        };
+        if body.len() < filters.acceleration.len() + SEGMENT {
+            continue;
+        }
+        let half = filters.acceleration.len() / 2;
+        let derived = apply(body, &filters.acceleration);
+        cross.add(&acceleration[half..half + derived.len()], &derived);
+    }
+    let delay = cross.delay(rate, filters.state_band_hz)?;
+    let phase = delay.seconds.abs() * TAU * delay.centre_hz;
+    let samples = delay.seconds * rate;
+    if samples.abs() < LEAST_SAMPLES
+        || phase < WORTH_A_WORD
+        || delay.seconds.abs() < SURE * delay.error_s
+    {
+        return None;
+    }
+    Some(Finding {
+        sentence: format!(
+            "all records: the acceleration channel of {} is {:.3} ms ({:.1} samples) {} than its body position says; shift it in the \
+             logger, or leave `acceleration` out of study.toml so that it is derived from the position",
+            study.axes[index].name,
+            1e3 * delay.seconds.abs(),
+            samples.abs(),
+            if samples > 0.0 { "later" } else { "earlier" }
+        ),
+        serious: phase >= SERIOUS,
+    })
+}
+
+/// Auto- and cross-spectra of two channels over several records.
+struct Cross {
+    first: Vec<f64>,
+    second: Vec<f64>,
+    both: Vec<Complex<f64>>,
+    windows: usize,
+}
+
+/// Frequency in Hz, phase in rad, power and share of noise.
+type Line = (f64, f64, f64, f64);
+
+/// By how much the first channel is later than the second.
+struct Delay {
+    seconds: f64,
+    error_s: f64,
+    /// Where most of what both hold lies, Hz.
+    centre_hz: f64,
+}
+
+impl Cross {
+    fn new() -> Self {
+        let lines = SEGMENT / 2 + 1;
+        Self {
+            first: vec![0.0; lines],
+            second: vec![0.0; lines],
+            both: vec![Complex::default(); lines],
+            windows: 0,
+        }
+    }
+
+    fn add(&mut self, first: &[f64], second: &[f64]) {
+        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(SEGMENT);
+        let spectrum = |part: &[f64]| {
+            let mean = part.iter().sum::<f64>() / SEGMENT as f64;
+            let window = |row: usize| 0.5 - 0.5 * (2.0 * PI * row as f64 / SEGMENT as f64).cos();
+            let rows = part.iter().enumerate();
+            let mut input: Vec<f64> = rows.map(|(row, v)| (v - mean) * window(row)).collect();
+            let mut output = transform.make_output_vec();
+            // Both have the lengths that the transform asks for.
+            transform
+                .process(&mut input, &mut output)
+                .is_ok()
+                .then_some(output)
+        };
+        let windows = first.windows(SEGMENT).zip(second.windows(SEGMENT));
+        for (a, b) in windows.step_by(SEGMENT / 2) {
+            let (Some(a), Some(b)) = (spectrum(a), spectrum(b)) else {
+                return;
+            };
+            for (line, (a, b)) in a.iter().zip(&b).enumerate() {
+                self.first[line] += a.norm_sqr();
+                self.second[line] += b.norm_sqr();
+                self.both[line] += a.conj() * b;
+            }
+            self.windows += 1;
+        }
+    }
+
+    /// The slope of the phase over frequency, by least squares weighted with what each frequency holds.
+    fn delay(&self, rate: f64, band_hz: f64) -> Option<Delay> {
+        // With one window everything is coherent.
+        if self.windows < 4 {
+            return None;
+        }
+        let resolution = rate / SEGMENT as f64;
+        let mut lines = Vec::new();
+        for (line, both) in self.both.iter().enumerate().skip(2) {
+            let hz = line as f64 * resolution;
+            let power = self.first[line] * self.second[line];
+            if hz <= 0.8 * band_hz && power > 0.0 && both.norm_sqr() >= COHERENT * power {
+                // Phases of a skew of a few samples stay within half a turn.
+                let noise = 1.0 - both.norm_sqr() / power;
+                lines.push((hz, both.arg(), self.first[line], noise.max(1e-12)));
+            }
+        }
+        if lines.len() < LEAST_LINES {
+            return None;
+        }
+        let weight = |&(_, _, power, noise): &Line| power.sqrt() / noise;
+        let sum = |f: &dyn Fn(&Line) -> f64| lines.iter().map(f).sum::<f64>();
+        let curvature = sum(&|l| weight(l) * l.0 * l.0);
+        let slope = sum(&|l| weight(l) * l.0 * l.1) / curvature;
+        let scatter = sum(&|l| weight(l) * (l.1 - slope * l.0).powi(2)) / lines.len() as f64;
+        let power = sum(&|l| l.2);
+        Some(Delay {
+            seconds: slope / TAU,
+            error_s: (scatter / curvature).sqrt() / TAU,
+            centre_hz: sum(&|l| l.2 * l.0) / power,
+        })
+    }
+}

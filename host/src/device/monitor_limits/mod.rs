@@ -1,0 +1,382 @@
+//! The monitor's limits, from how a healthy joint's validation records look after the device's own integers.
+//!
+//! Every record runs through the chain and the monitor itself; what the monitor sums up per block is what the limits are
+//! set on. `docs/explanation/monitor.md` derives the formulas; in short, per statistic y and side:
+//!
+//! - in-control mean μ: the largest over the records (a model is better on one than on another), plus its own uncertainty;
+//! - drift = μ + a part of the shift that a change by 10 % of the RMS force makes: a half for the error, and for stiffness and friction
+//!   that part with which the change is found soonest;
+//! - increments z = min(y − drift, c), as the device holds them, as if every record had the mean μ;
+//! - θ, the rate at which the sum's excursions die out: the root of E exp(θ·Z) = 1 for Z the sum of 1, 2, 4 (and for the error 8 and
+//!   16) blocks in a row of any record, whose highest tenth an exponential continues, and the Gaussian −2·E z/σ² with the long-run
+//!   variance of all records' z, steps down held to c as well, and its own uncertainty; the smallest counts;
+//! - threshold = ln(blocks between false alarms × statistics)/θ, and never under a least one.
+
+mod cusum;
+
+use crate::assess::compare::RESTS_BELOW;
+use crate::device::replay::SetUp;
+use crate::signal::every::every_log2;
+use crate::signal::filters::Filters;
+use crate::study::{Record, Role, Study};
+use crate::text::error::{Error, Result};
+pub use cusum::Healthy;
+use cusum::healthy;
+use jointwatch_shared::model::Model;
+use jointwatch_shared::monitor::limits::{
+    AxisLimits, BLOCK, CHANNELS, Cusum, FEWEST_VALUES, Limits, MOST_CUSUM, TwoSided,
+};
+use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, OCTAVE, Sums, share_of_change};
+use jointwatch_shared::pipeline::{Output, RawSample};
+use jointwatch_shared::rig::MOST_BAND_EVERY_LOG2;
+
+/// The change of stiffness or friction that the limits are tuned to, as a part of the RMS force.
+const CHANGE: f64 = 0.1;
+/// The least drift above the healthy mean of the error, in octaves of power.
+const LEAST_GROWTH_OCTAVES: f64 = 0.5;
+/// How long a block lasts, s: some periods of what moves a joint, and some ten of them within the time to an alarm.
+const BLOCK_S: f64 = 0.064;
+/// The fewest judged blocks of validation from which limits are set.
+const FEWEST_BLOCKS: usize = 24;
+/// Share of the time outside the training range that is suspect, in 1/1000, where the validation records ask for no more.
+const OUTSIDE_PERMILLE: f64 = 200.0;
+/// Statistics with a limit per axis.
+const SIDES: f64 = 5.0;
+
+/// The limits and what they were made from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibration {
+    /// For the rig block.
+    pub limits: Limits,
+    /// Judged blocks of validation records, per axis.
+    pub blocks: Vec<usize>,
+    /// Per axis: error, stiffer, softer, more friction, less friction.
+    pub healthy: Vec<[Healthy; 5]>,
+}
+
+/// One record after the chain.
+struct Course {
+    validation: bool,
+    samples: Vec<(RawSample, Option<Output>)>,
+}
+
+/// Sets the limits for a model on the rig of a study.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`] when the study has no validation record or too little of it moves inside the training range,
+/// and when a monitor with these limits raises an alarm on the very records they were set from.
+pub fn limits(
+    study: &Study,
+    set_up: &SetUp,
+    model: &Model,
+    model_checksum: u32,
+    false_alarm_hours: u32,
+) -> Result<Calibration> {
+    let refuse = |what: String| Error::data(format!("{}: {what}", study.path.display()));
+    if study.records.iter().all(|r| r.role != Role::Validate) {
+        return Err(refuse(
+            "no record has role = \"validate\", and the monitor's limits come from those; log one that the model was not \
+             learnt from"
+                .into(),
+        ));
+    }
+    let course = |record: &Record| Course {
+        validation: record.role == Role::Validate,
+        samples: set_up.samples(record, model).collect(),
+    };
+    let courses: Vec<Course> = study.records.iter().map(course).collect();
+    let block = block(study.sample_rate_hz);
+    let mut limits = Limits {
+        model_checksum,
+        block,
+        outside_permille: outside_permille(&courses),
+        false_alarm_hours,
+        axes: (0..study.axes.len())
+            .map(|axis| scales(&courses, axis))
+            .collect(),
+    };
+    let not_held = |e| refuse(format!("the monitor's limits cannot be held ({e})"));
+    let monitor = Monitor::new(limits.clone(), &set_up.chain).map_err(not_held)?;
+    let seen: Vec<(bool, Vec<[Sums; 2]>)> = courses
+        .iter()
+        .map(|course| (course.validation, blocks(&monitor, course)))
+        .collect();
+
+    let blocks_between =
+        f64::from(false_alarm_hours) * 3600.0 * study.sample_rate_hz / f64::from(block);
+    let log_rarity = (blocks_between * SIDES * study.axes.len() as f64).ln();
+    let mut healthy = Vec::new();
+    let mut judged = Vec::new();
+    for (axis, mine) in limits.axes.iter_mut().enumerate() {
+        mine.per_octave = per_octave(&series(&seen, axis, mine, monitor.log_values()));
+        let series = series(&seen, axis, mine, monitor.log_values());
+        let count = series
+            .iter()
+            .filter(|s| s.validation)
+            .map(|s| s.values.len())
+            .sum();
+        if count < FEWEST_BLOCKS {
+            return Err(refuse(format!(
+                "only {count} blocks of {:.0} ms of the validation records move {} inside the training range, and the \
+                 monitor's limits need {FEWEST_BLOCKS}; log a longer record for validation",
+                1e3 * f64::from(block) / study.sample_rate_hz,
+                study.axes[axis].name
+            )));
+        }
+        let sides = sides(&series, log_rarity);
+        let [error, stiffer, softer, more, less] = sides.map(|side| Cusum {
+            drift: side.drift.round() as i32,
+            threshold: side.threshold.ceil() as i32,
+        });
+        mine.error = error;
+        mine.stiffness = TwoSided {
+            more: stiffer,
+            less: softer,
+        };
+        mine.friction = TwoSided { more, less };
+        healthy.push(sides);
+        judged.push(count);
+    }
+    limits.check().map_err(not_held)?;
+    Ok(Calibration {
+        limits,
+        blocks: judged,
+        healthy,
+    })
+}
+
+/// Binary logarithm of the samples from one residual in the band to the next on the device ([`every_log2`]): as many as the band
+/// allows, and not so many that a block of the monitor would sum up too few of them.
+pub fn band_every_log2(filters: &Filters) -> u8 {
+    let of_block = i32::from(block(filters.sample_rate_hz)) / FEWEST_VALUES;
+    let most = (of_block.max(1).ilog2() as u8).min(MOST_BAND_EVERY_LOG2);
+    every_log2(&filters.band, filters.sample_rate_hz, filters.band_hz, most)
+}
+
+/// The power of two nearest to [`BLOCK_S`], within [`BLOCK`].
+fn block(sample_rate_hz: f64) -> u16 {
+    let [least, most] = BLOCK;
+    let exponent = (BLOCK_S * sample_rate_hz).log2().round();
+    (exponent.exp2() as u16).clamp(least, most)
+}
+
+/// Three times the share of the validation records, and [`OUTSIDE_PERMILLE`] at least.
+fn outside_permille(courses: &[Course]) -> u16 {
+    let outputs = || {
+        validation(courses)
+            .flat_map(|c| &c.samples)
+            .filter_map(|(_, o)| o.as_ref())
+    };
+    let outside = outputs().filter(|o| o.outside != 0).count() as f64;
+    let share = outside / outputs().count().max(1) as f64;
+    (3e3 * share).clamp(OUTSIDE_PERMILLE, 1e3).round() as u16
+}
+
+fn validation(courses: &[Course]) -> impl Iterator<Item = &Course> {
+    courses.iter().filter(|course| course.validation)
+}
+
+/// Powers of force and states, the sign of the axis, and how far a channel goes when it moves; cumulative sums that never
+/// end, for the run that measures what they are to be.
+fn scales(courses: &[Course], axis: usize) -> AxisLimits {
+    let force_of = |course: &Course| -> Vec<f64> {
+        let outputs = course.samples.iter().filter_map(|(_, o)| o.as_ref());
+        outputs.map(|o| f64::from(o.measured[axis])).collect()
+    };
+    let powers: Vec<(f64, &Course)> = validation(courses)
+        .map(|course| (mean_square(&force_of(course)), course))
+        .collect();
+    let largest = powers.iter().map(|(power, _)| *power).fold(0.0, f64::max);
+    // A record in which the axis rests says nothing about how far it moves.
+    let moving: Vec<&Course> = powers
+        .iter()
+        .filter(|(power, _)| *power >= RESTS_BELOW * RESTS_BELOW * largest)
+        .map(|(_, course)| *course)
+        .collect();
+    let outputs = || {
+        moving
+            .iter()
+            .flat_map(|c| &c.samples)
+            .filter_map(|(_, o)| o.as_ref())
+    };
+    let force: Vec<f64> = outputs().map(|o| f64::from(o.measured[axis])).collect();
+    let states = [0, 1].map(|s| -> Vec<f64> {
+        outputs()
+            .map(|o| f64::from(o.state[2 * axis + s] >> 16))
+            .collect()
+    });
+    let rms = mean_square(&force).sqrt();
+    let force_shift = (rms.log2() - 16.0).ceil().clamp(0.0, 30.0);
+    let unit = force_shift.exp2();
+    let power = |value: f64| (value.round() as u64).max(1);
+    // Whichever of displacement and velocity the force goes with more tells the sign of the axis.
+    let along = states.each_ref().map(|state| correlation(&force, state));
+    let [x, v] = along;
+    let whole = |channel: usize| -> Vec<f64> {
+        let samples = moving.iter().flat_map(|c| &c.samples);
+        samples
+            .map(|(raw, _)| f64::from(channels(raw, axis)[channel]))
+            .collect()
+    };
+    let moving_counts = std::array::from_fn(|channel| {
+        let counts = whole(channel);
+        let spread = (mean_square(&counts) - mean(&counts).powi(2))
+            .max(0.0)
+            .sqrt();
+        spread.round() as u32
+    });
+    let never = Cusum {
+        drift: MOST_CUSUM,
+        threshold: MOST_CUSUM,
+    };
+    let neither = TwoSided {
+        more: never,
+        less: never,
+    };
+    AxisLimits {
+        reversed: if x.abs() >= v.abs() { x < 0.0 } else { v < 0.0 },
+        force_shift: force_shift as u8,
+        force_power: power(mean_square(&force) / (unit * unit)),
+        state_power: states.map(|state| power(mean_square(&state))),
+        per_octave: [0; 3],
+        error: never,
+        stiffness: neither,
+        friction: neither,
+        moving_counts,
+    }
+}
+
+fn channels(raw: &RawSample, axis: usize) -> [i32; CHANNELS] {
+    let raw = &raw[axis];
+    let [far, near] = raw.displacement;
+    [far, near, raw.body, raw.acceleration, raw.force]
+}
+
+/// The sums of every block that the monitor finishes.
+fn blocks(monitor: &Monitor, course: &Course) -> Vec<[Sums; 2]> {
+    let mut state = MonitorState::default();
+    let mut seen = Vec::new();
+    let mut number = 0;
+    for (raw, output) in &course.samples {
+        monitor.update(&mut state, raw, output.as_ref(), &Faults::default());
+        let (finished, sums) = state.last_block();
+        if finished != number {
+            number = finished;
+            seen.push(*sums);
+        }
+    }
+    seen
+}
+
+/// The statistics of one record's judged blocks on one axis.
+struct Series {
+    validation: bool,
+    /// The level of motion, in octaves.
+    levels: Vec<f64>,
+    /// Error, stiffer, softer, more friction, less friction.
+    values: Vec<[f64; 5]>,
+    /// Mean over the blocks of Σe²/Σr².
+    error_share: f64,
+}
+
+fn series(
+    seen: &[(bool, Vec<[Sums; 2]>)],
+    axis: usize,
+    limits: &AxisLimits,
+    log_values: u32,
+) -> Vec<Series> {
+    let of_record = |(validation, blocks): &(bool, Vec<[Sums; 2]>)| {
+        let judged = blocks.iter().map(|sums| &sums[axis]).filter_map(|sums| {
+            let seen = sums.statistics(limits, log_values);
+            seen.moves.then_some((sums, seen))
+        });
+        let (mut error, mut force) = (0.0, 0.0);
+        let (mut values, mut levels) = (Vec::new(), Vec::new());
+        for (sums, seen) in judged {
+            levels.push(f64::from(seen.level) / f64::from(OCTAVE));
+            error += sums.error as f64;
+            force += sums.force as f64;
+            let [e, s, f] = [seen.error, seen.stiffness, seen.friction].map(f64::from);
+            values.push([e, s, -s, f, -f]);
+        }
+        Series {
+            validation: *validation,
+            levels,
+            values,
+            error_share: if force > 0.0 { error / force } else { 0.0 },
+        }
+    };
+    seen.iter().map(of_record).collect()
+}
+
+/// The slopes of error, stiffness and friction over the level of motion by least squares, on the validation records.
+fn per_octave(series: &[Series]) -> [i32; 3] {
+    let judged = || series.iter().filter(|s| s.validation);
+    let levels: Vec<f64> = judged().flat_map(|s| s.levels.iter().copied()).collect();
+    let middle = mean(&levels);
+    let spread: f64 = levels.iter().map(|l| (l - middle).powi(2)).sum();
+    // Error, stiffer and more friction among the five sides.
+    [0, 1, 3].map(|side| {
+        let values = judged().flat_map(|s| s.values.iter().map(|v| v[side]));
+        let product: f64 = levels
+            .iter()
+            .zip(values)
+            .map(|(l, v)| (l - middle) * v)
+            .sum();
+        (product / spread.max(1e-9)).round() as i32
+    })
+}
+
+fn sides(series: &[Series], log_rarity: f64) -> [Healthy; 5] {
+    let judged = series.iter().filter(|s| s.validation);
+    let (error, count) = judged.fold((0.0, 0.0), |(sum, count), s| {
+        let n = s.values.len() as f64;
+        (sum + n * s.error_share, count + n)
+    });
+    let share = error / f64::max(count, 1.0);
+    let growth = ((share + CHANGE * CHANGE) / share.max(1e-12)).log2();
+    std::array::from_fn(|side| {
+        let shift = if side == 0 {
+            f64::from(OCTAVE) * growth.max(2.0 * LEAST_GROWTH_OCTAVES)
+        } else {
+            share_of_change(CHANGE)
+        };
+        let records: Vec<(bool, Vec<f64>)> = series
+            .iter()
+            .map(|s| (s.validation, s.values.iter().map(|v| v[side]).collect()))
+            .collect();
+        healthy(&records, side, shift, log_rarity)
+    })
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+fn mean_square(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Σab/√(Σa²·Σb²); 0 when either is 0 throughout.
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let product: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+    let size = (mean_square(a) * mean_square(b)).sqrt() * a.len() as f64;
+    if size > 0.0 { product / size } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_usual_rig_is_judged_at_every_fourth_sample() {
+        // The self-test counts instructions on one of 129 taps, more than this has: `jointwatch_shared::selftest_chain`.
+        let filters = Filters::for_bands(1000.0, 70.0, 250.0).unwrap();
+        assert_eq!((filters.band.len(), band_every_log2(&filters)), (111, 2));
+        // A block of the monitor would sum up too few where the band allows more.
+        let narrow = Filters::for_bands(1000.0, 10.0, 250.0).unwrap();
+        assert_eq!(band_every_log2(&narrow), 2);
+        let wide = Filters::for_bands(1000.0, 300.0, 450.0).unwrap();
+        assert_eq!(band_every_log2(&wide), 0);
+    }
+}

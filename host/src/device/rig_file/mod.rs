@@ -1,0 +1,424 @@
+//! `rig.toml`: how the sensors of a rig are wired and what their counts are worth, in people's units.
+
+mod keys;
+
+use crate::study::AxisKind;
+use crate::study::description::Source;
+use crate::text::error::{Error, Result};
+use crate::text::nearest::suggestion;
+use jointwatch_shared::hum::Hum;
+use jointwatch_shared::model::Model;
+use jointwatch_shared::model::axis::Convention;
+use jointwatch_shared::rig::{ChannelDelays, RigAxis};
+use jointwatch_shared::wiring::{
+    ACCELEROMETERS, Accelerometer, AxisWiring, CHANNELS, COUNTERS, Converter, Counter, Signed,
+    SignedDirection, Wiring,
+};
+pub(crate) use keys::RigFile;
+use keys::{AxisEntry, WiringEntry};
+use std::f64::consts::TAU;
+use std::fmt::Display;
+use toml::Spanned;
+
+/// Standard gravity, m/s² (CGPM 1901).
+const GRAVITY: f64 = 9.806_65;
+/// ADXL355, sensitivity at ±2.048 g, counts per g; each wider range halves it (data sheet, table "Specifications").
+const COUNTS_PER_G: f64 = 256_000.0;
+/// ADS131M04, reference voltage: full scale is ± this over the gain (SBAS890, "Electrical Characteristics").
+const REFERENCE_V: f64 = 1.2;
+/// Codes from 0 to full scale of its 24 bits.
+const CONVERTER_FULL_SCALE: f64 = (1 << 23) as f64;
+
+/// What the file says, in the order of the model's axes.
+pub(crate) struct Described {
+    pub(crate) axes: Vec<RigAxis>,
+    pub(crate) wiring: Wiring,
+}
+
+/// The file's content for a model's axes.
+pub(crate) fn described(source: &Source<'_>, file: &RigFile, model: &Model) -> Result<Described> {
+    let header = model.header();
+    let names: Vec<&str> = header.axes.iter().map(|axis| axis.name.as_str()).collect();
+    for (at, entry) in file.axis.iter().enumerate() {
+        let name = entry.name.get_ref().as_str();
+        if !names.contains(&name) {
+            let what = format!(
+                "the model has no axis {name:?}; {}",
+                suggestion(name, &names)
+            );
+            return Err(source.wrong(&entry.name, what));
+        }
+        if file
+            .axis
+            .iter()
+            .take(at)
+            .any(|other| other.name.get_ref() == name)
+        {
+            return Err(source.wrong(
+                &entry.name,
+                format!("the axis {name:?} is there twice; keep one"),
+            ));
+        }
+    }
+    let mut wiring = Wiring {
+        counters: counters(source, &file.wiring)?,
+        converter: Converter {
+            gain_log2: [0; CHANNELS],
+            oversampling: oversampling(source, &file.wiring.oversampling)?,
+        },
+        accelerometers: accelerometers(source, &file.wiring)?,
+        axes: heapless::Vec::new(),
+    };
+    let mut axes = Vec::new();
+    for learnt in &header.axes {
+        let name = learnt.name.as_str();
+        let Some(entry) = file.axis.iter().find(|entry| entry.name.get_ref() == name) else {
+            return Err(Error::data(format!(
+                "{}: the model's axis {name:?} is not described; add an [[axis]] with that name",
+                source.path.display()
+            )));
+        };
+        let kind = AxisKind::from(learnt.kind);
+        let wired = axis_wiring(source, entry, kind, &wiring)?;
+        let channel = usize::from(wired.force.place);
+        wiring.converter.gain_log2[channel] = entry.gain.get_ref().trailing_zeros() as u8;
+        let minus = learnt.convention == Convention::InertiaMinusForce;
+        axes.push(rig_axis(
+            source,
+            entry,
+            kind,
+            &wired,
+            &wiring,
+            (learnt.inertia, minus),
+            header.sample_rate_hz,
+        )?);
+        // A model has at most two axes.
+        let _ = wiring.axes.push(wired);
+    }
+    if let [first, second] = wiring.axes.as_slice()
+        && first.force.place == second.force.place
+    {
+        let bridge = &file.axis[1].bridge;
+        return Err(source.wrong(
+            bridge,
+            "both axes have the same bridge channel; give each its own",
+        ));
+    }
+    Ok(Described { axes, wiring })
+}
+
+fn counters(source: &Source<'_>, wiring: &WiringEntry) -> Result<[Option<Counter>; COUNTERS]> {
+    let entries = wiring.counters.get_ref();
+    if entries.len() > COUNTERS {
+        let what = format!(
+            "{} counters, but the board has {COUNTERS}; leave some out",
+            entries.len()
+        );
+        return Err(source.wrong(&wiring.counters, what));
+    }
+    let mut counters = [None; COUNTERS];
+    for (place, entry) in counters.iter_mut().zip(entries) {
+        let quadrature = entry.quadrature.as_ref().map_or(4, |q| *q.get_ref());
+        if let (Some(stated), false) = (&entry.quadrature, [1, 2, 4].contains(&quadrature)) {
+            let what = format!(
+                "quadrature = {quadrature} is not 1, 2 or 4 counts per cycle of the encoder; 4 is usual"
+            );
+            return Err(source.wrong(stated, what));
+        }
+        *place = entry.fitted.then_some(Counter {
+            quadrature,
+            start: entry.start,
+            index: entry.index,
+        });
+    }
+    Ok(counters)
+}
+
+fn oversampling(source: &Source<'_>, stated: &Spanned<u32>) -> Result<u8> {
+    (0..8_u8)
+        .find(|step| 128 << step == *stated.get_ref())
+        .ok_or_else(|| {
+            let what = format!(
+                "oversampling = {} is not 128, 256, 512, … 16384; 1024 gives 4000 samples/s",
+                stated.get_ref()
+            );
+            source.wrong(stated, what)
+        })
+}
+
+fn accelerometers(
+    source: &Source<'_>,
+    wiring: &WiringEntry,
+) -> Result<[Option<Accelerometer>; ACCELEROMETERS]> {
+    if wiring.accelerometers.len() > ACCELEROMETERS {
+        let what = format!(
+            "{} accelerometers, but the board has {ACCELEROMETERS}; leave some out",
+            wiring.accelerometers.len()
+        );
+        return Err(source.wrong(&wiring.accelerometers[ACCELEROMETERS].range_g, what));
+    }
+    let mut chips = [None; ACCELEROMETERS];
+    for (place, entry) in chips.iter_mut().zip(&wiring.accelerometers) {
+        let range = match entry.range_g.get_ref() {
+            2 => 1,
+            4 => 2,
+            8 => 3,
+            other => {
+                let what = format!(
+                    "range_g = {other} is not a range of the accelerometer; choose from 2, 4, 8"
+                );
+                return Err(source.wrong(&entry.range_g, what));
+            }
+        };
+        // 1000 Hz at 4000 samples/s, halved ten times at most.
+        let filter = (0..=10_u8).find(|step| {
+            let corner = 1000.0 / f64::from(1 << step);
+            (entry.corner_hz.get_ref() / corner - 1.0).abs() < 0.01
+        });
+        let filter = filter.ok_or_else(|| {
+            let what = format!(
+                "corner_hz = {} is not 1000, 500, 250, 125, … Hz; 1000 delays least",
+                entry.corner_hz.get_ref()
+            );
+            source.wrong(&entry.corner_hz, what)
+        })?;
+        *place = entry.fitted.then_some(Accelerometer {
+            range,
+            filter,
+            external_sync: entry.external_sync,
+        });
+    }
+    Ok(chips)
+}
+
+/// "+0" or "-3": a sign and a number below `most`.
+fn signed(
+    source: &Source<'_>,
+    stated: &Spanned<String>,
+    what: &str,
+    most: usize,
+) -> Result<Signed> {
+    let text = stated.get_ref();
+    let split = text.strip_prefix('+').map(|rest| (false, rest));
+    let split = split.or_else(|| text.strip_prefix('-').map(|rest| (true, rest)));
+    let place = split.and_then(|(negative, rest)| Some((negative, rest.parse::<u8>().ok()?)));
+    match place {
+        Some((negative, place)) if usize::from(place) < most => Ok(Signed { place, negative }),
+        _ => Err(source.wrong(
+            stated,
+            format!("{text:?} is no {what}; write a sign and a number from 0 to {}, as \"+0\" or \"-1\"", most - 1),
+        )),
+    }
+}
+
+/// "+0x": a sign, an accelerometer and its direction.
+fn direction<T>(source: &Source<'_>, place: &Spanned<T>, text: &str) -> Result<SignedDirection> {
+    let wrong = || {
+        let what = format!(
+            "{text:?} is no direction of an accelerometer; write a sign, 0 or 1, and x, y or z, as \"+0x\" or \"-1z\""
+        );
+        source.wrong(place, what)
+    };
+    let [sign, chip, direction] = text.as_bytes() else {
+        return Err(wrong());
+    };
+    let chip = chip.wrapping_sub(b'0');
+    let direction = direction.wrapping_sub(b'x');
+    if !matches!(sign, b'+' | b'-') || usize::from(chip) >= ACCELEROMETERS || direction > 2 {
+        return Err(wrong());
+    }
+    Ok(SignedDirection {
+        chip,
+        direction,
+        negative: *sign == b'-',
+    })
+}
+
+fn axis_wiring(
+    source: &Source<'_>,
+    entry: &AxisEntry,
+    kind: AxisKind,
+    wiring: &Wiring,
+) -> Result<AxisWiring> {
+    let counter = |stated: &Spanned<String>| {
+        let signed = signed(source, stated, "counter", COUNTERS)?;
+        if wiring.counters[usize::from(signed.place)].is_none() {
+            let what = format!(
+                "counter {} is not fitted; add it to counters in [wiring]",
+                signed.place
+            );
+            return Err(source.wrong(stated, what));
+        }
+        Ok(signed)
+    };
+    let far = counter(&entry.far)?;
+    let near = entry.near.as_ref().map(counter).transpose()?;
+    if let (Some(stated), Some(near)) = (&entry.near, near)
+        && near.place == far.place
+    {
+        return Err(source.wrong(
+            stated,
+            "far and near are the same counter; name the other side's",
+        ));
+    }
+    let mut acceleration = [None; 2];
+    let mut turning = false;
+    if let Some(stated) = &entry.acceleration {
+        let list = stated.get_ref();
+        if list.is_empty() || list.len() > 2 {
+            let what = "acceleration takes one direction of an accelerometer, or a pair; leave it out to derive it from the position";
+            return Err(source.wrong(stated, what));
+        }
+        for (place, text) in acceleration.iter_mut().zip(list) {
+            let one = direction(source, stated, text)?;
+            if wiring.accelerometers[usize::from(one.chip)].is_none() {
+                let what = format!(
+                    "accelerometer {} is not fitted; add it to accelerometers in [wiring]",
+                    one.chip
+                );
+                return Err(source.wrong(stated, what));
+            }
+            *place = Some(one);
+        }
+        turning = matches!(acceleration, [Some(a), Some(b)] if a.negative != b.negative);
+        if turning != (kind == AxisKind::Rotation) {
+            let what = match kind {
+                AxisKind::Rotation => {
+                    "an angular acceleration takes two directions with opposite signs, as [\"+1z\", \"-0z\"]"
+                }
+                AxisKind::Translation => {
+                    "two accelerometers with opposite signs measure a rotation; give both the same sign for their mean"
+                }
+            };
+            return Err(source.wrong(stated, what));
+        }
+        if let [Some(a), Some(b)] = acceleration {
+            let range = |d: SignedDirection| {
+                wiring.accelerometers[usize::from(d.chip)].map(|chip| chip.range)
+            };
+            if a.chip == b.chip || range(a) != range(b) {
+                let what = "a pair takes two accelerometers with the same range_g";
+                return Err(source.wrong(stated, what));
+            }
+        }
+    }
+    let pair_distance_m = match (&entry.pair_distance_m, turning) {
+        (Some(distance), true) => positive(source, "pair_distance_m", distance)?,
+        (None, false) => 0.0,
+        (Some(distance), false) => {
+            return Err(source.wrong(
+                distance,
+                "pair_distance_m goes with a pair of accelerometers on a rotation; leave it out",
+            ));
+        }
+        (None, true) => {
+            return Err(source.wrong(
+                &entry.name,
+                "pair_distance_m is missing; state the distance between the pair of accelerometers",
+            ));
+        }
+    };
+    let gain = *entry.gain.get_ref();
+    if !gain.is_power_of_two() {
+        let what =
+            format!("gain = {gain} is not 1, 2, 4, 8, 16, 32, 64 or 128; choose one of these");
+        return Err(source.wrong(&entry.gain, what));
+    }
+    Ok(AxisWiring {
+        far,
+        near,
+        body: entry.body.as_ref().map(counter).transpose()?,
+        force: signed(source, &entry.bridge, "bridge channel", CHANNELS)?,
+        acceleration,
+        pair_distance_m,
+    })
+}
+
+fn positive(source: &Source<'_>, key: &str, stated: &Spanned<f64>) -> Result<f64> {
+    bounded(source, key, stated, f64::MIN_POSITIVE, "has to be above 0")
+}
+
+fn bounded(
+    source: &Source<'_>,
+    key: &str,
+    stated: &Spanned<f64>,
+    least: f64,
+    what: impl Display,
+) -> Result<f64> {
+    let value = *stated.get_ref();
+    if value.is_finite() && value >= least {
+        return Ok(value);
+    }
+    Err(source.wrong(
+        stated,
+        format!("{key} = {value} {what}; put the number right"),
+    ))
+}
+
+/// Metres or radians per count.
+fn displacement_step(source: &Source<'_>, entry: &AxisEntry, kind: AxisKind) -> Result<f64> {
+    match (kind, &entry.counts_per_m, &entry.counts_per_rev) {
+        (AxisKind::Translation, Some(counts), None) => Ok(1.0 / positive(source, "counts_per_m", counts)?),
+        (AxisKind::Rotation, None, Some(counts)) => Ok(TAU / positive(source, "counts_per_rev", counts)?),
+        (AxisKind::Translation, ..) => Err(source.wrong(
+            &entry.name,
+            "a translation takes counts_per_m, and no counts_per_rev; state how many counts a metre has",
+        )),
+        (AxisKind::Rotation, ..) => Err(source.wrong(
+            &entry.name,
+            "a rotation takes counts_per_rev, and no counts_per_m; state how many counts a revolution has",
+        )),
+    }
+}
+
+fn rig_axis(
+    source: &Source<'_>,
+    entry: &AxisEntry,
+    kind: AxisKind,
+    wired: &AxisWiring,
+    wiring: &Wiring,
+    (inertia, inertia_minus_force): (f64, bool),
+    sample_rate_hz: f64,
+) -> Result<RigAxis> {
+    let step = displacement_step(source, entry, kind)?;
+    let acceleration_step = match wired.acceleration {
+        [Some(first), second] => {
+            let chip = wiring.accelerometers[usize::from(first.chip)];
+            let range = chip.map_or(1, |chip| chip.range);
+            let one = GRAVITY / COUNTS_PER_G * f64::from(1 << (range - 1));
+            match (kind, second) {
+                (AxisKind::Rotation, _) => one / wired.pair_distance_m,
+                (AxisKind::Translation, Some(_)) => 0.5 * one,
+                (AxisKind::Translation, None) => one,
+            }
+        }
+        _ => 0.0,
+    };
+    let volts_per_code = REFERENCE_V / f64::from(*entry.gain.get_ref()) / CONVERTER_FULL_SCALE;
+    let excitation = positive(source, "excitation_V", &entry.excitation_v)?;
+    let sensitivity = positive(source, "sensitivity", &entry.sensitivity)?;
+    let known = |key: &str, stated: &Option<Spanned<f64>>| match stated {
+        Some(stated) => bounded(source, key, stated, 0.0, "must not be below 0"),
+        None => Ok(0.0),
+    };
+    let samples = |microseconds: f64| microseconds * 1e-6 * sample_rate_hz;
+    Ok(RigAxis {
+        displacement_step: step,
+        displacement_difference: wired.near.is_some(),
+        body_step: if wired.body.is_some() { step } else { 0.0 },
+        acceleration_step,
+        force_step: volts_per_code / excitation * sensitivity,
+        inertia,
+        inertia_minus_force,
+        ground_stiffness: known("ground_stiffness", &entry.ground_stiffness)?,
+        ground_damping: known("ground_damping", &entry.ground_damping)?,
+        force_cross: 0.0,
+        force_delay_samples: samples(entry.skew_us.force),
+        delays: ChannelDelays {
+            displacement: samples(entry.skew_us.displacement),
+            body: samples(entry.skew_us.body),
+            acceleration: samples(entry.skew_us.acceleration),
+        },
+        hum: Hum::NONE,
+    })
+}

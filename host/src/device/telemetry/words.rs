@@ -1,0 +1,378 @@
+//! A device's messages as a person reads them: one line each, with the names, units and times that the device has told of itself.
+
+use super::listen::Tally;
+use crate::assess::where_it_fails::significant;
+use jointwatch_shared::monitor::{CHANNEL_NAMES, Cause};
+use jointwatch_shared::pipeline::Output;
+use jointwatch_shared::telemetry::{
+    Answer, Answered, Event, Hello, Kind, ModelIdentity, Occasion, PROTOCOL_VERSION, Quantity,
+    Report, Restart, RigIdentity, Sample, SensorStatus, Slot, Snapshot, Status, UploadReply,
+    Verdict,
+};
+use std::fmt::Write;
+
+/// What the device has told of itself so far, with which the rest can be read.
+#[derive(Clone, Debug, Default)]
+pub struct Reader {
+    model: Option<ModelIdentity>,
+    rig: Option<RigIdentity>,
+}
+
+impl Reader {
+    /// The message as one line, without its end.
+    pub fn line(&mut self, report: &Report) -> String {
+        match report {
+            Report::Hello(hello) => {
+                self.model = hello.model.clone();
+                self.rig = hello.rig.clone();
+                format!("device    {}", introduction(hello))
+            }
+            Report::Status(status) => format!("status    {}", self.status(status)),
+            Report::Snapshot(snapshot) => format!("snapshot  {}", self.snapshot(snapshot)),
+            Report::Sample(sample) => format!("sample    {}", self.sample(sample)),
+            Report::Upload(reply) => format!("upload    {}", upload(reply)),
+            Report::Event(event) => format!("event     {}", self.event(event)),
+            Report::Answer(answer) => format!("answer    {}", answered(answer)),
+        }
+    }
+
+    /// The time of a sample since the restart, or its number where the rate is not known.
+    fn time(&self, sample: u64) -> String {
+        match &self.rig {
+            Some(rig) if rig.sample_rate_hz > 0.0 => {
+                format!("{:.3} s", sample as f64 / rig.sample_rate_hz)
+            }
+            _ => format!("sample {sample}"),
+        }
+    }
+
+    /// The axes' names; their numbers while they are not known.
+    fn names(&self) -> Vec<&str> {
+        match &self.model {
+            Some(model) => model.axes.iter().map(|axis| axis.name.as_str()).collect(),
+            None => vec!["axis 0", "axis 1"],
+        }
+    }
+
+    fn name(&self, axis: usize) -> String {
+        let names = self.names();
+        names
+            .get(axis)
+            .map_or_else(|| format!("axis {axis}"), ToString::to_string)
+    }
+
+    /// A force with its unit; the number on the line while the unit is not known.
+    fn force(&self, axis: usize, raw: i32) -> String {
+        match self.model.as_ref().and_then(|model| model.axes.get(axis)) {
+            Some(axis) => format!(
+                "{} {}",
+                significant(f64::from(raw) * axis.force_per_lsb),
+                unit(axis.kind)
+            ),
+            None => raw.to_string(),
+        }
+    }
+
+    fn status(&self, status: &Status) -> String {
+        let mut text = format!(
+            "{}: {}",
+            self.time(status.sample),
+            self.verdict(&status.verdict)
+        );
+        for (number, axis) in status.axes.iter().enumerate() {
+            let percent = |nmse: Option<u32>| {
+                nmse.map_or_else(
+                    || "–".to_string(),
+                    |n| format!("{:.3} %", f64::from(n) / 1e3),
+                )
+            };
+            let _ = write!(
+                text,
+                "; {} NMSE {} fast, {} slow",
+                self.name(number),
+                percent(axis.nmse_fast),
+                percent(axis.nmse_slow)
+            );
+        }
+        let outside = f64::from(status.outside_permille) / 10.0;
+        let _ = write!(text, "; outside range {outside:.1} %");
+        for (number, channel) in status.channels.iter().enumerate() {
+            if let Some(trouble) = trouble(channel) {
+                let _ = write!(text, "; {}: {trouble}", self.channel(number));
+            }
+        }
+        let counters = &status.counters;
+        for (count, what) in [
+            (counters.missed_deadlines, "samples late"),
+            (counters.queue_overruns, "samples lost"),
+            (counters.frames_dropped, "frames not sent"),
+            (counters.saturated, "forces at their rail"),
+            (counters.link_errors, "damaged frames received"),
+        ] {
+            if count > 0 {
+                let _ = write!(text, "; {count} {what}");
+            }
+        }
+        text
+    }
+
+    fn verdict(&self, verdict: &Verdict) -> String {
+        match verdict.read() {
+            Some(read) => format!("{}, {}", read.state.words(), read.words(&self.names())),
+            None => format!(
+                "state {}, reason {} (newer than this program)",
+                verdict.state, verdict.cause
+            ),
+        }
+    }
+
+    /// A channel, as [`Status::channels`] numbers them.
+    fn channel(&self, number: usize) -> String {
+        let (axis, channel) = (number / CHANNEL_NAMES.len(), number % CHANNEL_NAMES.len());
+        format!("{} of {}", CHANNEL_NAMES[channel], self.name(axis))
+    }
+
+    fn snapshot(&self, snapshot: &Snapshot) -> String {
+        let axes = self.model.as_ref().map_or(2, |model| model.axes.len());
+        let mut text = format!(
+            "of alarm {}, piece {} of {}, from sample {:+} every {}:",
+            snapshot.alarm,
+            snapshot.piece + 1,
+            snapshot.pieces,
+            snapshot.first,
+            snapshot.every
+        );
+        for residual in &snapshot.residual {
+            let forces: Vec<String> = residual
+                .iter()
+                .enumerate()
+                .take(axes)
+                .map(|(axis, &raw)| self.force(axis, raw))
+                .collect();
+            let _ = write!(text, " ({})", forces.join(", "));
+        }
+        text
+    }
+
+    fn sample(&self, sample: &Sample) -> String {
+        let mut text = self.time(sample.sample);
+        for (axis, counts) in sample.counts.iter().enumerate() {
+            let counts = counts.map(|count| count.to_string()).join(" ");
+            let _ = write!(text, "; {} counts {counts}", self.name(axis));
+        }
+        let Some(output) = &sample.output else {
+            return text;
+        };
+        for axis in 0..sample.counts.len().min(2) {
+            let force = |raw: [i32; 2]| self.force(axis, raw[axis]);
+            let _ = write!(
+                text,
+                "; {} measured {}, predicted {}, residual {}",
+                self.name(axis),
+                force(output.measured),
+                force(output.predicted),
+                force(output.residual)
+            );
+            if let Some(band) = output.residual_band {
+                let _ = write!(text, ", in the band {}", force(band));
+            }
+        }
+        if output.outside != 0 {
+            text.push_str("; outside range");
+        }
+        if output.saturated & Output::RAILS != 0 {
+            text.push_str("; a force at its rail");
+        }
+        if output.saturated & Output::HELD != 0 {
+            text.push_str("; lines of the mains held");
+        }
+        text
+    }
+
+    fn event(&self, event: &Event) -> String {
+        match event {
+            Event::Started { why } => format!("the device started: {}", restart(*why)),
+            Event::NoCrystal => {
+                "the crystal does not swing: times are only as good as the internal oscillator"
+                    .to_string()
+            }
+            Event::NoModel => "no model: only sensors are reported".to_string(),
+            Event::ModelRefused { slot: of, fault } => {
+                format!(
+                    "the model in slot {} is not used: {}",
+                    slot(*of),
+                    fault.words()
+                )
+            }
+            Event::ModelUnsigned { slot: of } => {
+                format!(
+                    "the model in slot {} is not used: it has no valid signature",
+                    slot(*of)
+                )
+            }
+            Event::ModelConfirmed { slot: of } => {
+                format!("the model in slot {} has run and is kept", slot(*of))
+            }
+            Event::ModelGivenUp { slot: of } => format!(
+                "the model in slot {} did not run; the old one is in use again",
+                slot(*of)
+            ),
+            Event::NoRig => "no rig block: raw counts only".to_string(),
+            Event::RigRefused { fault } => {
+                format!(
+                    "the rig block is not used: {}; raw counts only",
+                    fault.words()
+                )
+            }
+            Event::Mismatch => {
+                "model and rig block do not fit each other: raw counts only".to_string()
+            }
+            Event::SensorMissing { channel } => format!(
+                "no answer from the sensor of the {}; it is tried again",
+                self.channel(usize::from(*channel))
+            ),
+            Event::SensorBack { channel } => format!(
+                "the sensor of the {} answers again",
+                self.channel(usize::from(*channel))
+            ),
+            Event::Verdict(verdict) => self.verdict(verdict),
+        }
+    }
+}
+
+fn introduction(hello: &Hello) -> String {
+    let [major, minor, patch] = hello.firmware;
+    let occasion = match hello.occasion {
+        Occasion::Restart => "restarted",
+        Occasion::Asked => "as asked",
+        Occasion::Changed => "model or rig changed",
+    };
+    let mut text = format!("firmware {major}.{minor}.{patch}, {occasion}");
+    if hello.protocol != PROTOCOL_VERSION {
+        let _ = write!(
+            text,
+            "; it speaks version {} of the protocol and this program version {PROTOCOL_VERSION}: what follows may be read wrongly",
+            hello.protocol
+        );
+    }
+    match &hello.model {
+        None => text.push_str("; no model"),
+        Some(model) => {
+            let axes: Vec<String> = model
+                .axes
+                .iter()
+                .map(|axis| format!("{} ({})", axis.name, unit(axis.kind)))
+                .collect();
+            let _ = write!(
+                text,
+                "; model {:08x} in slot {}, {}, axes {}, learnt at {} Hz",
+                model.crc,
+                slot(model.slot),
+                if model.signed { "signed" } else { "not signed" },
+                axes.join(" and "),
+                model.sample_rate_hz
+            );
+        }
+    }
+    match &hello.rig {
+        None => text.push_str("; no rig block"),
+        Some(rig) => {
+            let _ = write!(
+                text,
+                "; rig block {:08x}, {} Hz",
+                rig.crc, rig.sample_rate_hz
+            );
+        }
+    }
+    text
+}
+
+/// What is wrong with a channel, if anything is.
+fn trouble(channel: &SensorStatus) -> Option<String> {
+    let mut words = Vec::new();
+    if channel.fault != 0 {
+        words.push(match Cause::from_tag(channel.fault) {
+            Some(cause) => cause.words().to_string(),
+            None => format!("fault {} (newer than this program)", channel.fault),
+        });
+    }
+    if channel.bus_errors > 0 {
+        words.push(format!("{} failed transfers", channel.bus_errors));
+    }
+    if channel.crc_errors > 0 {
+        words.push(format!("{} wrong checksums", channel.crc_errors));
+    }
+    (!words.is_empty()).then(|| words.join(", "))
+}
+
+fn upload(reply: &UploadReply) -> String {
+    match reply {
+        UploadReply::Accepted { next } => format!("{next} bytes are there"),
+        UploadReply::Activated { kind, slot: place } => {
+            let what = match kind {
+                Kind::Model => "the model",
+                Kind::Rig => "the rig block",
+            };
+            match place {
+                Some(place) => format!("{what} is active, in slot {}", slot(*place)),
+                None => format!("{what} is active"),
+            }
+        }
+        UploadReply::Aborted => "given up as asked".to_string(),
+        UploadReply::Refused(why) => format!("refused: {why}"),
+    }
+}
+
+fn answered(answer: &Answer) -> String {
+    let what = match answer.answered {
+        Answered::Done => "done",
+        Answered::Busy => "not now; ask again",
+        Answered::Nothing => "there is nothing to send: no alarm since the restart",
+        Answered::LineTooSlow => "the line is too slow for that: ask for fewer samples",
+    };
+    format!("to request {}: {what}", answer.to)
+}
+
+fn restart(why: Restart) -> &'static str {
+    match why {
+        Restart::PowerOn => "power came on",
+        Restart::BrownOut => "the supply voltage had fallen too low",
+        Restart::Pin => "its reset pin was pulled",
+        Restart::Software => "as the program asked",
+        Restart::Watchdog => "the program had stopped answering",
+        Restart::Fault => "the program had failed",
+        Restart::Unknown => "the hardware does not tell why",
+    }
+}
+
+fn slot(slot: Slot) -> &'static str {
+    match slot {
+        Slot::A => "A",
+        Slot::B => "B",
+    }
+}
+
+fn unit(kind: Quantity) -> &'static str {
+    match kind {
+        Quantity::Translation => "N",
+        Quantity::Rotation => "N·m",
+    }
+}
+
+/// What was heard altogether, as a sentence.
+pub fn closing(tally: &Tally) -> String {
+    let mut text = format!("{} messages in {} bytes", tally.messages, tally.bytes);
+    for (count, what) in [
+        (tally.lost, "lost on the way"),
+        (tally.damaged, "damaged frames"),
+        (tally.unknown, "frames that this program does not know"),
+        (tally.restarts, "restarts of the device"),
+    ] {
+        let _ = write!(text, ", {count} {what}");
+    }
+    text.push('.');
+    if tally.torn_end {
+        text.push_str(" The end is in the middle of a frame.");
+    }
+    text
+}

@@ -1,0 +1,322 @@
+//! Adding effects to a model: everything is found anew together, and the errors before and after stand side by side.
+
+use crate::assess::compare::{self, RecordFigures};
+use crate::assess::noise_floor;
+use crate::diagnose::start::start;
+use crate::fit::effects::columns::Records;
+use crate::fit::identify::{Learnt, Prepared, effect_terms, fit_alone, fit_in_time};
+use crate::fit::with_base::{OnRecords, WithBase};
+use crate::model::course::{Course, add_forces};
+use crate::model::effects::Bound;
+use crate::model::file::{AxisError, Base, ErrorChange, HistoryEntry, JudgedOn, ModelFile};
+use crate::signal::motion::Motion;
+use crate::study::{Role, Study};
+use crate::text::date;
+use crate::text::error::{Error, Result};
+use serde::Serialize;
+
+/// An effect that lowers no axis's error by this part is of no help.
+const LEAST_HELP: f64 = 0.01;
+
+/// Errors of one axis on one record.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Change {
+    /// The record's file.
+    pub file: String,
+    /// Verification (`train`) or validation (`validate`).
+    pub role: Role,
+    /// The axis.
+    pub axis: String,
+    /// NMSE before, percent.
+    pub before_nmse_percent: f64,
+    /// NMSE after, percent.
+    pub after_nmse_percent: f64,
+    /// Relative error before.
+    pub before: f64,
+    /// Relative error after.
+    pub after: f64,
+    /// Relative error that the noise alone makes: no model can go below.
+    pub noise_floor: f64,
+    /// The axis rests in this record.
+    pub rests: bool,
+}
+
+/// A model with more effects, and what they brought.
+pub struct Added {
+    /// The model.
+    pub model: ModelFile,
+    /// Record by record and axis by axis.
+    pub changes: Vec<Change>,
+    /// Over all rows that say how good the model is, per axis.
+    pub errors: ErrorChange,
+    /// Per axis, what no model can go below on those rows; a relative error.
+    pub noise_floor: Vec<f64>,
+    /// Whether the error falls on an axis, on rows that the model was not fitted to.
+    pub helps: bool,
+    /// Whether every noise floor was seen on an axis at rest.
+    pub floors_at_rest: bool,
+}
+
+/// Adds effects (`coulomb@x`, …) to a model of a study and finds all values anew, those of a polynomial or a network as well.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`]: an effect that is not known, is there already, acts on an axis that is not there or does what
+/// the model does without it; a study that is not the model's.
+pub fn add(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Added> {
+    model.check_fits(study)?;
+    let terms = wider(model, effects)?;
+    let prepared = Prepared::with_filters(study, model.filters.clone())?;
+    model.check_motion(study, &prepared.motions)?;
+    let before = compare::compare_motions(study, model, &prepared.motions)?;
+    let blocks = prepared.validation(study).is_empty();
+    let errors_before = if blocks {
+        held_out_errors(study, &prepared, model)?
+    } else {
+        before.validation.clone()
+    };
+    let learnt = learnt_with(study, &prepared, model, &terms)?;
+    let inertia: Vec<f64> = learnt.inertia.iter().map(|i| i.value).collect();
+    let mut model = with_history(study, prepared, learnt, model)?;
+
+    let prepared = Prepared::with_filters(study, model.filters.clone())?;
+    let after = compare::compare_motions(study, &model, &prepared.motions)?;
+    let floors = floors(study, &prepared, &model, &inertia)?;
+    let changes = before.records.iter().zip(&after.records);
+    let changes = changes.flat_map(|(old, new)| {
+        let axes = study.axes.iter().zip(&floors);
+        axes.filter_map(|(axis, floor)| change(old, new, &axis.name, floor.rms))
+    });
+    let errors = ErrorChange {
+        judged_on: if blocks {
+            JudgedOn::HeldOutBlocks
+        } else {
+            JudgedOn::Validation
+        },
+        before: errors_before,
+        after: if blocks {
+            held_out_errors(study, &prepared, &model)?
+        } else {
+            after.validation.clone()
+        },
+    };
+    let fell = |(before, after): (&AxisError, &AxisError)| {
+        after.relative_error < (1.0 - LEAST_HELP) * before.relative_error
+    };
+    let role = if blocks { Role::Train } else { Role::Validate };
+    let force = |axis: usize| rms_force(&after.records, role, &study.axes[axis].name);
+    let noise_floor = floors.iter().enumerate();
+    let noise_floor = noise_floor.map(|(axis, floor)| floor.rms / force(axis));
+    model.history.push(HistoryEntry {
+        what: format!("added: {}", effects.join(", ")),
+        date: date::today()?,
+        change: Some(errors.clone()),
+        validation: model.validation.clone(),
+    });
+    Ok(Added {
+        changes: changes.collect(),
+        helps: errors.before.iter().zip(&errors.after).any(fell),
+        noise_floor: noise_floor.collect(),
+        floors_at_rest: floors.iter().all(|f| f.at_rest),
+        errors,
+        model,
+    })
+}
+
+/// The model's terms and those to be added.
+fn wider(model: &ModelFile, effects: &[String]) -> Result<Vec<Bound>> {
+    let names: Vec<&str> = model.axes.iter().map(|a| a.name.as_str()).collect();
+    let mut terms: Vec<String> = model.effects.iter().map(|e| e.name()).collect();
+    for bound in Bound::parse_all(effects, &names)? {
+        if terms.contains(&bound.name(&names)) {
+            return Err(Error::data(format!(
+                "the model has {} already: its value is found anew whenever something is added",
+                bound.name(&names)
+            )));
+        }
+        terms.push(bound.name(&names));
+    }
+    Bound::parse_all(&terms, &names)
+}
+
+/// The model that `learnt` makes, with the history of the one that it came from.
+fn with_history(
+    study: &Study,
+    prepared: Prepared,
+    learnt: Learnt,
+    from: &ModelFile,
+) -> Result<ModelFile> {
+    let mut model = prepared.finish(study, learnt)?.model;
+    model.history = from.history.clone();
+    let mut said = Vec::new();
+    model.warnings.retain(|warning| {
+        let new = !said.contains(warning);
+        said.push(warning.clone());
+        new
+    });
+    Ok(model)
+}
+
+/// The model with all of its parts found anew beside these terms, before its errors are known.
+fn learnt_with(
+    study: &Study,
+    prepared: &Prepared,
+    model: &ModelFile,
+    terms: &[Bound],
+) -> Result<Learnt> {
+    let known = model.effects_in_si()?;
+    let values: Vec<Vec<f64>> = known.into_iter().map(|effect| effect.values).collect();
+    let (known, added) = terms.split_at(values.len());
+    let search = |records: &Records<'_>| start(records, known, &values, added);
+    if let Base::None(_) = model.base {
+        let fit = fit_alone(study, prepared, terms, &search)?;
+        return Ok(prepared.learnt(study, fit));
+    }
+    let ridge = strengths(prepared, study, model);
+    let (effects, (base, ridge, effective)) = fit_in_time(study, prepared, |motions| {
+        let WithBase {
+            effects,
+            base,
+            ridge,
+            effective_parameters,
+        } = OnRecords::new(&study.axes, motions, model)?.fit(
+            &study.axes,
+            terms,
+            &ridge,
+            &search,
+        )?;
+        Ok((effects, (base, ridge, effective_parameters)))
+    })?;
+    let rows = training_rows(prepared, study);
+    let mut fits = model.fits.clone();
+    for (index, fit) in fits.iter_mut().enumerate() {
+        let acting = terms.iter().filter(|t| t.acts_on(index));
+        let parameters: usize = acting.map(|t| t.entry.parameters().len()).sum();
+        let (own, scale) = match &base {
+            Base::Polynomial(polynomial) => {
+                let coefficients = polynomial.coefficients[index].iter();
+                (coefficients.filter(|c| **c != 0.0).count(), 1.0)
+            }
+            Base::Network(network) => (network.parameters(), rows),
+            Base::None(_) => (0, 1.0),
+        };
+        fit.terms = own + parameters;
+        fit.ridge = ridge[index] * scale;
+        fit.effective_parameters = effective[index] + parameters as f64;
+        fit.training_force_rms =
+            prepared.training_force_rms(study, index, effects.inertia[index].value);
+        fit.cross_validation_nmse_percent = None;
+    }
+    let mut warnings = model.warnings.clone();
+    warnings.extend(effects.warnings);
+    Ok(Learnt {
+        base,
+        effects: effect_terms(&study.axes, &effects.terms),
+        inertia: effects.inertia,
+        fit: model.fit.clone(),
+        fits,
+        warnings,
+    })
+}
+
+fn training_rows(prepared: &Prepared, study: &Study) -> f64 {
+    let motions = prepared.training(study);
+    motions.iter().map(|m| m.rows()).sum::<usize>() as f64
+}
+
+/// Per axis, the strength of the penalty on a model's base, beside products that are means over the rows.
+pub(crate) fn strengths(prepared: &Prepared, study: &Study, model: &ModelFile) -> Vec<f64> {
+    // α/β of a network stands beside sums over the rows it was trained on.
+    let rows = match model.base {
+        Base::Network(_) => training_rows(prepared, study),
+        _ => 1.0,
+    };
+    model.fits.iter().map(|fit| fit.ridge / rows).collect()
+}
+
+/// Errors on blocks of the training records that the model's linear parameters were not fitted to.
+///
+/// # Errors
+/// Records that leave the model's base undetermined.
+pub(crate) fn held_out_errors(
+    study: &Study,
+    prepared: &Prepared,
+    model: &ModelFile,
+) -> Result<Vec<AxisError>> {
+    let training = prepared.training(study);
+    let terms: Vec<(Bound, Vec<f64>)> = model
+        .effects_in_si()?
+        .into_iter()
+        .map(|term| {
+            let bound = Bound {
+                entry: term.entry,
+                axis: usize::from(term.axis),
+            };
+            (bound, term.values)
+        })
+        .collect();
+    let ridge = strengths(prepared, study, model);
+    OnRecords::new(&study.axes, &training, model)?.held_out_errors(&terms, &ridge)
+}
+
+/// What no model can go below, per axis, under the whole model.
+fn floors(
+    study: &Study,
+    prepared: &Prepared,
+    model: &ModelFile,
+    inertia: &[f64],
+) -> Result<Vec<noise_floor::Floor>> {
+    let conventions: Vec<_> = study.axes.iter().map(|a| a.restoring_force).collect();
+    let effects = model.effects_in_si()?;
+    let predicted = |motion: &Motion| {
+        let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
+        let mut forces = model.base.predict(&states)?;
+        add_forces(
+            &effects,
+            &Course::of_motion(motion, &conventions),
+            &mut forces,
+        );
+        Ok(forces)
+    };
+    let predicted = prepared
+        .motions
+        .iter()
+        .map(predicted)
+        .collect::<Result<_>>()?;
+    let all: Vec<&Motion> = prepared.motions.iter().collect();
+    let band = &model.filters.band;
+    Ok(noise_floor::floors_under(
+        &study.axes,
+        &all,
+        band,
+        predicted,
+        &effects,
+        inertia,
+    ))
+}
+
+/// RMS force of an axis over all records of a role.
+fn rms_force(records: &[RecordFigures], role: Role, axis: &str) -> f64 {
+    let (mut sum, mut rows) = (0.0, 0.0);
+    for record in records.iter().filter(|r| r.role == role) {
+        if let Some(figures) = record.axes.get(axis) {
+            sum += record.rows as f64 * figures.rms_force * figures.rms_force;
+            rows += record.rows as f64;
+        }
+    }
+    f64::sqrt(sum / f64::max(rows, 1.0)).max(f64::MIN_POSITIVE)
+}
+
+fn change(old: &RecordFigures, new: &RecordFigures, axis: &str, floor: f64) -> Option<Change> {
+    let (before, after) = (old.axes.get(axis)?, new.axes.get(axis)?);
+    Some(Change {
+        file: old.file.clone(),
+        role: old.role,
+        axis: axis.to_string(),
+        before_nmse_percent: before.nmse_percent,
+        after_nmse_percent: after.nmse_percent,
+        before: before.relative_error,
+        after: after.relative_error,
+        noise_floor: floor / after.rms_force.max(f64::MIN_POSITIVE),
+        rests: after.rests,
+    })
+}

@@ -1,0 +1,151 @@
+//! Diagnose, add what is missing, diagnose again, until nothing is missing: the staircase of errors.
+
+use crate::diagnose::add::{self, Added};
+use crate::diagnose::{self, Diagnosis, Found, PerAxis, Verdict};
+use crate::model::effects::Bound;
+use crate::model::file::{AxisError, JudgedOn, ModelFile};
+use crate::study::Study;
+use crate::text::error::Result;
+use jointwatch_shared::effect::{Acts, Entry};
+use serde::Serialize;
+
+/// The most effects that a model carries on the device.
+const MOST_EFFECTS: usize = 8;
+
+/// One tread of the staircase.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Step {
+    /// What was added last, `coulomb@x`; empty for the model that was brought.
+    pub added: Vec<String>,
+    /// RMS error over RMS force per axis, with everything that was added so far.
+    pub relative_error: PerAxis,
+}
+
+/// Errors from the model that was brought down to the noise.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Staircase {
+    /// The rows that the errors are measured on.
+    pub judged_on: JudgedOn,
+    /// The model that was brought, then one step per addition.
+    pub steps: Vec<Step>,
+    /// The line where the errors must stop.
+    pub noise_floor: PerAxis,
+    /// Why it ended, in a sentence without its full stop.
+    pub ended: String,
+}
+
+/// A model with everything that was missing.
+pub struct Applied {
+    /// The model; the one that was brought where nothing was added.
+    pub model: ModelFile,
+    /// What was said of the model that was brought.
+    pub first: Diagnosis,
+    /// What is said of the model that came out.
+    pub last: Diagnosis,
+    /// The errors on the way.
+    pub staircase: Staircase,
+}
+
+/// Diagnoses a model, adds what is found one after the other, and diagnoses again, until nothing is missing.
+///
+/// `each` is told what was added.
+///
+/// # Errors
+/// As [`diagnose::diagnose`] and [`add::add`].
+pub fn apply(study: &Study, model: &ModelFile, each: &dyn Fn(&str)) -> Result<Applied> {
+    let first = diagnose::diagnose(study, model)?;
+    let judged_on = first.judged_on;
+    let mut staircase = Staircase {
+        judged_on,
+        steps: vec![Step {
+            added: Vec::new(),
+            relative_error: first.relative_error_before.clone(),
+        }],
+        noise_floor: first.noise_floor.clone(),
+        ended: String::new(),
+    };
+    let (mut model, mut last) = (model.clone(), first.clone());
+    loop {
+        let ended = match last.verdict {
+            Verdict::None => Some("nothing more is missing".to_string()),
+            Verdict::Data => {
+                Some("the data are at fault, and nothing is added before they are right".into())
+            }
+            _ if last.found.is_empty() => {
+                Some("what is left is nothing that the library knows".into())
+            }
+            _ => add_all(study, &mut model, &last.found, &mut staircase, each)?,
+        };
+        if let Some(ended) = ended {
+            staircase.ended = ended;
+            break;
+        }
+        last = diagnose::diagnose(study, &model)?;
+        staircase.noise_floor.clone_from(&last.noise_floor);
+    }
+    Ok(Applied {
+        model,
+        first,
+        last,
+        staircase,
+    })
+}
+
+/// Adds what was found, one after the other; says why when it has to stop.
+fn add_all(
+    study: &Study,
+    model: &mut ModelFile,
+    found: &[Found],
+    staircase: &mut Staircase,
+    each: &dyn Fn(&str),
+) -> Result<Option<String>> {
+    for effect in found {
+        let names = names(effect, study);
+        let listed = names.join(", ");
+        if model.effects.len() + names.len() > MOST_EFFECTS {
+            return Ok(Some(format!(
+                "{listed} is missing as well, but a device carries {MOST_EFFECTS} effects at most"
+            )));
+        }
+        each(&listed);
+        let Added {
+            model: wider,
+            errors,
+            helps,
+            ..
+        } = add::add(study, model, &names)?;
+        if !helps {
+            return Ok(Some(format!(
+                "{listed} was found on the training records but lowers no error on the {}, so it was left out",
+                errors.judged_on.words()
+            )));
+        }
+        *model = wider;
+        staircase.steps.push(Step {
+            added: names,
+            relative_error: per_axis(&errors.after),
+        });
+    }
+    Ok(None)
+}
+
+/// What was found, as `add` takes it: once per axis where it was found on both.
+fn names(found: &Found, study: &Study) -> Vec<String> {
+    let both = found.axis == "both";
+    let alone = Entry::named(&found.effect).is_some_and(|e| e.acts == Acts::BothAxes);
+    let axes: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    match (both, alone) {
+        (_, true) => vec![found.effect.clone()],
+        (true, false) => axes
+            .iter()
+            .map(|axis| format!("{}@{axis}", found.effect))
+            .filter(|name| Bound::parse(name, &axes).is_ok())
+            .collect(),
+        (false, false) => vec![format!("{}@{}", found.effect, found.axis)],
+    }
+}
+
+fn per_axis(errors: &[AxisError]) -> PerAxis {
+    let pairs = errors.iter();
+    pairs.map(|e| (e.axis.clone(), e.relative_error)).collect()
+}

@@ -1,0 +1,167 @@
+//! From a study to a model: derivatives, restoring force, fit, and the errors on every record.
+
+mod network;
+mod physical;
+mod polynomial;
+
+pub use network::{Training, network};
+pub use physical::physical;
+pub(crate) use physical::{base_terms, effect_terms, fit_alone, fit_in_time};
+pub use polynomial::polynomial;
+
+use crate::assess::compare;
+use crate::fit::coverage;
+use crate::fit::inertia::Inertia;
+use crate::model::corrections::missing_inertia;
+use crate::model::file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile};
+use crate::model::{EffectTerm, ModelAxis};
+use crate::signal::motion::{self, Filters, Motion};
+use crate::study::{Role, Study};
+use crate::text::date;
+use crate::text::error::{Error, Result};
+
+/// A model, and what identification had to say about it.
+pub struct Identified {
+    /// The model.
+    pub model: ModelFile,
+    /// How a network's training went; none for other kinds of model.
+    pub training: Option<Training>,
+    inertia: Vec<Inertia>,
+}
+
+impl Identified {
+    /// Standard error of an identified inertia, kg or kg·m²; none for one that the study gave.
+    pub fn inertia_error(&self, axis: &str) -> Option<f64> {
+        let at = self.model.axes.iter().position(|a| a.name == axis);
+        at.and_then(|at| self.inertia.get(at))
+            .and_then(|inertia| inertia.standard_error)
+    }
+}
+
+/// A study's records after differentiation, ready for any kind of fit.
+pub struct Prepared {
+    /// Bands and taps.
+    pub filters: Filters,
+    /// Every record, in the study's order.
+    pub motions: Vec<Motion>,
+}
+
+/// What a fit found, before the errors on the records are known.
+pub struct Learnt {
+    /// What the force is made of.
+    pub base: Base,
+    /// Physical effects that add to it.
+    pub effects: Vec<EffectTerm>,
+    /// Per axis, stated or identified.
+    pub inertia: Vec<Inertia>,
+    /// How it was fitted, in a word.
+    pub fit: String,
+    /// Per axis, how the coefficients came about.
+    pub fits: Vec<AxisFit>,
+    /// Why the model may not generalise, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl Prepared {
+    /// Designs the filters for a study and applies them to all of its records.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`] when the study has no training record or a record is shorter than the filters.
+    pub fn new(study: &Study) -> Result<Self> {
+        let filters = Filters::design(study)?;
+        Self::with_filters(study, filters)
+    }
+
+    /// The same with filters that are there already.
+    ///
+    /// # Errors
+    /// As [`Prepared::new`].
+    pub fn with_filters(study: &Study, filters: Filters) -> Result<Self> {
+        let motions = motion::motions(study, &filters)?;
+        if study.records.iter().all(|r| r.role != Role::Train) {
+            return Err(Error::data(format!(
+                "{}: no record has role = \"train\", so there is nothing to learn from; give at least one",
+                study.path.display()
+            )));
+        }
+        Ok(Self { filters, motions })
+    }
+
+    /// The records to learn from.
+    pub fn training(&self, study: &Study) -> Vec<&Motion> {
+        self.of_role(study, Role::Train)
+    }
+
+    /// The records to judge by; there may be none.
+    pub fn validation(&self, study: &Study) -> Vec<&Motion> {
+        self.of_role(study, Role::Validate)
+    }
+
+    fn of_role(&self, study: &Study, role: Role) -> Vec<&Motion> {
+        let motions = self.motions.iter();
+        motions
+            .filter(|m| study.records[m.record].role == role)
+            .collect()
+    }
+
+    /// RMS of the restoring force of one axis over all training rows, N or N·m, for its inertia in kg or kg·m².
+    pub fn training_force_rms(&self, study: &Study, axis: usize, inertia: f64) -> f64 {
+        let (mut sum, mut rows) = (0.0, 0);
+        for motion in self.training(study) {
+            let convention = study.axes[axis].restoring_force;
+            let force = motion.restoring_force(axis, inertia, convention);
+            sum += force.iter().map(|r| r * r).sum::<f64>();
+            rows += force.len();
+        }
+        (sum / rows as f64).sqrt()
+    }
+
+    /// Makes the model file: adds the errors on every record, and warnings about what validation asks of the model.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`] when a record cannot be compared.
+    pub fn finish(self, study: &Study, learnt: Learnt) -> Result<Identified> {
+        let mut warnings = learnt.warnings;
+        warnings.extend(coverage::validation_warnings(
+            &study.axes,
+            &self.training(study),
+            &self.validation(study),
+        ));
+        let axes = study.axes.iter().zip(&learnt.inertia);
+        let axes = axes.map(|(axis, inertia)| ModelAxis {
+            name: axis.name.clone(),
+            kind: axis.kind,
+            inertia: inertia.value + missing_inertia(&learnt.effects, &axis.name),
+            inertia_identified: inertia.identified,
+            restoring_force: axis.restoring_force,
+        });
+        let mut model = ModelFile {
+            format: FORMAT.into(),
+            study: study.name.clone(),
+            axes: axes.collect(),
+            base: learnt.base,
+            effects: learnt.effects,
+            fit: learnt.fit,
+            fits: learnt.fits,
+            warnings,
+            verification: Vec::new(),
+            validation: Vec::new(),
+            history: Vec::new(),
+            filters: self.filters,
+        };
+        let comparison = compare::compare_motions(study, &model, &self.motions)?;
+        model.verification = comparison.verification;
+        model.validation = comparison.validation;
+        model.history.push(HistoryEntry {
+            what: format!("identified: {}, {} fit", model.base.name(), model.fit),
+            date: date::today()?,
+            change: None,
+            validation: model.validation.clone(),
+        });
+        Ok(Identified {
+            model,
+            training: None,
+            inertia: learnt.inertia,
+        })
+    }
+}

@@ -1,0 +1,135 @@
+//! Learning a network of tanh neurons from a study, and whether its restarts agree.
+
+use super::{Identified, Learnt, Prepared};
+use crate::assess::compare::Sums;
+use crate::fit::network::{NetworkFit, NetworkOptions, Watch, fit_network};
+use crate::model::file::{AxisFit, Base};
+use crate::model::{ModelAxis, Network};
+use crate::signal::motion::{Motion, low_pass};
+use crate::study::{Role, Study};
+use crate::text::error::Result;
+
+/// What is to be known about a network beside the model itself.
+#[derive(Clone, Debug)]
+pub struct Training {
+    /// The fit with all its restarts.
+    pub fit: NetworkFit,
+    /// Per restart and axis: NMSE in percent on the validation records in the common band, empty without such records. For the
+    /// reader only: nothing is chosen by it.
+    pub validation_nmse_percent: Vec<Vec<f64>>,
+    /// Per axis: how far the restarts' predictions lie apart on validation records, or on training records when there are no
+    /// others; see [`NetworkFit::disagreement`].
+    pub disagreement: Vec<f64>,
+}
+
+/// Learns a network from the training records of a study; [`Identified::training`] says how it went.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`] when the study has no training record or its records cannot be trained on;
+/// [`crate::text::error::Kind::Usage`] for options out of range.
+pub fn network(study: &Study, options: &NetworkOptions, watch: &Watch<'_>) -> Result<Identified> {
+    let prepared = Prepared::new(study)?;
+    let training = prepared.training(study);
+    let band = &prepared.filters.band;
+    let fit = fit_network(&study.axes, &training, band, options, watch)?;
+    let best = &fit.restarts[fit.best];
+    let fits = study.axes.iter().enumerate();
+    let fits = fits.map(|(index, axis)| AxisFit {
+        axis: axis.name.clone(),
+        terms: fit.network.parameters(),
+        ridge: best.alpha / best.beta,
+        effective_parameters: best.effective_parameters,
+        training_force_rms: prepared.training_force_rms(study, index, fit.inertia[index].value),
+        cross_validation_nmse_percent: None,
+    });
+    let learnt = Learnt {
+        fits: fits.collect(),
+        base: Base::Network(fit.network.clone()),
+        effects: Vec::new(),
+        inertia: fit.inertia.clone(),
+        fit: "Levenberg-Marquardt".into(),
+        warnings: fit.warnings.clone(),
+    };
+    let validation = prepared.of_role(study, Role::Validate);
+    let validation_nmse_percent = if validation.is_empty() {
+        Vec::new()
+    } else {
+        let restarts = fit.restarts.iter();
+        restarts
+            .map(|restart| nmse_percent(study, &fit, &restart.network, &validation, band))
+            .collect::<Result<_>>()?
+    };
+    let judged = if validation.is_empty() {
+        &training
+    } else {
+        &validation
+    };
+    let disagreement = fit.disagreement(judged)?;
+    let mut identified = prepared.finish(study, learnt)?;
+    identified.training = Some(Training {
+        fit,
+        validation_nmse_percent,
+        disagreement,
+    });
+    Ok(identified)
+}
+
+/// NMSE in percent per axis over all motions together, in the common band.
+fn nmse_percent(
+    study: &Study,
+    fit: &NetworkFit,
+    network: &Network,
+    motions: &[&Motion],
+    band: &[f64],
+) -> Result<Vec<f64>> {
+    let mut sums = vec![Sums::default(); study.axes.len()];
+    for motion in motions {
+        let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
+        let predicted = network.predict(&states)?;
+        for (index, (sums, predicted)) in sums.iter_mut().zip(&predicted).enumerate() {
+            let convention = study.axes[index].restoring_force;
+            let force = motion.restoring_force(index, fit.inertia[index].value, convention);
+            let error: Vec<f64> = force.iter().zip(predicted).map(|(r, p)| r - p).collect();
+            *sums = sums.plus(Sums::of(&low_pass(&error, band), &low_pass(&force, band)));
+        }
+    }
+    Ok(sums.into_iter().map(Sums::nmse_percent).collect())
+}
+
+impl Training {
+    /// One sentence on whether the restarts agree, for the axes of the model.
+    pub fn agreement(&self, axes: &[ModelAxis]) -> String {
+        let restarts = self.fit.restarts.len();
+        if restarts < 2 {
+            return "Agreement of restarts: one restart alone says nothing about it.".into();
+        }
+        let judged = if self.validation_nmse_percent.is_empty() {
+            "training"
+        } else {
+            "validation"
+        };
+        let clauses = axes.iter().zip(&self.disagreement).enumerate();
+        let clauses: Vec<String> = clauses
+            .map(|(index, (axis, apart))| {
+                let errors = self.validation_nmse_percent.iter().map(|e| e[index]);
+                let (low, high) = errors.fold((f64::INFINITY, 0.0_f64), |(low, high), e| {
+                    (low.min(e), high.max(e))
+                });
+                let spread = if low.is_finite() {
+                    format!(", NMSE {low:.3} to {high:.3} %")
+                } else {
+                    String::new()
+                };
+                format!(
+                    "{} within {:.2} % of RMS force{spread}",
+                    axis.name,
+                    100.0 * apart
+                )
+            })
+            .collect();
+        format!(
+            "Agreement of {restarts} restarts on {judged} records, standard deviation of their predictions: {}.",
+            clauses.join("; ")
+        )
+    }
+}

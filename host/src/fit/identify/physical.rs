@@ -1,0 +1,169 @@
+//! Learning a sum of named physical effects from a study.
+
+use super::{Identified, Learnt, Prepared};
+use crate::fit::effects::{AnotherStart, EffectsFit, FoundTerm, fit_effects_also_from};
+use crate::fit::polynomial::input_ranges;
+use crate::model::EffectTerm;
+use crate::model::corrections::Corrections;
+use crate::model::effects::Bound;
+use crate::model::file::{AxisFit, Base, NoBase};
+use crate::signal::motion::{self, Motion};
+use crate::study::{Axis, Study};
+use crate::text::error::{Error, Result};
+use jointwatch_shared::model::axis::AxisKind;
+use jointwatch_shared::model::corrections::ForceCorrection;
+
+/// How often late channels are shifted before the last fit.
+const SHIFTS: usize = 2;
+/// What is believed of an axis when the study says nothing.
+const DEFAULT_TERMS: [&str; 3] = ["stiffness", "viscous", "preload"];
+
+/// Learns the values of the study's `[base] terms`, or of a spring, a damper and a constant force where it names none.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`] when a term is not known, stands twice or names an axis that is not there, when the study
+/// has no training record or its records cannot be fitted.
+pub fn physical(study: &Study) -> Result<Identified> {
+    let (terms, proposed) = base_terms(study)?;
+    let prepared = Prepared::new(study)?;
+    let mut fit = fit_alone(study, &prepared, &terms, &|_| Ok(None))?;
+    if let Some(proposed) = proposed {
+        fit.warnings.insert(0, proposed);
+    }
+    prepared.physical(study, fit)
+}
+
+impl Prepared {
+    /// The model that a fit of effects makes, with its errors on every record.
+    ///
+    /// # Errors
+    /// As [`Prepared::finish`].
+    pub(crate) fn physical(self, study: &Study, fit: EffectsFit) -> Result<Identified> {
+        let learnt = self.learnt(study, fit);
+        self.finish(study, learnt)
+    }
+
+    /// What a fit of effects alone found.
+    pub(crate) fn learnt(&self, study: &Study, fit: EffectsFit) -> Learnt {
+        let training = self.training(study);
+        let fits = study.axes.iter().enumerate();
+        let fits = fits.map(|(index, axis)| {
+            let parameters = parameters_on(&fit, index);
+            AxisFit {
+                axis: axis.name.clone(),
+                terms: parameters,
+                ridge: 0.0,
+                effective_parameters: parameters as f64,
+                training_force_rms: self.training_force_rms(study, index, fit.inertia[index].value),
+                cross_validation_nmse_percent: None,
+            }
+        });
+        Learnt {
+            fits: fits.collect(),
+            base: Base::None(NoBase {
+                inputs: input_ranges(&training),
+            }),
+            effects: effect_terms(&study.axes, &fit.terms),
+            inertia: fit.inertia,
+            fit: "variable projection".into(),
+            warnings: fit.warnings,
+        }
+    }
+}
+
+/// Fits effects alone, with late channels put in time; from one more start than a scan of the effects' own values finds.
+///
+/// # Errors
+/// As [`fit_effects_also_from`].
+pub(crate) fn fit_alone(
+    study: &Study,
+    prepared: &Prepared,
+    terms: &[Bound],
+    another: AnotherStart<'_>,
+) -> Result<EffectsFit> {
+    let band = &prepared.filters.band;
+    let fit = |motions: &[&Motion]| {
+        let fit = fit_effects_also_from(&study.axes, motions, band, terms, another)?;
+        Ok((fit, ()))
+    };
+    Ok(fit_in_time(study, prepared, fit)?.0)
+}
+
+/// Fits by `fit` to the training records; where force channels may be late, again with the channels put in time.
+///
+/// The law of a delay is the first order of a shift. What the second order leaves would be taken for a wrong gain, so the
+/// channels are shifted by what was found and the rest is found anew (Gauss–Newton).
+pub(crate) fn fit_in_time<T>(
+    study: &Study,
+    prepared: &Prepared,
+    fit_to: impl Fn(&[&Motion]) -> Result<(EffectsFit, T)>,
+) -> Result<(EffectsFit, T)> {
+    let (mut fit, mut more) = fit_to(&prepared.training(study))?;
+    let late = |term: &FoundTerm| term.bound.entry.about.name == "time_delay";
+    if !fit.terms.iter().any(late) {
+        return Ok((fit, more));
+    }
+    let mut delays = Corrections {
+        force: [ForceCorrection::NONE; 2],
+        lines: Vec::new(),
+    };
+    for _ in 0..SHIFTS {
+        for term in fit.terms.iter().filter(|term| late(term)) {
+            delays.force[term.bound.axis].delay_s += term.values[0];
+        }
+        let training = prepared.training(study);
+        let in_time = |motion: &&Motion| {
+            let record = delays.record(&study.records[motion.record], study.sample_rate_hz);
+            motion::motion(study, motion.record, &record, &prepared.filters)
+        };
+        let motions: Vec<Motion> = training.iter().map(in_time).collect::<Result<_>>()?;
+        let training: Vec<&Motion> = motions.iter().collect();
+        (fit, more) = fit_to(&training)?;
+    }
+    for term in fit.terms.iter_mut().filter(|term| late(term)) {
+        let shifted = delays.force[term.bound.axis].delay_s;
+        term.values[0] += shifted;
+        for end in term.intervals.iter_mut().flatten().flatten() {
+            *end += shifted;
+        }
+    }
+    Ok((fit, more))
+}
+
+/// The study's terms; or proposed ones, and the sentence that says so.
+pub(crate) fn base_terms(study: &Study) -> Result<(Vec<Bound>, Option<String>)> {
+    let axes: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    let mut terms = study.base_terms.clone();
+    let mut proposed = None;
+    if terms.is_empty() {
+        for axis in &axes {
+            terms.extend(DEFAULT_TERMS.map(|effect| format!("{effect}@{axis}")));
+        }
+        let quoted: Vec<String> = terms.iter().map(|t| format!("\"{t}\"")).collect();
+        proposed = Some(format!(
+            "study.toml names no physical effects, so these were taken: write them there, or better ones, as [base] terms = [{}]",
+            quoted.join(", ")
+        ));
+    }
+    let bound = Bound::parse_all(&terms, &axes).map_err(|e| Error {
+        sentence: format!("{}, [base] terms: {e}", study.path.display()),
+        ..e
+    })?;
+    Ok((bound, proposed))
+}
+
+/// Parameters of the effects that act on an axis.
+fn parameters_on(fit: &EffectsFit, axis: usize) -> usize {
+    let acting = fit.terms.iter().filter(|t| t.bound.acts_on(axis));
+    acting.map(|t| t.values.len()).sum()
+}
+
+/// Found terms as the model file keeps them.
+pub(crate) fn effect_terms(axes: &[Axis], terms: &[FoundTerm]) -> Vec<EffectTerm> {
+    let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
+    let kinds: Vec<AxisKind> = axes.iter().map(|a| a.kind.into()).collect();
+    let terms = terms.iter();
+    terms
+        .map(|term| EffectTerm::new(&term.bound, &names, &kinds, &term.values, &term.intervals))
+        .collect()
+}

@@ -1,0 +1,133 @@
+//! Learning the paper's polynomial from a study, and writing it as an equation.
+
+use super::{Identified, Learnt, Prepared};
+use crate::fit::polynomial::{PolynomialOptions, fit_polynomial};
+use crate::model::file::{AxisFit, Base};
+use crate::model::{ModelAxis, Polynomial, exponents};
+use crate::study::Study;
+use crate::text::error::Result;
+
+/// Learns a polynomial from the training records of a study.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`] when the study has no training record or its records cannot be fitted.
+pub fn polynomial(
+    study: &Study,
+    options: &PolynomialOptions,
+    progress: &dyn Fn(f64),
+) -> Result<Identified> {
+    let prepared = Prepared::new(study)?;
+    let training = prepared.training(study);
+    let fit = fit_polynomial(
+        &study.axes,
+        &training,
+        &prepared.filters.band,
+        options,
+        progress,
+    )?;
+    let fits = study.axes.iter().zip(&fit.axes).enumerate();
+    let fits = fits.map(|(index, (axis, found))| AxisFit {
+        axis: axis.name.clone(),
+        terms: found.terms,
+        ridge: found.lambda.unwrap_or(0.0),
+        effective_parameters: found.effective_parameters,
+        training_force_rms: prepared.training_force_rms(study, index, fit.inertia[index].value),
+        cross_validation_nmse_percent: Some(found.cross_validation_nmse),
+    });
+    let learnt = Learnt {
+        fits: fits.collect(),
+        base: Base::Polynomial(fit.polynomial),
+        effects: Vec::new(),
+        inertia: fit.inertia,
+        fit: options.method.name().into(),
+        warnings: fit.warnings,
+    };
+    prepared.finish(study, learnt)
+}
+
+impl Identified {
+    /// The model as one equation per axis, for those with few enough terms to read.
+    pub fn equations(&self) -> Vec<String> {
+        let Base::Polynomial(polynomial) = &self.model.base else {
+            return Vec::new();
+        };
+        let axes = self.model.axes.iter().enumerate();
+        axes.filter_map(|(index, axis)| equation(polynomial, index, &self.model.axes, axis))
+            .collect()
+    }
+}
+
+/// A polynomial with more terms than this is not printed as an equation.
+const READABLE_TERMS: usize = 12;
+
+/// `r_x [N] = 1.2 − 3.4·u − …` with every input's meaning, or nothing when it would not be readable.
+fn equation(
+    polynomial: &Polynomial,
+    index: usize,
+    axes: &[ModelAxis],
+    axis: &ModelAxis,
+) -> Option<String> {
+    let coefficients = polynomial.coefficients.get(index)?;
+    if coefficients.iter().filter(|c| **c != 0.0).count() > READABLE_TERMS {
+        return None;
+    }
+    let symbols: Vec<String> = axes
+        .iter()
+        .flat_map(|a| [format!("u_{}", a.name), format!("v_{}", a.name)])
+        .collect();
+    let mut text = format!("\n  r_{} [{}] =", axis.name, axis.kind.force_unit());
+    let terms = exponents(&polynomial.orders);
+    let mut written = false;
+    for (at, &value) in coefficients.iter().enumerate() {
+        if value == 0.0 {
+            continue;
+        }
+        let sign = if value < 0.0 { "−" } else { "+" };
+        let lead = if written || value < 0.0 {
+            format!(" {sign} ")
+        } else {
+            " ".into()
+        };
+        text.push_str(&format!("{lead}{:.6}", value.abs()));
+        for (symbol, exponent) in symbols.iter().zip(terms[at]) {
+            match exponent {
+                0 => {}
+                1 => text.push_str(&format!("·{symbol}")),
+                _ => text.push_str(&format!(
+                    "·{symbol}{}",
+                    ["⁰", "¹", "²", "³"][exponent as usize]
+                )),
+            }
+        }
+        written = true;
+    }
+    if !written {
+        text.push_str(" 0");
+    }
+    text.push_str("\n  with");
+    for (state, (symbol, range)) in symbols.iter().zip(&polynomial.inputs).enumerate() {
+        let used = terms
+            .iter()
+            .zip(coefficients)
+            .any(|(exponents, &c)| c != 0.0 && exponents[state] > 0);
+        if !used {
+            continue;
+        }
+        let owner = &axes[state / 2];
+        let (name, unit) = if state % 2 == 0 {
+            (owner.name.clone(), owner.kind.displacement_unit())
+        } else {
+            (
+                format!("velocity of {}", owner.name),
+                owner.kind.velocity_unit(),
+            )
+        };
+        let sign = if range.center < 0.0 { "+" } else { "−" };
+        text.push_str(&format!(
+            "\n    {symbol} = ({name} {sign} {:.4e} {unit}) / {:.4e} {unit}",
+            range.center.abs(),
+            range.half_range
+        ));
+    }
+    Some(text)
+}

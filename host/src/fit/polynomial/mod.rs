@@ -1,0 +1,313 @@
+//! Fitting the paper's polynomial (Eqs. 10 and 11) to training records.
+
+use super::coverage::training_warnings;
+use super::cross_validation::{FOLDS, FoldedMoments, squared_error};
+use super::inertia::{Inertia, inertias};
+use super::{normal_equations, ridge, select};
+use crate::model::{InputRange, Polynomial, exponents};
+use crate::signal::motion::Motion;
+use crate::study::Axis;
+use crate::text::error::{Error, Result};
+
+/// How the coefficients are found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// With a penalty on the function's size and roughness over the whole input box; cross-validation picks its strength.
+    #[default]
+    Ridge,
+    /// Plain least squares, as in the paper.
+    LeastSquares,
+    /// Few terms, chosen by orthogonal forward selection; cross-validation picks their number.
+    Select,
+}
+
+impl Method {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ridge => "ridge",
+            Self::LeastSquares => "least-squares",
+            Self::Select => "select",
+        }
+    }
+}
+
+/// What to fit.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PolynomialOptions {
+    /// Highest exponent of each input, 0 to 3; `None` is 3 for all, as in the paper.
+    pub orders: Option<Vec<u8>>,
+    /// How.
+    pub method: Method,
+}
+
+/// What the fit of one axis tells about itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisFit {
+    /// Strength λ of the penalty (no unit); `None` unless [`Method::Ridge`].
+    pub lambda: Option<f64>,
+    /// Parameters that the data, not the penalty, determine.
+    pub effective_parameters: f64,
+    /// Terms in the model.
+    pub terms: usize,
+    /// NMSE over held-out blocks, percent.
+    pub cross_validation_nmse: f64,
+}
+
+/// A fitted polynomial and what is to be known about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PolynomialFit {
+    /// The model.
+    pub polynomial: Polynomial,
+    /// Per axis, stated or identified.
+    pub inertia: Vec<Inertia>,
+    /// Per axis.
+    pub axes: Vec<AxisFit>,
+    /// Directions among the terms that the records determine; the number of terms when all are.
+    pub rank: usize,
+    /// Condition number of the terms over the training rows, each scaled to length 1.
+    pub condition: f64,
+    /// Training rows.
+    pub rows: usize,
+    /// Why the model may not generalise, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// The middle and half the width of what each input went through over all records together.
+///
+/// The paper normalises to zero mean and ±1. The middle of the range rather than the mean puts the largest values of
+/// both signs at exactly ±1, as the device's numbers need it; for motion about a rest position the two agree. An input that never
+/// moves keeps a half range of 1.
+pub fn input_ranges(motions: &[&Motion]) -> Vec<InputRange> {
+    let inputs = motions.first().map_or(0, |m| m.states.len());
+    (0..inputs)
+        .map(|input| {
+            let values = motions.iter().flat_map(|m| &m.states[input]);
+            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                (v.min(low), v.max(high))
+            });
+            let half_range = 0.5 * (high - low);
+            InputRange {
+                center: 0.5 * (high + low),
+                half_range: if half_range > 0.0 { half_range } else { 1.0 },
+            }
+        })
+        .collect()
+}
+
+fn check(axes: &[Axis], motions: &[&Motion], orders: &[u8]) -> Result<()> {
+    check_records(axes, motions)?;
+    if orders.len() != 2 * axes.len() || orders.iter().any(|order| *order > 3) {
+        return Err(Error::usage(format!(
+            "--order takes {} numbers from 0 to 3, one per input (displacement and velocity of each axis), not {orders:?}",
+            2 * axes.len()
+        )));
+    }
+    Ok(())
+}
+
+/// Whether the training records fit the axes, are long enough for any fit and hold only finite numbers.
+///
+/// # Errors
+/// One sentence that names the record and the row.
+pub(crate) fn check_records(axes: &[Axis], motions: &[&Motion]) -> Result<()> {
+    if !matches!(axes.len(), 1 | 2) {
+        return Err(Error::data(format!(
+            "a joint has one or two axes, not {}",
+            axes.len()
+        )));
+    }
+    if motions.is_empty() {
+        return Err(Error::data(
+            "the study has no training record: give at least one [[record]] the role \"train\"",
+        ));
+    }
+    for motion in motions {
+        let rows = motion.acceleration.first().map_or(0, Vec::len);
+        let mut series = motion
+            .states
+            .iter()
+            .chain(&motion.acceleration)
+            .chain(&motion.force);
+        if motion.states.len() != 2 * axes.len()
+            || motion.acceleration.len() != axes.len()
+            || motion.force.len() != axes.len()
+            || series.any(|s| s.len() != rows)
+        {
+            return Err(Error::data(format!(
+                "record {} does not hold the same series for each of the study's axes",
+                motion.record + 1
+            )));
+        }
+        if rows < 4 * FOLDS {
+            return Err(Error::data(format!(
+                "record {} has {rows} usable rows, too few to fit: record longer",
+                motion.record + 1
+            )));
+        }
+        let mut series = motion
+            .states
+            .iter()
+            .chain(&motion.acceleration)
+            .chain(&motion.force);
+        if let Some(row) = series.find_map(|s| s.iter().position(|v| !v.is_finite())) {
+            return Err(Error::data(format!(
+                "record {} holds a number that is not finite at row {}",
+                motion.record + 1,
+                motion.first_row + row
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Fits the polynomial restoring force of every axis to the training records `motions`.
+///
+/// `low_pass` are the taps of the study's symmetric low-pass; it is needed only where an inertia is to be identified, and sets the guard
+/// between the blocks of the cross-validation. `progress` is told the share done, 0 to 1.
+///
+/// # Errors
+/// One sentence: orders that do not fit the axes, no training record, records that do not fit the axes or are too short, an
+/// identified inertia that is not positive, data that determine nothing.
+pub fn fit_polynomial(
+    axes: &[Axis],
+    motions: &[&Motion],
+    low_pass: &[f64],
+    options: &PolynomialOptions,
+    progress: &dyn Fn(f64),
+) -> Result<PolynomialFit> {
+    let orders = options
+        .orders
+        .clone()
+        .unwrap_or_else(|| vec![3; 2 * axes.len()]);
+    check(axes, motions, &orders)?;
+    let ranges = input_ranges(motions);
+    let inertia = inertias(axes, motions, &ranges, low_pass)?;
+    progress(0.2);
+    // A tenth of a second: more than a cycle of the slowest motions that matter, beside what the filters smear.
+    let guard = (0.1 * motions[0].sample_rate_hz) as usize + low_pass.len();
+    let mut folded = FoldedMoments::new(&ranges, axes.len(), guard);
+    for motion in motions {
+        let forces: Vec<Vec<f64>> = axes
+            .iter()
+            .zip(&inertia)
+            .enumerate()
+            .map(|(i, (axis, inertia))| {
+                motion.restoring_force(i, inertia.value, axis.restoring_force)
+            })
+            .collect();
+        let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
+        let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
+        folded.add_record(&states, &forces);
+    }
+    progress(0.4);
+    let terms = exponents(&orders);
+    let total = folded.total();
+    let plain = normal_equations::solve(&total.gram(&terms), &total.cross(&terms))?;
+    let (coefficients, fits): (Vec<Vec<f64>>, Vec<AxisFit>) = match options.method {
+        Method::LeastSquares => {
+            let errors = plain_cross_validation(&folded, &terms, axes.len())?;
+            errors
+                .into_iter()
+                .enumerate()
+                .map(|(axis, error)| {
+                    let column = plain.coefficients.col(axis);
+                    let fit = AxisFit {
+                        lambda: None,
+                        effective_parameters: plain.rank as f64,
+                        terms: terms.len(),
+                        cross_validation_nmse: error,
+                    };
+                    (column.iter().copied().collect(), fit)
+                })
+                .unzip()
+        }
+        Method::Ridge => ridge::fit(&folded, &orders, axes.len())?
+            .into_iter()
+            .map(|fit| {
+                let about = AxisFit {
+                    lambda: Some(fit.lambda),
+                    effective_parameters: fit.effective_parameters,
+                    terms: terms.len(),
+                    cross_validation_nmse: fit.cross_validation_nmse,
+                };
+                (fit.coefficients, about)
+            })
+            .unzip(),
+        Method::Select => {
+            let mut fits = Vec::new();
+            for axis in 0..axes.len() {
+                let fit = select::fit(&folded, &orders, axis)?;
+                let about = AxisFit {
+                    lambda: None,
+                    effective_parameters: fit.terms as f64,
+                    terms: fit.terms,
+                    cross_validation_nmse: fit.cross_validation_nmse,
+                };
+                fits.push((fit.coefficients, about));
+            }
+            fits.into_iter().unzip()
+        }
+    };
+    let mut warnings = training_warnings(axes, motions, terms.len());
+    if plain.rank < terms.len() {
+        warnings.push(format!(
+            "the training records determine only {} of {} terms (condition number {:.1e} over those): the rest is set by convention, not by data",
+            plain.rank,
+            terms.len(),
+            plain.condition
+        ));
+    }
+    for (axis, inertia) in axes.iter().zip(&inertia) {
+        if let Some(error) = inertia.standard_error.filter(|e| *e > 0.05 * inertia.value) {
+            warnings.push(format!(
+                "the inertia of axis {} is found only to ± {error:.2e} of {:.3e}: state it in study.toml if it is known",
+                axis.name, inertia.value
+            ));
+        }
+    }
+    let polynomial = Polynomial {
+        orders,
+        inputs: ranges,
+        coefficients,
+    };
+    polynomial.check()?;
+    progress(1.0);
+    Ok(PolynomialFit {
+        polynomial,
+        inertia,
+        axes: fits,
+        rank: plain.rank,
+        condition: plain.condition,
+        rows: total.rows(),
+        warnings,
+    })
+}
+
+/// NMSE of plain least squares over held-out blocks, percent, per output.
+fn plain_cross_validation(
+    folded: &FoldedMoments,
+    terms: &[[u8; 4]],
+    outputs: usize,
+) -> Result<Vec<f64>> {
+    let mut errors = vec![0.0; outputs];
+    for fold in 0..FOLDS {
+        let (training, held) = (folded.training(fold), folded.held_out(fold));
+        let b =
+            normal_equations::solve(&training.gram(terms), &training.cross(terms))?.coefficients;
+        let (gram, cross) = (held.gram(terms), held.cross(terms));
+        for (y, error) in errors.iter_mut().enumerate() {
+            let (b, cross) = (b.subcols(y, 1), cross.subcols(y, 1));
+            *error += squared_error(held.square(y), gram.as_ref(), cross, b);
+        }
+    }
+    let total = folded.total();
+    Ok(errors
+        .into_iter()
+        .enumerate()
+        .map(|(y, error)| 100.0 * error / total.spread(y).max(f64::MIN_POSITIVE))
+        .collect())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,367 @@
+//! `model.json`: a learnt model with everything needed to evaluate it on another record and to export it.
+
+use crate::model::check_states;
+use crate::model::corrections::{Corrections, of_the_joint};
+use crate::model::course::{Course, add_forces};
+use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
+use crate::signal::motion::{Filters, Motion};
+use crate::study::Study;
+use crate::text::error::{Error, Result};
+use crate::text::output;
+use jointwatch_shared::model::terms::InSi;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What the first key of every model file says.
+pub const FORMAT: &str = "jointwatch-model/2";
+
+/// What a model's force is made of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Base {
+    /// Powers and products of the states.
+    Polynomial(Polynomial),
+    /// A network of tanh neurons.
+    Network(Network),
+    /// Nothing: the force is that of the effects alone.
+    None(NoBase),
+}
+
+/// What is left of a base when there is none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NoBase {
+    /// The training range of every state: displacement and velocity of each axis, SI.
+    pub inputs: Vec<InputRange>,
+}
+
+impl Base {
+    /// The base's name on the command line.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Base::Polynomial(_) => "polynomial",
+            Base::Network(_) => "network",
+            Base::None(_) => "physical",
+        }
+    }
+
+    /// The training range of every state: displacement and velocity of each axis, SI.
+    pub fn inputs(&self) -> &[InputRange] {
+        match self {
+            Base::Polynomial(polynomial) => &polynomial.inputs,
+            Base::Network(network) => &network.inputs,
+            Base::None(none) => &none.inputs,
+        }
+    }
+
+    /// The axes whose force it gives.
+    fn outputs(&self) -> usize {
+        match self {
+            Base::Polynomial(polynomial) => polynomial.coefficients.len(),
+            Base::Network(network) => network.outputs.len(),
+            Base::None(none) => none.inputs.len() / 2,
+        }
+    }
+
+    /// Whether its parts fit together and every number is finite.
+    fn check(&self) -> Result<()> {
+        match self {
+            Base::Polynomial(polynomial) => polynomial.check(),
+            Base::Network(network) => network.check(),
+            Base::None(none) if none.inputs.iter().all(InputRange::is_sound) => Ok(()),
+            Base::None(_) => Err(Error::data(
+                "a training range is not finite or not positive",
+            )),
+        }
+    }
+
+    /// Restoring force per axis, in N or N·m, for states [x, ẋ] or [x, ẋ, φ, φ̇] in SI.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`] when the states are not those of the model's inputs.
+    pub(crate) fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
+        match self {
+            Base::Polynomial(polynomial) => polynomial.predict(states),
+            Base::Network(network) => network.predict(states),
+            Base::None(none) => {
+                let rows = check_states(states, none.inputs.len())?;
+                Ok(vec![vec![0.0; rows]; self.outputs()])
+            }
+        }
+    }
+}
+
+/// How one axis did on all records of one role together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxisError {
+    /// The axis.
+    pub axis: String,
+    /// 100·Σ(r−r̂)²/(N·var r) in the common band, percent.
+    pub nmse_percent: f64,
+    /// RMS(r−r̂)/RMS(r) in the common band.
+    pub relative_error: f64,
+}
+
+/// How the coefficients of one axis were found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxisFit {
+    /// The axis.
+    pub axis: String,
+    /// Terms that are not zero; of a network, its weights and biases.
+    pub terms: usize,
+    /// Weight of the ridge that cross-validation chose; 0 without one; of a network, α/β of its Bayesian regularisation.
+    pub ridge: f64,
+    /// Effective number of parameters at that ridge.
+    pub effective_parameters: f64,
+    /// RMS of the restoring force over all training rows, N or N·m.
+    pub training_force_rms: f64,
+    /// NMSE of the held-out blocks, percent, wide-band; none when the fit did not cross-validate.
+    pub cross_validation_nmse_percent: Option<f64>,
+}
+
+/// Errors before and after a step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ErrorChange {
+    /// What they were measured on.
+    pub judged_on: JudgedOn,
+    /// Before it, per axis.
+    pub before: Vec<AxisError>,
+    /// After it, per axis.
+    pub after: Vec<AxisError>,
+}
+
+/// The rows that errors are measured on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JudgedOn {
+    /// Records that the model was not learnt from.
+    Validation,
+    /// Stretches of the training records, each predicted from the rest: the study has no validation records.
+    HeldOutBlocks,
+}
+
+impl JudgedOn {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Validation => "validation records",
+            Self::HeldOutBlocks => "held-out blocks of the training records",
+        }
+    }
+}
+
+/// One step in the model's life.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HistoryEntry {
+    /// What was done.
+    pub what: String,
+    /// The day on which it was done, `2026-03-14` (UTC); none when that was not wanted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
+    /// What an addition did to the errors; none for anything else.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub change: Option<ErrorChange>,
+    /// Errors on the records the model was not learnt from, after it; empty when the study has none.
+    pub validation: Vec<AxisError>,
+}
+
+/// A learnt model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelFile {
+    /// [`FORMAT`].
+    pub format: String,
+    /// Name of the study it was learnt from.
+    pub study: String,
+    /// One or two axes.
+    pub axes: Vec<ModelAxis>,
+    /// What the force is made of.
+    pub base: Base,
+    /// Physical effects: those of the joint add to the base, those of the instruments correct the study's data.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<EffectTerm>,
+    /// How it was fitted: `ridge`, `least-squares` or `select`; `Levenberg-Marquardt` for a network, `variable projection` for effects alone.
+    pub fit: String,
+    /// Per axis, how the coefficients came about.
+    pub fits: Vec<AxisFit>,
+    /// What the training records cannot support, one sentence each.
+    pub warnings: Vec<String>,
+    /// Errors on the records it was learnt from.
+    pub verification: Vec<AxisError>,
+    /// Errors on other records; empty when the study has none.
+    pub validation: Vec<AxisError>,
+    /// What was done to it, oldest first.
+    pub history: Vec<HistoryEntry>,
+    /// Sample rate, bands and filters, with the numbers that the device holds.
+    pub filters: Filters,
+}
+
+impl ModelFile {
+    /// Reads and checks a model file.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`] naming the file, the line where it stops being a model, and what to try.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            Error::data(format!(
+                "{}: the model could not be read ({e}); give the file that `jointwatch identify … -o` wrote",
+                path.display()
+            ))
+        })?;
+        let model: Self = serde_json::from_str(&text).map_err(|e| {
+            Error::data(format!(
+                "{}, line {}, column {}: this is not a Jointwatch model ({}); give the file that `jointwatch identify` wrote, \
+                 or write it anew",
+                path.display(),
+                e.line(),
+                e.column(),
+                without_position(&e)
+            ))
+        })?;
+        model.check().map_err(|what| {
+            Error::data(format!(
+                "{}: this model cannot be used, write it anew with `jointwatch identify`: {what}",
+                path.display()
+            ))
+        })?;
+        Ok(model)
+    }
+
+    /// Writes it in one step.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Failed`] when the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        output::write_whole(path, output::json_text(self)?.as_bytes())
+    }
+
+    /// The sentence that says what is wrong with the numbers in it, if anything.
+    fn check(&self) -> std::result::Result<(), String> {
+        if self.format != FORMAT {
+            return Err(format!(
+                "its format is '{}' where this version reads '{FORMAT}'",
+                self.format
+            ));
+        }
+        let axes = self.axes.len();
+        if !(1..=2).contains(&axes) {
+            return Err(format!("it has {axes} axes where one or two are possible"));
+        }
+        self.filters.check()?;
+        if let Some(axis) = self
+            .axes
+            .iter()
+            .find(|a| !(a.inertia.is_finite() && a.inertia >= 0.0))
+        {
+            return Err(format!(
+                "axis {} has an inertia of {}",
+                axis.name, axis.inertia
+            ));
+        }
+        if self.fits.len() != axes {
+            return Err(format!(
+                "it says how {} axes were fitted but has {axes}",
+                self.fits.len()
+            ));
+        }
+        let outputs = self.base.outputs();
+        if outputs != axes {
+            return Err(format!(
+                "it has {axes} axes but gives the force of {outputs}"
+            ));
+        }
+        self.base.check().map_err(|e| e.sentence)?;
+        self.effects_in_si().map_err(|e| e.sentence)?;
+        Ok(())
+    }
+
+    /// The effects in numbers.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`] naming the effect that this version does not know.
+    pub fn effects_in_si(&self) -> Result<Vec<InSi>> {
+        self.effects.iter().map(|e| e.in_si(&self.axes)).collect()
+    }
+
+    /// What its effects say is wrong with the study's force channels.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`] when a correction is too large to be one.
+    pub fn corrections(&self) -> Result<Corrections> {
+        Corrections::of(&self.effects_in_si()?, self.axes.len())
+    }
+
+    /// Restoring force per axis, in N or N·m, along a record with the states [x, ẋ] or [x, ẋ, φ, φ̇] in SI.
+    ///
+    /// Rows have to follow each other at the model's sample rate, because effects may have memory. Effects of the instrument
+    /// are no part of it: they correct what it is held against ([`ModelFile::corrected`]).
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`] when the states are not those of the model's inputs.
+    pub fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
+        let mut forces = self.base.predict(states)?;
+        let effects = of_the_joint(&self.effects_in_si()?);
+        let period_s = 1.0 / self.filters.sample_rate_hz;
+        add_forces(&effects, &Course::of_states(states, period_s), &mut forces);
+        Ok(forces)
+    }
+
+    /// Refuses a study whose axes or sample rate are not the model's.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`], one sentence.
+    pub fn check_fits(&self, study: &Study) -> Result<()> {
+        study.check_fits(
+            "the model",
+            self.axes.iter().map(|a| (a.name.as_str(), a.kind)),
+            self.filters.sample_rate_hz,
+        )
+    }
+}
+
+/// A motion this many times as large as the one learnt from is in other units, or another joint's.
+const MOST_LARGER: f64 = 30.0;
+/// The same for a smaller one.
+const MOST_SMALLER: f64 = 300.0;
+
+impl ModelFile {
+    /// Refuses a study whose motion or sign of the force cannot be that of the joint that the model was learnt from.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`], one sentence.
+    pub fn check_motion(&self, study: &Study, motions: &[Motion]) -> Result<()> {
+        for (index, (mine, axis)) in self.axes.iter().zip(&study.axes).enumerate() {
+            if mine.restoring_force != axis.restoring_force {
+                return Err(Error::data(format!(
+                    "{}: restoring_force of axis {} is not what it was in the study that the model was learnt from, so all forces \
+                     would change sign: put it right, or learn from this study",
+                    study.path.display(),
+                    axis.name
+                )));
+            }
+            let Some(range) = self.base.inputs().get(2 * index) else {
+                continue;
+            };
+            let series = motions.iter().filter_map(|m| m.states.get(2 * index));
+            let most = series
+                .flatten()
+                .fold(0.0, |most: f64, x| most.max((x - range.center).abs()));
+            let times = most / range.half_range;
+            if most > 0.0 && !(1.0 / MOST_SMALLER..=MOST_LARGER).contains(&times) {
+                return Err(Error::data(format!(
+                    "{}: axis {} moves by {most:.2e} {unit} and the model was learnt from {:.2e} {unit}: check the unit of its \
+                     displacement, or learn from this study",
+                    study.path.display(),
+                    axis.name,
+                    range.half_range,
+                    unit = axis.kind.displacement_unit()
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// serde_json's message without its own "at line … column …", which the sentence already says.
+fn without_position(error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    text.split(" at line ").next().unwrap_or(&text).to_string()
+}

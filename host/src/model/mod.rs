@@ -1,0 +1,86 @@
+//! A learnt model as the host keeps it: `model.json`.
+
+pub mod corrections;
+pub mod course;
+pub mod effects;
+mod evaluator;
+pub mod file;
+pub(crate) mod mains_hum;
+mod network;
+mod polynomial;
+pub(crate) mod powers;
+pub(crate) mod tanh;
+
+pub use effects::{EffectTerm, ParameterValue};
+pub use evaluator::Evaluator;
+pub use network::Network;
+pub use polynomial::exponents;
+
+use crate::study::{AxisKind, Convention};
+use crate::text::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+/// How one input is brought to ±1: `u = (value − center) / half_range`, over all training records together.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InputRange {
+    /// Middle of the training range, SI.
+    pub center: f64,
+    /// Half its width, SI; positive.
+    pub half_range: f64,
+}
+
+impl InputRange {
+    /// The normalised value, −1 to 1 inside the training range.
+    pub fn normalise(&self, value: f64) -> f64 {
+        (value - self.center) / self.half_range
+    }
+
+    /// Whether it is a range: finite, and of positive width.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.center.is_finite() && self.half_range.is_finite() && self.half_range > 0.0
+    }
+}
+
+/// Σ a·u₁^i·u₂^j·u₃^k·u₄^l of normalised inputs, per axis (the paper's Eqs. 10 and 11).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Polynomial {
+    /// Highest exponent of each input, 0 to 3; two or four inputs.
+    pub orders: Vec<u8>,
+    /// How each input is normalised.
+    pub inputs: Vec<InputRange>,
+    /// Per axis (m+1)(n+1)(o+1)(p+1) coefficients in N or N·m, the last input's exponent running fastest.
+    pub coefficients: Vec<Vec<f64>>,
+}
+
+/// What the model knows about one axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelAxis {
+    /// Name.
+    pub name: String,
+    /// Translation or rotation.
+    pub kind: AxisKind,
+    /// kg or kg·m²: as stated or identified, put right where the model holds an `inertia_error`.
+    pub inertia: f64,
+    /// True when the inertia was identified from the records, false when the study gave it.
+    pub inertia_identified: bool,
+    /// Which way round the equation of motion gives the restoring force.
+    pub restoring_force: Convention,
+}
+
+/// The rows of a record's states, one series per input of a model.
+///
+/// # Errors
+/// One sentence when the number of inputs or the lengths of the series differ.
+pub(crate) fn check_states(states: &[&[f64]], inputs: usize) -> Result<usize> {
+    if states.len() != inputs {
+        return Err(Error::data(format!(
+            "the model has {inputs} inputs and the record {}: use a study with the same axes",
+            states.len()
+        )));
+    }
+    let rows = states.first().map_or(0, |series| series.len());
+    if states.iter().any(|series| series.len() != rows) {
+        return Err(Error::data("the states of a record differ in length"));
+    }
+    Ok(rows)
+}

@@ -1,0 +1,209 @@
+//! A record as the models see it: states, acceleration and applied force, row by row.
+//!
+//! The equation of motion of the body that carries the inertia `m`, with a known spring `k` and damper `c` from the body
+//! (position `b`) to ground, an applied force `F` and the joint, is the paper's Eq. (8) (Eq. (9) for a rotation):
+//!
+//! | convention | equation of motion | restoring force |
+//! | --- | --- | --- |
+//! | `force_minus_inertia` (the joint opposes) | `m·a = F − k·b − c·ḃ − r` | `r = (F − k·b − c·ḃ) − m·a` |
+//! | `inertia_minus_force` (the joint pulls) | `m·a = F − k·b − c·ḃ + r` | `r = m·a − (F − k·b − c·ḃ)` |
+//!
+//! Spring and damper act on the body in the same way in both, so both take them off the applied force first.
+
+use crate::signal::band::relative_displacement;
+use crate::signal::fir::apply;
+use crate::study::{Axis, Convention, Record, Study};
+use crate::text::error::{Error, Result, in_order};
+use rayon::prelude::*;
+use std::borrow::Cow;
+
+pub use crate::signal::filters::Filters;
+
+/// A record after differentiation: what a model's inputs and its output are made of.
+///
+/// All series have the same length; the rows at both ends where a filter has no full support are gone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Which record of the study.
+    pub record: usize,
+    /// The record's row that became row 0 here.
+    pub first_row: usize,
+    /// Samples per second.
+    pub sample_rate_hz: f64,
+    /// [x, ẋ] or [x, ẋ, φ, φ̇]: relative displacement and velocity of each axis, SI, wide-band.
+    pub states: Vec<Vec<f64>>,
+    /// Absolute acceleration of the body, per axis.
+    pub acceleration: Vec<Vec<f64>>,
+    /// Applied force per axis, known ground spring and damper already subtracted (Eqs. 8, 9).
+    pub force: Vec<Vec<f64>>,
+    /// What the known spring and damper to ground take of the applied force, per axis; none where there is neither.
+    pub ground: Vec<Option<Vec<f64>>>,
+}
+
+impl Motion {
+    /// What the force channel of an axis reads, N or N·m: the applied force with nothing taken off.
+    pub fn applied_force(&self, axis: usize) -> Cow<'_, [f64]> {
+        let force = &self.force[axis];
+        match &self.ground[axis] {
+            None => Cow::Borrowed(force),
+            Some(ground) => force.iter().zip(ground).map(|(f, g)| f + g).collect(),
+        }
+    }
+
+    /// Rows.
+    pub fn rows(&self) -> usize {
+        self.force[0].len()
+    }
+
+    /// The `rows` rows in the middle, or all where there are fewer.
+    pub fn middle(&self, rows: usize) -> Self {
+        let all = self.rows();
+        let count = rows.min(all);
+        let start = (all - count) / 2;
+        let cut = |series: &[Vec<f64>]| {
+            let series = series.iter();
+            series.map(|s| s[start..start + count].to_vec()).collect()
+        };
+        Self {
+            record: self.record,
+            first_row: self.first_row + start,
+            sample_rate_hz: self.sample_rate_hz,
+            states: cut(&self.states),
+            acceleration: cut(&self.acceleration),
+            force: cut(&self.force),
+            ground: {
+                let ground = self.ground.iter();
+                let cut =
+                    |g: &Option<Vec<f64>>| g.as_ref().map(|g| g[start..start + count].to_vec());
+                ground.map(cut).collect()
+            },
+        }
+    }
+
+    /// Every `step`-th row, beginning with the first. Nothing is filtered: only for a look at what changes slowly.
+    pub fn every(&self, step: usize) -> Self {
+        let thin = |series: &[Vec<f64>]| {
+            let series = series.iter();
+            series
+                .map(|s| s.iter().step_by(step).copied().collect())
+                .collect()
+        };
+        Self {
+            record: self.record,
+            first_row: self.first_row,
+            sample_rate_hz: self.sample_rate_hz / step as f64,
+            states: thin(&self.states),
+            acceleration: thin(&self.acceleration),
+            force: thin(&self.force),
+            ground: {
+                let ground = self.ground.iter();
+                let thin = |g: &Option<Vec<f64>>| {
+                    g.as_ref()
+                        .map(|g| g.iter().step_by(step).copied().collect())
+                };
+                ground.map(thin).collect()
+            },
+        }
+    }
+
+    /// The measured force that errors of an axis are held against, in N or N·m, wide-band: the restoring force; where the
+    /// inertia was identified, so that the restoring force is not measured by itself, the applied force with its sign.
+    pub fn measured_force(
+        &self,
+        axis: usize,
+        inertia: f64,
+        identified: bool,
+        convention: Convention,
+    ) -> Vec<f64> {
+        self.restoring_force(axis, if identified { 0.0 } else { inertia }, convention)
+    }
+
+    /// Restoring force of one axis in N or N·m, wide-band: `F − m·a` or `m·a − F`, as the convention says.
+    ///
+    /// `inertia` in kg or kg·m²; with 0 the force channel (or its negative) already is the restoring force.
+    pub fn restoring_force(&self, axis: usize, inertia: f64, convention: Convention) -> Vec<f64> {
+        let sign = convention.sign();
+        self.force[axis]
+            .iter()
+            .zip(&self.acceleration[axis])
+            .map(|(force, acceleration)| sign * (force - inertia * acceleration))
+            .collect()
+    }
+}
+
+/// Turns every record of the study into a motion, in the study's order.
+///
+/// # Errors
+/// A record with no row left between the ends that the filters cost.
+pub fn motions(study: &Study, filters: &Filters) -> Result<Vec<Motion>> {
+    let records = study.records.par_iter().enumerate();
+    in_order(records.map(|(index, record)| motion(study, index, record, filters)))
+}
+
+/// Turns one record of the study, the one at `index`, into a motion.
+///
+/// # Errors
+/// A record with no row left between the ends that the filters cost.
+pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -> Result<Motion> {
+    let half = filters.half_length();
+    let least = filters.velocity.len() + filters.band.len() - 1;
+    if record.rows < least {
+        return Err(Error::data(format!(
+            "{}: {} rows are too few for filters that need {least}; try a longer record or a higher band_hz",
+            record.file, record.rows
+        )));
+    }
+    let mut motion = Motion {
+        record: index,
+        first_row: half,
+        sample_rate_hz: study.sample_rate_hz,
+        states: Vec::new(),
+        acceleration: Vec::new(),
+        force: Vec::new(),
+        ground: Vec::new(),
+    };
+    for (axis, channels) in study.axes.iter().zip(&record.axes) {
+        let inner = |series: &[f64]| series[half..series.len() - half].to_vec();
+        let relative = relative_displacement(channels);
+        let velocity = match &channels.velocity {
+            Some(logged) => inner(logged),
+            None => apply(&relative, &filters.velocity),
+        };
+        let body = channels.body_position.as_deref().unwrap_or(&relative);
+        // The logged acceleration is used where there is one, because the device uses it as well.
+        motion.acceleration.push(match &channels.acceleration {
+            Some(logged) => inner(logged),
+            None => apply(body, &filters.acceleration),
+        });
+        let mut force = inner(&channels.force);
+        let ground = to_ground(axis, body, &filters.velocity, half);
+        for (f, g) in force.iter_mut().zip(ground.iter().flatten()) {
+            *f -= g;
+        }
+        motion.force.push(force);
+        motion.ground.push(ground);
+        motion.states.push(inner(&relative));
+        motion.states.push(velocity);
+    }
+    Ok(motion)
+}
+
+/// What the known spring and damper from the body to ground take of the applied force.
+fn to_ground(axis: &Axis, body: &[f64], velocity: &[f64], half: usize) -> Option<Vec<f64>> {
+    if axis.ground_stiffness == 0.0 && axis.ground_damping == 0.0 {
+        return None;
+    }
+    let inner = &body[half..body.len() - half];
+    let mut force: Vec<f64> = inner.iter().map(|b| axis.ground_stiffness * b).collect();
+    if axis.ground_damping != 0.0 {
+        for (f, v) in force.iter_mut().zip(apply(body, velocity)) {
+            *f += axis.ground_damping * v;
+        }
+    }
+    Some(force)
+}
+
+/// Low-passes a series with zero phase; `taps.len() − 1` rows are lost, half of them at each end.
+pub fn low_pass(series: &[f64], taps: &[f64]) -> Vec<f64> {
+    apply(series, taps)
+}

@@ -1,0 +1,336 @@
+//! The body whose force was logged, moving under that force and a law in place of the joint.
+//!
+//! With `d` the relative displacement and `b` the body's position, the far side of the joint is at `o`: `d = b − o` or `d = o − b`,
+//! as the study's columns are. `o` is known from the measured motion and is prescribed; `b` is simulated. In a study that has
+//! the relative displacement alone the far side rests, as it does in the equation of motion from which the model was learnt.
+
+use super::compare::{self, Drift};
+use super::course::{Course, Follower, Mechanism};
+use crate::assess::compare::RESTS_BELOW;
+use crate::model::file::ModelFile;
+use crate::signal::band::relative_displacement;
+use crate::signal::fir::apply;
+use crate::signal::motion::{Motion, low_pass};
+use crate::simulate::{self, Contact, Equations, Excitation, JointLaw};
+use crate::study::{Channels, Convention, Study};
+use crate::text::error::{Error, Result};
+use nalgebra::{Matrix3, SVector, Vector3};
+
+/// RMS difference between a logged acceleration and the second derivative of the only displacement, as a part of the
+/// former's RMS in the common band, above which they belong to different motions.
+const OTHER_MOTION: f64 = 0.5;
+
+/// Positions of the body on both axes, then its velocities.
+type State = SVector<f64, 4>;
+
+/// One axis of the driven body.
+struct DrivenAxis {
+    inertia: f64,
+    ground_stiffness: f64,
+    ground_damping: f64,
+    /// +1 for d = b − o, −1 for d = o − b.
+    side: f64,
+    force: Excitation,
+    /// o, m or rad.
+    far: Excitation,
+    /// Its velocity.
+    far_velocity: Excitation,
+}
+
+/// A record that drives one body.
+pub(super) struct DrivenBody {
+    axes: Vec<DrivenAxis>,
+    /// The joint's measured motion.
+    pub(super) course: Course,
+}
+
+/// What acts on the body at one instant, per axis.
+pub(super) struct Acting {
+    force: [f64; 2],
+    far: [f64; 2],
+    far_velocity: [f64; 2],
+}
+
+impl DrivenBody {
+    /// # Errors
+    /// One sentence when an axis has no inertia to move, or when the motion of its far side is not in the log.
+    pub(super) fn new(study: &Study, model: &ModelFile, motion: &Motion) -> Result<Self> {
+        let record = &study.records[motion.record];
+        let mut axes = Vec::new();
+        for (index, (axis, channels)) in study.axes.iter().zip(&record.axes).enumerate() {
+            let known = &model.axes[index];
+            if known.inertia == 0.0 {
+                return Err(Error::data(format!(
+                    "{}: axis {} has inertia 0, so its force already is the restoring force and there is no equation of motion \
+                     to integrate; state the body's inertia and the force on it, and identify anew",
+                    study.path.display(),
+                    axis.name
+                )));
+            }
+            let (side, far) = far_side(channels, known.restoring_force);
+            if far.is_none() {
+                check_acceleration(study, model, motion, index)?;
+            }
+            let rate = study.sample_rate_hz;
+            let inner = |series: &[f64]| {
+                series[motion.first_row..motion.first_row + motion.rows()].to_vec()
+            };
+            let far = far.unwrap_or_else(|| vec![0.0; record.rows]);
+            axes.push(DrivenAxis {
+                inertia: known.inertia,
+                ground_stiffness: axis.ground_stiffness,
+                ground_damping: axis.ground_damping,
+                side,
+                force: Excitation::logged(inner(&channels.force), rate),
+                far_velocity: Excitation::logged(apply(&far, &model.filters.velocity), rate),
+                far: Excitation::logged(inner(&far), rate),
+            });
+        }
+        Ok(Self {
+            axes,
+            course: Course {
+                states: motion.states.clone(),
+                sample_rate_hz: study.sample_rate_hz,
+                start_s: (record.first_row + motion.first_row) as f64 / study.sample_rate_hz,
+            },
+        })
+    }
+
+    /// The body with `law` in place of the joint.
+    pub(super) fn moving<L: JointLaw + Clone>(&self, law: L, steps: usize) -> MovingBody<'_, L> {
+        MovingBody {
+            driven: self,
+            follower: Follower::new(law.clone()),
+            law,
+            y: State::zeros(),
+            steps,
+        }
+    }
+
+    /// What acts at a time, s from row 0.
+    fn acting(&self, time_s: f64) -> Acting {
+        let mut acting = Acting {
+            force: [0.0; 2],
+            far: [0.0; 2],
+            far_velocity: [0.0; 2],
+        };
+        for (i, axis) in self.axes.iter().enumerate() {
+            acting.force[i] = axis.force.at(time_s);
+            acting.far[i] = axis.far.at(time_s);
+            acting.far_velocity[i] = axis.far_velocity.at(time_s);
+        }
+        acting
+    }
+
+    /// The joint's state [x, ẋ, φ, φ̇].
+    fn relative(&self, y: &State, acting: &Acting) -> [f64; 4] {
+        let mut state = [0.0; 4];
+        for (i, axis) in self.axes.iter().enumerate() {
+            state[2 * i] = axis.side * (y[i] - acting.far[i]);
+            state[2 * i + 1] = axis.side * (y[i + 2] - acting.far_velocity[i]);
+        }
+        state
+    }
+
+    /// Which axes have no spring that would hold the model's force error within the axis's own motion; an axis that rests
+    /// shows no spring. `largest` is each axis's displacement in its liveliest record, RMS.
+    pub(super) fn drifts<L: JointLaw + Clone>(
+        &self,
+        model: &ModelFile,
+        motion: &Motion,
+        law: L,
+        largest: &[f64],
+    ) -> Vec<Drift> {
+        let mut follower = Follower::new(law);
+        let mut exerted = vec![Vec::with_capacity(motion.rows()); self.axes.len()];
+        for row in 0..motion.rows() {
+            let law = follower.at(row, &self.course);
+            let state = self.course.state(row);
+            let force = law.force(state, law.contacts(state));
+            for (series, force) in exerted.iter_mut().zip(force) {
+                series.push(force);
+            }
+        }
+        let mut drifts = Vec::new();
+        for (i, axis) in self.axes.iter().enumerate() {
+            let [d, v] = [2 * i, 2 * i + 1].map(|input| self.course.states[input].as_slice());
+            let displacement = compare::spread(d);
+            if displacement < RESTS_BELOW * largest[i] {
+                continue;
+            }
+            // In the equation of the relative motion the joint stands as side·force.
+            let along = slope(d, v, &exerted[i]);
+            let stiffness = axis.ground_stiffness - axis.side * along;
+            let measured = motion.restoring_force(i, axis.inertia, Convention::InertiaMinusForce);
+            let error: Vec<f64> = measured
+                .iter()
+                .zip(&exerted[i])
+                .map(|(r, p)| r - p)
+                .collect();
+            let force_error = compare::root_mean_square(&low_pass(&error, &model.filters.band));
+            if force_error > stiffness.max(0.0) * displacement {
+                drifts.push(Drift {
+                    axis: model.axes[i].name.clone(),
+                    stiffness,
+                    force_error,
+                    displacement,
+                });
+            }
+        }
+        drifts
+    }
+}
+
+/// Which side of the joint the body is on (+1 for d = b − o, −1 for d = o − b), and the far side's position at every row, where
+/// it moves.
+fn far_side(channels: &Channels, convention: Convention) -> (f64, Option<Vec<f64>>) {
+    // A joint that pulls the body when it is stretched has the body's position counted off; a spring would else push away.
+    let by_convention = match convention {
+        Convention::InertiaMinusForce => -1.0,
+        Convention::ForceMinusInertia => 1.0,
+    };
+    let (first, second) = (
+        &channels.displacement_first,
+        channels.displacement_second.as_ref(),
+    );
+    let Some(body) = &channels.body_position else {
+        return match second {
+            // The acceleration was logged, so it is the body's own, and the other column is the far side.
+            Some(second) if channels.acceleration.is_some() => {
+                let far = if by_convention < 0.0 { first } else { second };
+                (by_convention, Some(far.clone()))
+            }
+            // The acceleration is that of the relative displacement.
+            _ => (1.0, None),
+        };
+    };
+    let side = if Some(body) == second {
+        -1.0
+    } else if body == first {
+        1.0
+    } else {
+        by_convention
+    };
+    if second.is_none() && body == first {
+        return (side, None);
+    }
+    let relative = relative_displacement(channels);
+    let far = body.iter().zip(&relative).map(|(b, d)| b - side * d);
+    (side, Some(far.collect()))
+}
+
+/// Refuses a logged acceleration that is not that of the only displacement there is: the far side then moves, and nothing
+/// in the log says how.
+fn check_acceleration(
+    study: &Study,
+    model: &ModelFile,
+    motion: &Motion,
+    index: usize,
+) -> Result<()> {
+    let record = &study.records[motion.record];
+    let channels = &record.axes[index];
+    if channels.acceleration.is_none() {
+        return Ok(());
+    }
+    let band = &model.filters.band;
+    let relative = relative_displacement(channels);
+    let derived = low_pass(&apply(&relative, &model.filters.acceleration), band);
+    let logged = low_pass(&motion.acceleration[index], band);
+    let difference: Vec<f64> = logged.iter().zip(&derived).map(|(a, b)| a - b).collect();
+    let [difference, logged] = [difference, logged].map(|s| compare::root_mean_square(&s));
+    if difference > OTHER_MOTION * logged {
+        return Err(Error::data(format!(
+            "{}: the logged acceleration of {} is not that of its displacement, so the far side of the joint moves and the log \
+             does not say how; name body_position in study.toml",
+            record.file, study.axes[index].name
+        )));
+    }
+    Ok(())
+}
+
+/// ∂force/∂displacement of the straight line in displacement and velocity that fits a force best.
+fn slope(displacement: &[f64], velocity: &[f64], force: &[f64]) -> f64 {
+    let (d_size, v_size) = (
+        compare::root_mean_square(displacement),
+        compare::root_mean_square(velocity),
+    );
+    let mut gram = Matrix3::zeros();
+    let mut moment = Vector3::zeros();
+    for ((d, v), f) in displacement.iter().zip(velocity).zip(force) {
+        let row = Vector3::new(1.0, d / d_size, v / v_size);
+        gram += row * row.transpose();
+        moment += row * *f;
+    }
+    // An axis that stands still has no slope.
+    gram.lu().solve(&moment).map_or(0.0, |line| {
+        if line[1].is_finite() {
+            line[1] / d_size
+        } else {
+            0.0
+        }
+    })
+}
+
+/// The body under way.
+pub(super) struct MovingBody<'a, L> {
+    driven: &'a DrivenBody,
+    follower: Follower<L>,
+    law: L,
+    y: State,
+    steps: usize,
+}
+
+impl<L: JointLaw> Equations<4> for MovingBody<'_, L> {
+    type Drive = Acting;
+
+    fn drive(&self, time_s: f64) -> Acting {
+        self.driven.acting(time_s)
+    }
+
+    fn contacts(&self, y: &State, time_s: f64) -> [Contact; 2] {
+        self.law
+            .contacts(self.driven.relative(y, &self.driven.acting(time_s)))
+    }
+
+    fn rate(&self, y: &State, contacts: [Contact; 2], acting: &Acting) -> State {
+        let joint = self.law.force(self.driven.relative(y, acting), contacts);
+        let mut rate = State::zeros();
+        for (i, axis) in self.driven.axes.iter().enumerate() {
+            rate[i] = y[i + 2];
+            let ground = axis.ground_stiffness * y[i] + axis.ground_damping * y[i + 2];
+            rate[i + 2] = (acting.force[i] - ground + joint[i]) / axis.inertia;
+        }
+        rate
+    }
+}
+
+impl<L: JointLaw + Clone> Mechanism for MovingBody<'_, L> {
+    fn place(&mut self, row: usize) {
+        let course = &self.driven.course;
+        let acting = self.driven.acting(row as f64 / course.sample_rate_hz);
+        let state = course.state(row);
+        for (i, axis) in self.driven.axes.iter().enumerate() {
+            self.y[i] = acting.far[i] + axis.side * state[2 * i];
+            self.y[i + 2] = acting.far_velocity[i] + axis.side * state[2 * i + 1];
+        }
+        self.law = self.follower.at(row, course);
+    }
+
+    fn next_row(&mut self, row: usize) {
+        let step_s = 1.0 / (self.driven.course.sample_rate_hz * self.steps as f64);
+        for sub in 0..self.steps {
+            let time_s = row as f64 / self.driven.course.sample_rate_hz + sub as f64 * step_s;
+            let mut y = self.y;
+            simulate::advance(self, &mut y, time_s, step_s);
+            self.y = y;
+            let acting = self.driven.acting(time_s + step_s);
+            self.law
+                .advance(self.driven.relative(&self.y, &acting), step_s);
+        }
+    }
+
+    fn joint_state(&self, row: usize) -> [f64; 4] {
+        let time_s = row as f64 / self.driven.course.sample_rate_hz;
+        self.driven.relative(&self.y, &self.driven.acting(time_s))
+    }
+}

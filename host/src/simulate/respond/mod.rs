@@ -1,0 +1,253 @@
+//! How the rig would move with a model in place of its joint: the equation of motion integrated, and held against the record.
+//!
+//! A model that predicts the force well at measured states need not move like the joint: here its own errors come
+//! back to it through the motion. Two kinds of study are simulated, both by the integrator of the simulated rig:
+//!
+//! - a study that `jointwatch simulate` wrote: all bodies of that rig, shaken by the same drive, against the true motion;
+//! - any other: the body whose force was logged, driven by that force and by the measured motion of its far side, against
+//!   the measured motion.
+
+mod compare;
+mod course;
+mod measured;
+mod report;
+mod rig;
+
+pub use compare::{AxisResponse, Band, Drift};
+pub use course::Divergence;
+pub use report::{as_csv, in_words};
+
+use crate::model::Evaluator;
+use crate::model::file::ModelFile;
+use crate::signal::motion::{self, Motion};
+use crate::simulate::{Contact, JointLaw};
+use crate::study::{Convention, Role, Study};
+use crate::text::error::{Error, Result, in_order};
+use crate::text::nearest::suggestion;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What to simulate.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Only this record, as study.toml names it.
+    pub record: Option<String>,
+    /// Start anew from the measured motion every so many seconds; `None` is once, at the record's beginning.
+    pub restart_s: Option<f64>,
+    /// Drive the body by the logged force also where the study's truth is at hand.
+    pub measured: bool,
+}
+
+/// What a simulation was held against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Against {
+    /// The true motion of the simulated rig, all of whose bodies moved.
+    Truth,
+    /// The measured motion; the body was driven by the logged force.
+    Measurement,
+}
+
+/// One record, simulated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RecordResponse {
+    /// The record's file.
+    pub file: String,
+    /// Learnt from (`train`) or not (`validate`).
+    pub role: Role,
+    /// Rows of the record that were to be simulated.
+    pub rows: usize,
+    /// Part of them that was, 0 to 1: less than 1 when the simulation diverged.
+    pub simulated: f64,
+    /// Every divergence: one at most without restarts.
+    pub diverged: Vec<Divergence>,
+    /// Integration steps per row.
+    pub steps_per_row: usize,
+    /// RMS change of the displacements when twice as many steps are taken, as a part of their RMS; the largest over the axes.
+    pub step_error: f64,
+    /// Figures by axis name.
+    pub axes: BTreeMap<String, AxisResponse>,
+    /// Seconds from the beginning of the file to the first simulated row.
+    pub start_s: f64,
+    /// Simulated states [x, ẋ] or [x, ẋ, φ, φ̇], SI; NaN where the simulation had diverged.
+    #[serde(skip)]
+    pub states: Vec<Vec<f64>>,
+    /// What they are held against.
+    #[serde(skip)]
+    pub measured: Vec<Vec<f64>>,
+}
+
+/// Everything `respond` has to say; its `--json` in full.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Response {
+    /// What the simulations were held against.
+    pub against: Against,
+    /// Seconds between restarts.
+    pub restart_s: Option<f64>,
+    /// In the order of the study.
+    pub records: Vec<RecordResponse>,
+    /// How far the figures may be trusted, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// A model in the place of the joint.
+#[derive(Clone, Debug)]
+pub struct ModelLaw {
+    evaluator: Evaluator,
+    /// −1 where the model's restoring force opposes the body, per axis.
+    sign: [f64; 2],
+}
+
+impl ModelLaw {
+    /// The model's restoring force, with the sign that its convention gives it in the equation of motion.
+    ///
+    /// # Errors
+    /// As [`Evaluator::new`].
+    pub fn new(model: &ModelFile) -> Result<Self> {
+        let mut sign = [1.0; 2];
+        for (sign, axis) in sign.iter_mut().zip(&model.axes) {
+            if axis.restoring_force == Convention::ForceMinusInertia {
+                *sign = -1.0;
+            }
+        }
+        Ok(Self {
+            evaluator: Evaluator::new(model)?,
+            sign,
+        })
+    }
+}
+
+impl JointLaw for ModelLaw {
+    fn force(&self, state: [f64; 4], _contacts: [Contact; 2]) -> [f64; 2] {
+        let [first, second] = self.evaluator.force_at(&state);
+        [self.sign[0] * first, self.sign[1] * second]
+    }
+
+    fn advance(&mut self, state: [f64; 4], step_s: f64) {
+        self.evaluator.advance(&state, step_s);
+    }
+}
+
+/// Simulates the records of a study with the model in place of the joint.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`], one sentence: the study is not one the model fits, has no such record, or cannot be simulated.
+pub fn respond(study: &Study, model: &ModelFile, options: &Options) -> Result<Response> {
+    respond_with(study, model, &ModelLaw::new(model)?, options)
+}
+
+/// The same with any law in place of the joint; `model` gives inertia, filters and training range.
+///
+/// # Errors
+/// As [`respond`].
+pub fn respond_with<L: JointLaw + Clone + Sync>(
+    study: &Study,
+    model: &ModelFile,
+    law: &L,
+    options: &Options,
+) -> Result<Response> {
+    model.check_fits(study)?;
+    let chosen = chosen(study, options.record.as_deref())?;
+    let restart_rows = restart_rows(study, options.restart_s)?;
+    let motions = motion::motions(study, &model.filters)?;
+    let largest = largest_displacement(study, &motions);
+    let truth = if options.measured {
+        None
+    } else {
+        rig::read_truth(study)?
+    };
+    let one = |&index: &usize| -> Result<(RecordResponse, Vec<Drift>)> {
+        let (course, simulated, drifts) = if let Some(truth) = &truth {
+            let record = rig::ShakenRecord::new(study, index, truth)?;
+            let simulated = course::settled(&record.course, restart_rows, &model.base, |steps| {
+                record.moving(law.clone(), steps)
+            });
+            (record.course, simulated, Vec::new())
+        } else {
+            let body = measured::DrivenBody::new(study, model, &motions[index])?;
+            let simulated = course::settled(&body.course, restart_rows, &model.base, |steps| {
+                body.moving(law.clone(), steps)
+            });
+            let drifts = body.drifts(model, &motions[index], law.clone(), &largest);
+            (body.course, simulated, drifts)
+        };
+        let record = &study.records[index];
+        let figures = compare::figures(study, model, &course, &simulated, &largest);
+        let response = RecordResponse {
+            file: record.file.clone(),
+            role: record.role,
+            rows: course.rows(),
+            simulated: simulated.share(),
+            diverged: simulated.divergences(&course, model),
+            steps_per_row: simulated.steps_per_row,
+            step_error: simulated.step_error,
+            axes: figures,
+            start_s: course.start_s,
+            states: simulated.states,
+            measured: course.states,
+        };
+        Ok((response, drifts))
+    };
+    let (records, drifts): (Vec<RecordResponse>, Vec<Vec<Drift>>) =
+        in_order(chosen.par_iter().map(one))?.into_iter().unzip();
+    let drifts: Vec<Drift> = drifts.into_iter().flatten().collect();
+    Ok(Response {
+        against: if truth.is_some() {
+            Against::Truth
+        } else {
+            Against::Measurement
+        },
+        restart_s: options.restart_s,
+        notes: report::notes(study, &records, &drifts, options),
+        records,
+    })
+}
+
+/// The records to simulate, by their place in the study.
+fn chosen(study: &Study, wanted: Option<&str>) -> Result<Vec<usize>> {
+    let Some(wanted) = wanted else {
+        return Ok((0..study.records.len()).collect());
+    };
+    let indices = study.records.iter().enumerate();
+    let chosen: Vec<usize> = indices
+        .filter(|(_, record)| record.file == wanted)
+        .map(|(index, _)| index)
+        .collect();
+    if chosen.is_empty() {
+        let files: Vec<&str> = study.records.iter().map(|r| r.file.as_str()).collect();
+        return Err(Error::data(format!(
+            "{}: the study has no record {wanted:?}; {}",
+            study.path.display(),
+            suggestion(wanted, &files)
+        )));
+    }
+    Ok(chosen)
+}
+
+fn restart_rows(study: &Study, restart_s: Option<f64>) -> Result<Option<usize>> {
+    let Some(seconds) = restart_s else {
+        return Ok(None);
+    };
+    let rows = seconds * study.sample_rate_hz;
+    if !(2.0..1e15).contains(&rows) {
+        return Err(Error::usage(format!(
+            "--restart {seconds}: give at least two samples, {} s at {} Hz",
+            2.0 / study.sample_rate_hz,
+            study.sample_rate_hz
+        )));
+    }
+    Ok(Some(rows.round() as usize))
+}
+
+/// Per axis the largest root mean square about the mean of its displacement over all records: what counts as rest is known
+/// only from all of them.
+fn largest_displacement(study: &Study, motions: &[Motion]) -> Vec<f64> {
+    let largest = |axis: usize| {
+        motions
+            .iter()
+            .map(|m| compare::spread(&m.states[2 * axis]))
+            .fold(0.0, f64::max)
+    };
+    (0..study.axes.len()).map(largest).collect()
+}

@@ -1,0 +1,84 @@
+//! The day on which something was done, for a model's history.
+
+use crate::text::error::{Error, Result};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// The variable that fixes the day, so that the same run gives the same bytes: seconds since 1970 as
+/// <https://reproducible-builds.org/specs/source-date-epoch/> has it; empty for no day at all.
+const FIXED: &str = "SOURCE_DATE_EPOCH";
+
+/// Today in UTC as `2026-03-14`; the day of SOURCE_DATE_EPOCH where that is set, none where it is set to nothing.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Usage`] when SOURCE_DATE_EPOCH is no number of seconds.
+pub(crate) fn today() -> Result<Option<String>> {
+    let seconds = match std::env::var(FIXED) {
+        Ok(text) if text.is_empty() => return Ok(None),
+        Ok(text) => text
+            .trim()
+            .parse()
+            .ok()
+            .filter(|seconds| *seconds < MOST_SECONDS)
+            .ok_or_else(|| {
+                Error::usage(format!(
+                    "{FIXED} is {text:?}, which is no number of seconds since 1970: set it to one, to nothing, or unset it"
+                ))
+            })?,
+        Err(_) => SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .map_or(0, |since| since.as_secs()),
+    };
+    Ok(Some(day(seconds)))
+}
+
+/// The end of the year 9999.
+const MOST_SECONDS: u64 = 253_402_300_800;
+
+/// The day of a moment, s since 1970, in the Gregorian calendar.
+fn day(seconds: u64) -> String {
+    let leap = |year: u64| {
+        year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
+    };
+    let mut days = seconds / 86_400;
+    let mut year = 1970;
+    loop {
+        let length = 365 + u64::from(leap(year));
+        if days < length {
+            break;
+        }
+        days -= length;
+        year += 1;
+    }
+    let february = 28 + u64::from(leap(year));
+    let months = [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
+    let mut month = 1;
+    for length in months {
+        if days < length {
+            break;
+        }
+        days -= length;
+        month += 1;
+    }
+    format!("{year:04}-{month:02}-{:02}", days + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::day;
+
+    #[test]
+    fn days_of_known_moments() {
+        // `date -u -d @N +%F`.
+        for (seconds, expected) in [
+            (0, "1970-01-01"),
+            (951_782_400, "2000-02-29"),
+            (951_868_800, "2000-03-01"),
+            (1_767_225_599, "2025-12-31"),
+            (1_767_225_600, "2026-01-01"),
+            (4_107_542_399, "2100-02-28"),
+            (4_107_542_400, "2100-03-01"),
+        ] {
+            assert_eq!(day(seconds), expected);
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Files that are either whole or not there: everything the tool leaves behind is written through here.
+
+use crate::text::error::{Error, Result};
+use std::io::Write;
+use std::path::Path;
+
+/// Writes a file in one step: into a temporary file beside it, then renamed over it.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Failed`] with the path when the folder is missing or not writable; the old file, if there
+/// was one, is then untouched.
+pub fn write_whole(path: &Path, contents: &[u8]) -> Result<()> {
+    check(path)?;
+    let folder = folder_of(path);
+    let failed = |e: std::io::Error| {
+        Error::failed(format!(
+            "{}: could not be written ({e}); check that the folder {} exists and may be written to",
+            path.display(),
+            folder.display()
+        ))
+    };
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
+    file.write_all(contents).map_err(failed)?;
+    file.as_file().sync_all().map_err(failed)?;
+    make_readable_as_usual(&file).map_err(failed)?;
+    file.persist(path).map_err(|e| failed(e.error))?;
+    Ok(())
+}
+
+/// The folder that a file is in or is to be written to.
+pub fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Refuses a path that no file can be written to: whoever computes for a while asks beforehand.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Failed`] when its folder is missing or it is a folder itself.
+pub fn check(path: &Path) -> Result<()> {
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(Error::failed(format!(
+            "{}: could not be written, for there is no folder {}; make it, or name another file",
+            path.display(),
+            folder.display()
+        )));
+    }
+    if path.is_dir() {
+        return Err(Error::failed(format!(
+            "{}: could not be written, for this is a folder; name a file",
+            path.display()
+        )));
+    }
+    Ok(())
+}
+
+/// Temporary files are private; what the user finds should carry the usual permissions.
+fn make_readable_as_usual(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        file.as_file()
+            .set_permissions(std::fs::Permissions::from_mode(0o644))?;
+    }
+    #[cfg(not(unix))]
+    let _ = file;
+    Ok(())
+}
+
+/// A value as indented JSON with a line feed at its end.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Failed`] when the value cannot be expressed, which for the tool's own types does not happen.
+pub fn json_text<T: serde::Serialize>(value: &T) -> Result<String> {
+    let mut text = serde_json::to_string_pretty(value)
+        .map_err(|e| Error::failed(format!("the result could not be written as JSON ({e})")))?;
+    text.push('\n');
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_no_temporary_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("model.json");
+        write_whole(&path, b"old").unwrap();
+        write_whole(&path, b"new").unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"new");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+
+        // A directory in the way cannot be replaced by a file.
+        let blocked = folder.path().join("blocked");
+        std::fs::create_dir(&blocked).unwrap();
+        std::fs::write(blocked.join("inside"), b"x").unwrap();
+        let error = write_whole(&blocked, b"new").unwrap_err();
+        assert!(error.sentence.contains("blocked"), "{error}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+
+        let error = write_whole(&folder.path().join("missing/model.json"), b"x").unwrap_err();
+        assert_eq!(error.exit_code(), 1);
+    }
+}
