@@ -235,10 +235,9 @@ fn both_only(results: &Results) -> String {
 /// How the table of [`both_only`] is to be read; it holds whatever the numbers are.
 const BOTH_ONLY: &str = "\n\
 The two drives are independent and broadband, so this one record visits the four-dimensional state space as the validation record does. \
-It holds the coupling in full: the coupling acts only when both axes move. The other two records add rows in which one axis rests; they \
-are a third of the data each, and their states are those of a plane. What one record costs is rows: 10,000 in place of 30,000. It costs \
-plain least squares most, because its 256 terms are then poorly determined at the edge of the range. Drives that are correlated, or \
-records too short to fill the state space, would make the claim true.\n";
+It holds the coupling in full, because the coupling acts only when both axes move. In the other two records one axis rests, so their \
+states lie in a plane. What is lost without them is rows: 10,000 are left of 30,000. Correlated drives, or a record too short to fill the \
+state space, could make the claim true.\n";
 
 fn cell(spread: Option<Spread>) -> String {
     spread.map_or("never".into(), |s| s.to_string())
