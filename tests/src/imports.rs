@@ -38,7 +38,7 @@ impl Imports {
             handed_on: BTreeMap::new(),
             edges: BTreeMap::new(),
         };
-        let used: Vec<(Vec<String>, Uses)> = parsed
+        let mut used: Vec<(Vec<String>, Uses)> = parsed
             .into_iter()
             .map(|(module, syntax)| {
                 let mut uses = Uses::default();
@@ -46,6 +46,11 @@ impl Imports {
                 (module, uses)
             })
             .collect();
+        let tests: Vec<Vec<String>> = used
+            .iter()
+            .flat_map(|(module, uses)| uses.test_modules.iter().map(|name| with(module, name)))
+            .collect();
+        used.retain(|(module, _)| !tests.iter().any(|test| module.starts_with(test)));
         for (module, uses) in &used {
             for (name, path) in &uses.handed_on {
                 let path = imports.absolute(module, path);
@@ -149,6 +154,8 @@ impl Imports {
 struct Uses {
     paths: Vec<Vec<String>>,
     handed_on: Vec<(String, Vec<String>)>,
+    /// Modules that only tests have.
+    test_modules: Vec<String>,
 }
 
 impl Uses {
@@ -199,8 +206,10 @@ impl<'ast> Visit<'ast> for Uses {
             attribute.path().is_ident("cfg")
                 && matches!(&attribute.meta, syn::Meta::List(list) if list.tokens.to_string() == "test")
         });
-        if !test {
-            syn::visit::visit_item(self, item);
+        match item {
+            syn::Item::Mod(module) if test => self.test_modules.push(module.ident.to_string()),
+            _ if test => {}
+            _ => syn::visit::visit_item(self, item),
         }
     }
 

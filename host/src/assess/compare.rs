@@ -1,49 +1,17 @@
 //! A model held against measurements: error figures per record and axis, and where the error sits.
 
 use crate::assess::where_it_fails::{self, ErrorRecord, Place, StateName};
+use crate::fit::errors::Evaluated;
+pub use crate::fit::errors::{AxisFigures, RecordFigures};
 use crate::model::corrections;
 use crate::model::file::{AxisError, ModelFile};
-use crate::report::prefixed;
-use crate::signal::motion::{self, Motion, low_pass};
+use crate::signal::motion::{self, Motion};
+use crate::signal::statistics::peak;
 use crate::study::{Role, Study};
-use crate::text::error::{Error, Result};
+use crate::text::error::Result;
 use crate::text::table::Table;
+use crate::text::units::prefixed;
 use serde::Serialize;
-use std::collections::BTreeMap;
-
-/// Error figures of one axis on one record; the `--json` of `compare` in full.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct AxisFigures {
-    /// 100·Σ(r−r̂)²/(N·var r) with force and prediction low-passed alike, percent; r is [`Motion::measured_force`].
-    pub nmse_percent: f64,
-    /// The same without the low-pass.
-    pub nmse_percent_wide_band: f64,
-    /// RMS(r−r̂)/RMS(r) in the common band.
-    pub relative_error: f64,
-    /// RMS(r−r̂) in the common band, N or N·m.
-    pub rms_error: f64,
-    /// RMS(r) in the common band, N or N·m.
-    pub rms_force: f64,
-    /// Largest |r−r̂| in the common band, N or N·m.
-    pub peak_error: f64,
-    /// Part of the rows in which at least one input of the model is outside its training range, 0 to 1.
-    pub outside_range: f64,
-    /// True when the axis rests in this record, so that errors relative to its force say nothing.
-    pub rests: bool,
-}
-
-/// Error figures of one record.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RecordFigures {
-    /// The record's file.
-    pub file: String,
-    /// Verification (`train`) or validation (`validate`).
-    pub role: Role,
-    /// Rows compared.
-    pub rows: usize,
-    /// Figures by axis name.
-    pub axes: BTreeMap<String, AxisFigures>,
-}
 
 /// Everything `compare` has to say.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -59,73 +27,6 @@ pub struct Comparison {
     pub places: Vec<Place>,
 }
 
-/// An axis rests in a record when its force there is under this part of its largest RMS over all records.
-pub const RESTS_BELOW: f64 = 0.03;
-
-/// Errors of one record and axis, and the measured force that they are held against.
-struct Forces {
-    error: Vec<f64>,
-    error_band: Vec<f64>,
-    force: Vec<f64>,
-    force_band: Vec<f64>,
-}
-
-/// Σ(r−r̂)², Σ(r−mean)² and Σr² of a series of errors and forces.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Sums {
-    error: f64,
-    about_mean: f64,
-    force: f64,
-    rows: f64,
-}
-
-impl Sums {
-    pub(crate) fn of(error: &[f64], force: &[f64]) -> Self {
-        let rows = force.len().max(1) as f64;
-        let mean = force.iter().sum::<f64>() / rows;
-        Self {
-            error: error.iter().map(|e| e * e).sum(),
-            about_mean: force.iter().map(|r| (r - mean) * (r - mean)).sum(),
-            force: force.iter().map(|r| r * r).sum(),
-            rows,
-        }
-    }
-
-    pub(crate) fn plus(self, other: Self) -> Self {
-        Self {
-            error: self.error + other.error,
-            about_mean: self.about_mean + other.about_mean,
-            force: self.force + other.force,
-            rows: self.rows + other.rows,
-        }
-    }
-
-    pub(crate) fn nmse_percent(self) -> f64 {
-        100.0 * ratio(self.error, self.about_mean)
-    }
-
-    pub(crate) fn relative_error(self) -> f64 {
-        ratio(self.error, self.force).sqrt()
-    }
-
-    pub(crate) fn rms_error(self) -> f64 {
-        (self.error / self.rows).sqrt()
-    }
-
-    pub(crate) fn rms_force(self) -> f64 {
-        (self.force / self.rows).sqrt()
-    }
-}
-
-/// A ratio that JSON can hold: an error over no force at all is as large as a number gets.
-fn ratio(part: f64, whole: f64) -> f64 {
-    if part == 0.0 {
-        0.0
-    } else {
-        (part / whole).min(f64::MAX)
-    }
-}
-
 /// Compares a model with every record of a study.
 ///
 /// # Errors
@@ -136,7 +37,8 @@ pub fn compare(study: &Study, model: &ModelFile) -> Result<Comparison> {
     let study = model.corrected(study)?;
     let motions = motion::motions(&study, &model.filters)?;
     model.check_motion(&study, &motions)?;
-    compare_corrected(&study, model, &motions)
+    let evaluated = Evaluated::corrected(&study, model, &motions)?;
+    Ok(comparison(&study, model, &evaluated))
 }
 
 /// The same on motions of the study, as it was logged, that are already there.
@@ -144,185 +46,58 @@ pub fn compare(study: &Study, model: &ModelFile) -> Result<Comparison> {
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when a record is shorter than the low-pass.
 pub fn compare_motions(study: &Study, model: &ModelFile, motions: &[Motion]) -> Result<Comparison> {
-    let corrections = model.corrections()?;
-    if corrections.is_none() {
-        return compare_corrected(study, model, motions);
-    }
-    let corrected = |motion: &Motion| {
-        let record = model.corrected_record(study, motion.record, &corrections)?;
-        motion::motion(study, motion.record, &record, &model.filters)
-    };
-    let motions: Vec<Motion> = motions.iter().map(corrected).collect::<Result<_>>()?;
-    compare_corrected(study, model, &motions)
+    let evaluated = Evaluated::as_logged(study, model, motions)?;
+    Ok(comparison(study, model, &evaluated))
 }
 
-/// The comparison with motions in which the instruments are right.
-fn compare_corrected(study: &Study, model: &ModelFile, motions: &[Motion]) -> Result<Comparison> {
-    let band = &model.filters.band;
-    let mut evaluated = Vec::new();
-    for motion in motions {
-        if motion.rows() < 2 * band.len() {
-            return Err(Error::data(format!(
-                "{}: {} rows are left after differentiation, fewer than twice the low-pass's {} taps; use a longer record \
-                 or a larger band_hz",
-                study.records[motion.record].file,
-                motion.rows(),
-                band.len()
-            )));
-        }
-        evaluated.push(evaluate(model, motion, band)?);
-    }
-
-    // What counts as rest is known only once every record has been seen.
-    let largest: Vec<f64> = (0..model.axes.len())
-        .map(|axis| {
-            let rms = evaluated
-                .iter()
-                .map(|forces| root_mean_square(&forces[axis].force_band));
-            rms.fold(0.0, f64::max)
-        })
-        .collect();
-    let mut records = Vec::new();
-    for (motion, forces) in motions.iter().zip(&evaluated) {
-        let record = &study.records[motion.record];
-        let outside = outside_range(model, motion);
-        let axes = model
-            .axes
-            .iter()
-            .zip(forces)
-            .enumerate()
-            .map(|(index, (axis, forces))| {
-                let band = Sums::of(&forces.error_band, &forces.force_band);
-                let rms_force = band.rms_force();
-                let figures = AxisFigures {
-                    nmse_percent: band.nmse_percent(),
-                    nmse_percent_wide_band: Sums::of(&forces.error, &forces.force).nmse_percent(),
-                    relative_error: band.relative_error(),
-                    rms_error: band.rms_error(),
-                    rms_force,
-                    peak_error: peak(&forces.error_band),
-                    outside_range: outside,
-                    rests: rms_force < RESTS_BELOW * largest[index],
-                };
-                (axis.name.clone(), figures)
-            });
-        let axes = axes.collect();
-        records.push(RecordFigures {
-            file: record.file.clone(),
-            role: record.role,
-            rows: motion.rows(),
-            axes,
-        });
-    }
-
-    let pooled = |role: Role| -> Vec<AxisError> {
-        let of_role = || {
-            evaluated
-                .iter()
-                .zip(motions)
-                .filter(|(_, m)| study.records[m.record].role == role)
-        };
-        if of_role().next().is_none() {
-            return Vec::new();
-        }
-        let axis_error = |(index, axis): (usize, &crate::model::ModelAxis)| {
-            let sums = of_role()
-                .map(|(forces, _)| Sums::of(&forces[index].error_band, &forces[index].force_band))
-                .fold(Sums::default(), Sums::plus);
-            AxisError {
-                axis: axis.name.clone(),
-                nmse_percent: sums.nmse_percent(),
-                relative_error: sums.relative_error(),
-            }
-        };
-        model.axes.iter().enumerate().map(axis_error).collect()
-    };
-    let (verification, validation) = (pooled(Role::Train), pooled(Role::Validate));
-
+fn comparison(study: &Study, model: &ModelFile, evaluated: &Evaluated<'_>) -> Comparison {
+    let [verification, validation] =
+        [Role::Train, Role::Validate].map(|role| evaluated.pooled(role));
     let role = if validation.is_empty() {
         Role::Train
     } else {
         Role::Validate
     };
-    let judged = motions.iter();
-    let judged = judged.filter(|motion| study.records[motion.record].role == role);
-    let names = state_names(model, &judged.collect::<Vec<_>>());
-    let mut places = Vec::new();
-    for (index, axis) in model.axes.iter().enumerate() {
-        let chosen: Vec<ErrorRecord<'_>> = motions
-            .iter()
-            .zip(&evaluated)
-            .filter(|(motion, _)| study.records[motion.record].role == role)
-            .map(|(motion, forces)| ErrorRecord {
-                file: &study.records[motion.record].file,
-                start_s: (study.records[motion.record].first_row
-                    + motion.first_row
-                    + band.len() / 2) as f64
-                    / study.sample_rate_hz,
-                // The low-pass leaves out as many rows at both ends.
-                states: motion
-                    .states
-                    .iter()
-                    .map(|s| &s[band.len() / 2..s.len() - band.len() / 2])
-                    .collect(),
-                error: &forces[index].error_band,
-            })
-            .collect();
-        places.extend(where_it_fails::find(
-            &axis.name,
-            &names,
-            &chosen,
-            study.sample_rate_hz,
-            model.filters.band_hz,
-        ));
-    }
-    Ok(Comparison {
-        records,
+    Comparison {
+        records: evaluated.records(),
         verification,
         validation,
-        places,
+        places: places(study, model, evaluated, role),
+    }
+}
+
+/// Where the error on the records of a role sits, axis by axis.
+fn places(study: &Study, model: &ModelFile, evaluated: &Evaluated<'_>, role: Role) -> Vec<Place> {
+    let judged: Vec<(&Motion, Vec<&[f64]>)> = evaluated.errors_of(role).collect();
+    let motions: Vec<&Motion> = judged.iter().map(|(motion, _)| *motion).collect();
+    let names = state_names(model, &motions);
+    // The low-pass leaves out as many rows at both ends.
+    let left_out = model.filters.band.len() / 2;
+    let axes = model.axes.iter().enumerate();
+    axes.flat_map(|(index, axis)| {
+        let records: Vec<ErrorRecord<'_>> = judged
+            .iter()
+            .map(|(motion, errors)| {
+                let record = &study.records[motion.record];
+                let first = record.first_row + motion.first_row + left_out;
+                let states = motion.states.iter();
+                ErrorRecord {
+                    file: &record.file,
+                    start_s: first as f64 / study.sample_rate_hz,
+                    states: states.map(|s| &s[left_out..s.len() - left_out]).collect(),
+                    error: errors[index],
+                }
+            })
+            .collect();
+        where_it_fails::find(
+            &axis.name,
+            &names,
+            &records,
+            study.sample_rate_hz,
+            model.filters.band_hz,
+        )
     })
-}
-
-fn evaluate(model: &ModelFile, motion: &Motion, band: &[f64]) -> Result<Vec<Forces>> {
-    let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
-    let predicted = model.predict(&states)?;
-    let forces = model
-        .axes
-        .iter()
-        .zip(predicted)
-        .enumerate()
-        .map(|(index, (axis, predicted))| {
-            let restoring = motion.restoring_force(index, axis.inertia, axis.restoring_force);
-            let error: Vec<f64> = restoring
-                .iter()
-                .zip(&predicted)
-                .map(|(r, p)| r - p)
-                .collect();
-            let force = motion.measured_force(
-                index,
-                axis.inertia,
-                axis.inertia_identified,
-                axis.restoring_force,
-            );
-            Forces {
-                error_band: low_pass(&error, band),
-                force_band: low_pass(&force, band),
-                error,
-                force,
-            }
-        });
-    Ok(forces.collect())
-}
-
-fn outside_range(model: &ModelFile, motion: &Motion) -> f64 {
-    let outside = |row: usize| {
-        let inputs = model.base.inputs().iter();
-        inputs
-            .zip(&motion.states)
-            .any(|(range, state)| range.normalise(state[row]).abs() > 1.0 + 1e-9)
-    };
-    (0..motion.rows()).filter(|&row| outside(row)).count() as f64 / motion.rows() as f64
+    .collect()
 }
 
 /// What the states are called in words, in the units in which they are drawn over the same records.
@@ -346,15 +121,6 @@ fn state_names(model: &ModelFile, motions: &[&Motion]) -> Vec<StateName> {
         })
     })
     .collect()
-}
-
-/// The largest magnitude in a series.
-pub(crate) fn peak(series: &[f64]) -> f64 {
-    series.iter().fold(0.0, |most, value| most.max(value.abs()))
-}
-
-fn root_mean_square(series: &[f64]) -> f64 {
-    (series.iter().map(|v| v * v).sum::<f64>() / series.len() as f64).sqrt()
 }
 
 /// Prints one line per axis under a heading.

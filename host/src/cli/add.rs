@@ -1,6 +1,6 @@
 //! `jointwatch add`: add physical effects to a model, and see the error fall.
 
-use super::Console;
+use super::console::Console;
 use super::plots::Plots;
 use crate::diagnose::PerAxis;
 use crate::diagnose::add::{self, Added};

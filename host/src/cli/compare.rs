@@ -1,6 +1,6 @@
 //! `jointwatch compare`: a model against the records of a study.
 
-use super::Console;
+use super::console::Console;
 use super::plots::Plots;
 use crate::assess::compare::{self, Comparison};
 use crate::assess::data_checks;

@@ -3,12 +3,12 @@
 //! Every step is a command as the user would type it, printed and then run through the same parser; the emulated device is
 //! the one step that has no command of its own.
 
-use super::{Cli, Console, perform};
+use super::console::Console;
 use crate::device::export;
 use crate::emulate::selftest::{self, Board};
 use crate::text::error::{Error, Result};
 use crate::text::table::quantity;
-use clap::{Args, Parser};
+use clap::Args;
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
 use jointwatch_shared::selftest as arithmetic;
 use rand::seq::IndexedRandom;
@@ -17,6 +17,9 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Runs a command given as words, as a user would type them; quietly if told so.
+pub(super) type RunWords = fn(&[&str], bool) -> Result<()>;
 
 /// Points at which the emulated device and the host evaluate the model, besides the corners of its range.
 const POINTS: u32 = 100_000;
@@ -41,10 +44,11 @@ pub(crate) struct Demo {
 }
 
 impl Demo {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(super) fn run(self, console: &Console, run: RunWords) -> Result<()> {
         let out = self.out.unwrap_or_else(first_free_folder);
         let story = Story {
             console: console.inner(),
+            run,
             out: &out,
         };
         let (study, base) = (story.file("study.toml"), story.file("base.json"));
@@ -59,7 +63,7 @@ impl Demo {
             "simulate", "--out", &out_text, "--seed", &seed, "--share", &share,
         ];
         console.say(format!("$ {} --hidden …\n", line(&simulate)))?;
-        perform_quietly(&[&simulate[..], &["--hidden", &hidden]].concat())?;
+        run(&[&simulate[..], &["--hidden", &hidden]].concat(), true)?;
         console
             .say("Four records of 10000 rows at 2000 Hz; sensor noise 60 dB below the signals.")?;
 
@@ -131,6 +135,7 @@ impl Demo {
 /// The steps of the demo.
 struct Story<'a> {
     console: Console,
+    run: RunWords,
     out: &'a Path,
 }
 
@@ -146,26 +151,8 @@ impl Story<'_> {
     /// Prints a command and runs it.
     fn step(&self, words: &[&str]) -> Result<()> {
         self.console.say(format!("$ {}\n", line(words)))?;
-        let cli = parsed(words)?;
-        let console = Console {
-            json: cli.global.json,
-            quiet: self.console.quiet,
-        };
-        perform(cli.command, &console)
+        (self.run)(words, self.console.is_quiet())
     }
-}
-
-fn perform_quietly(words: &[&str]) -> Result<()> {
-    let console = Console {
-        json: None,
-        quiet: true,
-    };
-    perform(parsed(words)?.command, &console)
-}
-
-fn parsed(words: &[&str]) -> Result<Cli> {
-    let words = std::iter::once(&"jointwatch").chain(words);
-    Cli::try_parse_from(words).map_err(|e| Error::usage(e.kind().to_string()))
 }
 
 /// A command as it is typed.

@@ -1,7 +1,8 @@
 //! `jointwatch diagnose`: which physical effect a model lacks; with `--apply`, the model with everything that was missing.
 
+use super::console::Console;
 use super::plots::Plots;
-use super::{Console, staircase};
+use super::staircase;
 use crate::diagnose::apply::{self, Applied};
 use crate::diagnose::{self, Diagnosis, Ranked, Verdict};
 use crate::model::effects;

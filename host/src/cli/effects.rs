@@ -1,6 +1,6 @@
 //! `jointwatch effects`: the library of force laws, as a list and one by one.
 
-use super::Console;
+use super::console::Console;
 use crate::report::effects_page::{self, in_words};
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;

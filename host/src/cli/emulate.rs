@@ -1,6 +1,6 @@
 //! `jointwatch emulate`: the firmware itself under QEMU, its sensor chips fed with a record, every bit compared with `replay`.
 
-use super::Console;
+use super::console::Console;
 use super::replay::chosen;
 use crate::emulate::bench::{Instructions, STAGES, Scenario};
 use crate::emulate::device::{Device, Emulated};

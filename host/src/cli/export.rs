@@ -1,6 +1,6 @@
 //! `jointwatch export`: from a model to the blob that the device evaluates.
 
-use super::Console;
+use super::console::Console;
 use crate::device::export;
 use crate::device::rig_block;
 use crate::model::file::ModelFile;

@@ -1,6 +1,6 @@
 //! `jointwatch identify`: learn a model from the training records of a study.
 
-use super::Console;
+use super::console::Console;
 use super::identify_network::{self, NetworkArguments};
 use crate::assess::compare;
 use crate::fit::identify::{self, Identified};

@@ -1,6 +1,6 @@
 //! `jointwatch inspect`: what a model file or a blob holds.
 
-use super::Console;
+use super::console::Console;
 use crate::device::export;
 use crate::device::rig_block;
 use crate::model::corrections;

@@ -1,6 +1,6 @@
 //! `jointwatch keygen`: a pair of keys, one to sign models with, one to build into the firmware.
 
-use super::Console;
+use super::console::Console;
 use crate::device::signing::PrivateKey;
 use crate::text::error::Result;
 use clap::Args;

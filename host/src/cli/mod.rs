@@ -2,6 +2,7 @@
 
 mod add;
 mod compare;
+mod console;
 mod demo;
 mod diagnose;
 mod effects;
@@ -23,13 +24,10 @@ mod staircase;
 mod upload;
 
 use crate::text::error::{Error, Result};
-use crate::text::output;
 use clap::{Args, Parser, Subcommand};
-use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{IsTerminal, Write};
+use console::Console;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
 
 /// Learn a mechanical joint's restoring force from rig logs, compare the model with measurements, and export it for a
 /// microcontroller.
@@ -100,80 +98,10 @@ enum Command {
     Upload(upload::Upload),
 }
 
-/// What every subcommand has at hand: where to print, and the progress display.
-pub(crate) struct Console {
-    json: Option<PathBuf>,
-    quiet: bool,
-}
-
-impl Console {
-    /// Prints a paragraph, unless told to be quiet or standard output carries JSON.
-    pub(crate) fn say(&self, text: impl AsRef<str>) -> Result<()> {
-        if self.quiet || self.json_to_stdout() {
-            return Ok(());
-        }
-        print_to_stdout(&format!("{}\n", text.as_ref()))
-    }
-
-    /// Prints what is wrong with a study's data, a line each.
-    pub(crate) fn say_data_problems(&self, problems: &[String]) -> Result<()> {
-        let mut problems = problems.iter();
-        problems.try_for_each(|problem| self.say(format!("Data: {problem}.")))
-    }
-
-    /// Writes the result as JSON where `--json` says, if it was given.
-    pub(crate) fn json<T: serde::Serialize>(&self, value: &T) -> Result<()> {
-        match &self.json {
-            None => Ok(()),
-            Some(_) if self.json_to_stdout() => print_to_stdout(&output::json_text(value)?),
-            Some(path) => output::write_whole(path, output::json_text(value)?.as_bytes()),
-        }
-    }
-
-    /// A console for the steps of a larger command: prints alike, writes no JSON of its own.
-    pub(crate) fn inner(&self) -> Self {
-        Self {
-            json: None,
-            quiet: self.quiet || self.json_to_stdout(),
-        }
-    }
-
-    /// A line on standard error that shows that work goes on; invisible when that is no terminal.
-    pub(crate) fn working(&self, what: &'static str) -> ProgressBar {
-        if self.quiet || !std::io::stderr().is_terminal() {
-            return ProgressBar::hidden();
-        }
-        let bar = ProgressBar::new_spinner().with_message(what);
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
-            bar.set_style(style);
-        }
-        bar.enable_steady_tick(Duration::from_millis(120));
-        bar
-    }
-
-    fn json_to_stdout(&self) -> bool {
-        self.json
-            .as_ref()
-            .is_some_and(|path| path.as_os_str() == "-")
-    }
-}
-
-/// Prints; a reader that has gone away (`| head`) is no error of ours, but ends the run.
-fn print_to_stdout(text: &str) -> Result<()> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
-        Err(e) => Err(Error::failed(format!(
-            "standard output could not be written to ({e})"
-        ))),
-        Ok(()) => Ok(()),
-    }
-}
-
 /// Runs the subcommand that was given.
 fn perform(command: Command, console: &Console) -> Result<()> {
     match command {
-        Command::Demo(command) => command.run(console),
+        Command::Demo(command) => command.run(console, run_words),
         Command::Simulate(command) => command.run(console),
         Command::Identify(command) => command.run(console),
         Command::Compare(command) => command.run(console),
@@ -193,6 +121,13 @@ fn perform(command: Command, console: &Console) -> Result<()> {
     }
 }
 
+/// Runs a command given as words, as a user would type them.
+fn run_words(words: &[&str], quiet: bool) -> Result<()> {
+    let words = std::iter::once(&"jointwatch").chain(words);
+    let cli = Cli::try_parse_from(words).map_err(|e| Error::usage(e.kind().to_string()))?;
+    perform(cli.command, &Console::new(cli.global.json, quiet))
+}
+
 /// Runs one command and reports its failure as one sentence on standard error.
 pub fn run(cli: Cli) -> ExitCode {
     if let Some(threads) = cli.global.threads
@@ -203,10 +138,7 @@ pub fn run(cli: Cli) -> ExitCode {
         eprintln!("jointwatch: {threads} threads could not be started ({e})");
         return ExitCode::from(1);
     }
-    let console = Console {
-        json: cli.global.json,
-        quiet: cli.global.quiet,
-    };
+    let console = Console::new(cli.global.json, cli.global.quiet);
     let done = perform(cli.command, &console);
     match done {
         Ok(()) => ExitCode::SUCCESS,

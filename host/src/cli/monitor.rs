@@ -1,6 +1,6 @@
 //! `jointwatch monitor`: prints what a device says, one line per message, as text or as JSON lines.
 
-use super::{Console, print_to_stdout};
+use super::console::{Console, print_to_stdout};
 use crate::device::telemetry::line::{Line, Piece, Source};
 use crate::device::telemetry::listen::{Heard, Listener, Tally};
 use crate::device::telemetry::words::{Reader, closing};
@@ -142,7 +142,7 @@ enum JsonLines {
 
 impl JsonLines {
     fn open(console: &Console) -> Result<Self> {
-        match &console.json {
+        match console.json_file() {
             None => Ok(Self::Nowhere),
             Some(_) if console.json_to_stdout() => Ok(Self::StandardOutput),
             Some(path) => match File::create(path) {

@@ -1,6 +1,6 @@
 //! Files that a command is about to write, looked at before it begins: none may be one that it reads, or writes besides.
 
-use super::Console;
+use super::console::Console;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::output;
@@ -19,7 +19,10 @@ impl Console {
         study: &Study,
         model: Option<&Path>,
     ) -> Result<()> {
-        let json = self.json.as_deref().filter(|_| !self.json_to_stdout());
+        let json = self
+            .json_file()
+            .map(PathBuf::as_path)
+            .filter(|_| !self.json_to_stdout());
         let outputs: Vec<&Path> = outputs.iter().copied().chain(json).collect();
         let folder = study.path.parent().unwrap_or(Path::new(""));
         let mut read: Vec<(PathBuf, &str)> = vec![(study.path.clone(), "the study")];

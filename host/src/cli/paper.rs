@@ -1,6 +1,6 @@
 //! `jointwatch paper`: the page that holds Jointwatch against the paper it comes from.
 
-use super::Console;
+use super::console::Console;
 use crate::paper::{self, Denominator, PaperOptions, ratios};
 use crate::text::error::Result;
 use clap::Args;

@@ -1,6 +1,6 @@
 //! The option `--plots DIR`: pictures of a model on its study, drawn first and written when everything else went well.
 
-use super::Console;
+use super::console::Console;
 use crate::assess::compare::{self, Comparison};
 use crate::diagnose::add::{Added, Change};
 use crate::diagnose::apply::Applied;

@@ -1,13 +1,13 @@
 //! `jointwatch replay`: what the device would say about a logged record, bit for bit.
 
-use super::Console;
-use crate::assess::compare::RESTS_BELOW;
+use super::console::Console;
 use crate::assess::where_it_fails::significant;
 use crate::device::export;
 use crate::device::monitor_limits::{self, Calibration};
 use crate::device::replay::{self, RecordReplay, Replayed};
 use crate::device::rig_block;
 use crate::device::telemetry::frames;
+use crate::fit::errors::RESTS_BELOW;
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
 use crate::text::output;

@@ -1,6 +1,6 @@
 //! `jointwatch respond`: how the rig would move with the model in place of its joint.
 
-use super::Console;
+use super::console::Console;
 use crate::model::file::ModelFile;
 use crate::simulate::respond::{self, Options};
 use crate::study::Study;

@@ -1,6 +1,6 @@
 //! `jointwatch sign`: makes of a blob, and the rig block that goes with it, what a device takes.
 
-use super::Console;
+use super::console::Console;
 use crate::device::signing::{PrivateKey, SignedModel};
 use crate::text::error::{Error, Result};
 use crate::text::output;

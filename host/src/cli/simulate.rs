@@ -1,6 +1,6 @@
 //! `jointwatch simulate`: a rig with a nonlinear joint, logged as a real one would be.
 
-use super::Console;
+use super::console::Console;
 use crate::simulate::{self, Hide, RigParameters, SimulationOptions};
 use crate::text::error::Result;
 use clap::Args;

@@ -1,6 +1,6 @@
 //! `jointwatch upload`: puts a signed model onto the device.
 
-use super::Console;
+use super::console::Console;
 use crate::device::signing::SignedModel;
 use crate::device::upload::{Patience, READ_TIMEOUT, upload};
 use crate::text::error::{Error, Result};
@@ -81,7 +81,7 @@ fn open(port: &str, baud: u32) -> Result<Box<dyn Line>> {
 }
 
 fn progress_bar(console: &Console, total: u64) -> ProgressBar {
-    if console.quiet || !std::io::stderr().is_terminal() {
+    if console.is_quiet() || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::new(total);

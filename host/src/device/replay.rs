@@ -1,11 +1,12 @@
 //! The device's integer code run on a logged record: from raw counts to the residual, with the device's own bits.
 
-use crate::assess::compare::{Sums, peak};
 use crate::device::monitor_limits;
 use crate::device::wired::Wired;
+use crate::fit::errors::Sums;
 use crate::model::corrections::Corrections;
 use crate::signal;
 use crate::signal::motion::{self, Filters, Motion, low_pass};
+use crate::signal::statistics::peak;
 use crate::study::{Channels, Convention, Record, Study};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::blob;

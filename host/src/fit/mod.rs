@@ -3,6 +3,7 @@
 pub mod coverage;
 pub mod cross_validation;
 pub mod effects;
+pub mod errors;
 pub mod identify;
 pub mod inertia;
 mod legendre;

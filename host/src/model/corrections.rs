@@ -13,12 +13,9 @@
 //! | `mains_hum` | F less the line, whose size and phase are found in every record anew: in what the model leaves of it, so that no force that the model explains is taken for hum |
 
 use crate::model::EffectTerm;
-use crate::model::effects::Bound;
-use crate::model::file::ModelFile;
-use crate::model::mains_hum;
-use crate::signal::motion;
-use crate::study::{Record, Study};
-use crate::text::error::{Error, Result, in_order};
+use crate::model::effects::{Bound, is_correction};
+use crate::study::Record;
+use crate::text::error::{Error, Result};
 use jointwatch_shared::effect::{Entry, Seat};
 use jointwatch_shared::hum::Hum;
 use jointwatch_shared::interpolate::Between;
@@ -26,8 +23,6 @@ use jointwatch_shared::model::Model;
 use jointwatch_shared::model::axis::AxisKind;
 use jointwatch_shared::model::corrections::ForceCorrection;
 use jointwatch_shared::model::terms::InSi;
-use rayon::prelude::*;
-use std::borrow::Cow;
 
 /// Corrections of the force channels, axis by axis; that of an inertia stands in the model's axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -125,60 +120,6 @@ impl Corrections {
     }
 }
 
-impl ModelFile {
-    /// The study with its force channels put right, as the right instruments would have logged it; itself when they are. Its
-    /// inertias stay as they are stated.
-    ///
-    /// # Errors
-    /// As [`ModelFile::corrections`] and `ModelFile::corrected_record`.
-    pub fn corrected<'a>(&self, study: &'a Study) -> Result<Cow<'a, Study>> {
-        let corrections = self.corrections()?;
-        if corrections.is_none() {
-            return Ok(Cow::Borrowed(study));
-        }
-        let records = (0..study.records.len()).into_par_iter();
-        let records = records.map(|index| self.corrected_record(study, index, &corrections));
-        Ok(Cow::Owned(Study {
-            records: in_order(records)?,
-            ..study.clone()
-        }))
-    }
-
-    /// One record of it, the one at `index`.
-    ///
-    /// # Errors
-    /// A record that is too short to see a line in.
-    pub(crate) fn corrected_record(
-        &self,
-        study: &Study,
-        index: usize,
-        corrections: &Corrections,
-    ) -> Result<Record> {
-        let rate = study.sample_rate_hz;
-        let mut record = corrections.record(&study.records[index], rate);
-        if corrections.lines.is_empty() {
-            return Ok(record);
-        }
-        let motion = motion::motion(study, index, &record, &self.filters)?;
-        let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
-        let predicted = self.predict(&states)?;
-        for term in &corrections.lines {
-            let axis = usize::from(term.axis);
-            let of = &self.axes[axis];
-            let mut left = motion.restoring_force(axis, of.inertia, of.restoring_force);
-            left.iter_mut()
-                .zip(&predicted[axis])
-                .for_each(|(r, p)| *r -= p);
-            let line = mains_hum::part_of(term, &left, motion.first_row, record.rows, 1.0 / rate);
-            let sign = of.restoring_force.sign();
-            for (f, l) in record.axes[axis].force.iter_mut().zip(line) {
-                *f -= sign * l;
-            }
-        }
-        Ok(record)
-    }
-}
-
 /// The corrections that a device applies, as the effects they came from; that of an inertia stands in the model's axis.
 pub fn of_device(model: &Model) -> Vec<EffectTerm> {
     let axes = &model.header().axes;
@@ -224,11 +165,6 @@ pub fn missing_inertia(effects: &[EffectTerm], axis: &str) -> f64 {
         .iter()
         .filter(|e| e.effect == "inertia_error" && e.axis.as_deref() == Some(axis));
     mine.flat_map(|e| &e.parameters).map(|p| p.value).sum()
-}
-
-/// Whether an effect of this name corrects an instrument.
-pub fn is_correction(effect: &str) -> bool {
-    Entry::named(effect).is_some_and(|entry| entry.seat == Seat::Instrument)
 }
 
 /// What a model's corrections mean, one sentence each.

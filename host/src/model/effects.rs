@@ -1,12 +1,11 @@
 //! The physical effects of a model on the host: how they stand in `model.json`, and which axis each is bound to.
 
 use super::ModelAxis;
-use crate::model::corrections::is_correction;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use crate::text::table::Table;
 use jointwatch_shared::effect::about::Parameter;
-use jointwatch_shared::effect::{Acts, EFFECTS, Entry};
+use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
 use jointwatch_shared::model::{Model, axis, terms::InSi};
 use serde::{Deserialize, Serialize};
 
@@ -280,4 +279,8 @@ impl Bound {
             Acts::OwnAxis => format!("{}@{}", self.entry.about.name, axes[self.axis]),
         }
     }
+}
+/// Whether an effect of this name corrects an instrument.
+pub fn is_correction(effect: &str) -> bool {
+    Entry::named(effect).is_some_and(|entry| entry.seat == Seat::Instrument)
 }

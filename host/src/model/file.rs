@@ -3,13 +3,16 @@
 use crate::model::check_states;
 use crate::model::corrections::{Corrections, of_the_joint};
 use crate::model::course::{Course, add_forces};
+use crate::model::mains_hum;
 use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
-use crate::signal::motion::{Filters, Motion};
-use crate::study::Study;
-use crate::text::error::{Error, Result};
+use crate::signal::motion::{self, Filters, Motion};
+use crate::study::{Record, Study};
+use crate::text::error::{Error, Result, in_order};
 use crate::text::output;
 use jointwatch_shared::model::terms::InSi;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::path::Path;
 
 /// What the first key of every model file says.
@@ -314,6 +317,60 @@ impl ModelFile {
             self.axes.iter().map(|a| (a.name.as_str(), a.kind)),
             self.filters.sample_rate_hz,
         )
+    }
+}
+
+impl ModelFile {
+    /// The study with its force channels put right, as the right instruments would have logged it; itself when they are. Its
+    /// inertias stay as they are stated.
+    ///
+    /// # Errors
+    /// As [`ModelFile::corrections`] and `ModelFile::corrected_record`.
+    pub fn corrected<'a>(&self, study: &'a Study) -> Result<Cow<'a, Study>> {
+        let corrections = self.corrections()?;
+        if corrections.is_none() {
+            return Ok(Cow::Borrowed(study));
+        }
+        let records = (0..study.records.len()).into_par_iter();
+        let records = records.map(|index| self.corrected_record(study, index, &corrections));
+        Ok(Cow::Owned(Study {
+            records: in_order(records)?,
+            ..study.clone()
+        }))
+    }
+
+    /// One record of it, the one at `index`.
+    ///
+    /// # Errors
+    /// A record that is too short to see a line in.
+    pub(crate) fn corrected_record(
+        &self,
+        study: &Study,
+        index: usize,
+        corrections: &Corrections,
+    ) -> Result<Record> {
+        let rate = study.sample_rate_hz;
+        let mut record = corrections.record(&study.records[index], rate);
+        if corrections.lines.is_empty() {
+            return Ok(record);
+        }
+        let motion = motion::motion(study, index, &record, &self.filters)?;
+        let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
+        let predicted = self.predict(&states)?;
+        for term in &corrections.lines {
+            let axis = usize::from(term.axis);
+            let of = &self.axes[axis];
+            let mut left = motion.restoring_force(axis, of.inertia, of.restoring_force);
+            left.iter_mut()
+                .zip(&predicted[axis])
+                .for_each(|(r, p)| *r -= p);
+            let line = mains_hum::part_of(term, &left, motion.first_row, record.rows, 1.0 / rate);
+            let sign = of.restoring_force.sign();
+            for (f, l) in record.axes[axis].force.iter_mut().zip(line) {
+                *f -= sign * l;
+            }
+        }
+        Ok(record)
     }
 }
 

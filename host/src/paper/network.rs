@@ -2,7 +2,7 @@
 
 use super::ratios::{Errors, NetworkRun};
 use super::spread::Spread;
-use crate::assess::compare::Sums;
+use crate::fit::errors::Sums;
 use crate::fit::identify;
 use crate::fit::network::{NetworkFit, NetworkOptions, Watch};
 use crate::model::file::{Base, ModelFile};

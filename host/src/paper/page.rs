@@ -6,8 +6,9 @@ use super::ratios::{
     Band, PAPERS_ERROR_RATIO, PAPERS_TIME_RATIO, SeedRun, Share, error_ratio, rms_error_ratio,
     time_ratio,
 };
+use super::results::{PaperOptions, Results};
+use super::simulated::BothOnlyRun;
 use super::spread::Spread;
-use super::{BothOnlyRun, PaperOptions, Results};
 use crate::assess::where_it_fails::significant;
 use crate::model::file::AxisError;
 use crate::simulate::{ENCODER_STEP, SimulationOptions};

@@ -126,12 +126,12 @@ mod tests {
         };
         // The fit adds its sums up fold by fold, so the two differ by rounding.
         for (axis, coefficients) in polynomial.coefficients.iter().enumerate() {
-            let largest = crate::assess::compare::peak(coefficients);
+            let largest = crate::signal::statistics::peak(coefficients);
             let differences = coefficients.iter().enumerate();
             let differences: Vec<f64> = differences
                 .map(|(term, expected)| timed[(term, axis)] - expected)
                 .collect();
-            let worst = crate::assess::compare::peak(&differences) / largest;
+            let worst = crate::signal::statistics::peak(&differences) / largest;
             println!("axis {axis}: coefficients differ by {worst:.1e} of the largest");
             assert!(worst < 1e-6);
         }

@@ -24,7 +24,6 @@ pub use course::{Course, courses};
 pub use drawing::Drawing;
 pub use figure::{Curve, Figure, Panel, Thinned};
 pub use phase::Against;
-pub(crate) use quantity::prefixed;
 pub use staircase::{Step, staircase};
 pub use state_plane::StatePlane;
 pub use style::Pen;

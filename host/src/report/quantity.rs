@@ -1,26 +1,13 @@
 //! A quantity on an axis of a drawing: its name, the unit with a fitting prefix, and the numbers along the axis.
 
+use crate::text::units::prefixed;
+
 /// A physical quantity, and how its SI values become the numbers on paper.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Quantity {
     name: String,
     unit: String,
     factor: f64,
-}
-
-/// An SI unit with the prefix that suits values of which the largest is `peak` (small ones get milli or micro, large ones kilo),
-/// and what an SI value is multiplied by to be in it.
-pub(crate) fn prefixed(unit: &str, peak: f64) -> (String, f64) {
-    let (prefix, factor) = if peak >= 5e3 {
-        ("k", 1e-3)
-    } else if peak >= 0.1 || peak == 0.0 {
-        ("", 1.0)
-    } else if peak >= 1e-4 {
-        ("m", 1e3)
-    } else {
-        ("µ", 1e6)
-    };
-    (format!("{prefix}{unit}"), factor)
 }
 
 impl Quantity {

@@ -4,7 +4,7 @@ use super::course::Course;
 use super::figure::{Curve, Panel, Thinned};
 use super::quantity::Quantity;
 use super::style::Pen;
-use crate::assess::compare::peak;
+use crate::signal::statistics::peak;
 use std::ops::Range;
 
 /// As many swings of the displacement as can be told apart in one panel.

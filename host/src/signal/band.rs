@@ -15,7 +15,7 @@
 use super::design::NARROWEST_DERIVATIVE;
 use super::spectrum::{Accumulator, Spectrum};
 use crate::signal::motion::Motion;
-use crate::study::{Channels, Role, Study};
+use crate::study::{Role, Study};
 use nalgebra::{Matrix4, Vector4};
 
 /// Rows per window of the spectra; a record shorter than this sets the length.
@@ -36,19 +36,6 @@ const SMOOTHED: usize = 9;
 /// The states' band is at most this share of the sample rate: the differentiators need room to fall to zero.
 pub const WIDEST: f64 = 0.36;
 
-/// First minus second, or the first alone.
-pub(crate) fn relative_displacement(channels: &Channels) -> Vec<f64> {
-    match &channels.displacement_second {
-        None => channels.displacement_first.clone(),
-        Some(second) => channels
-            .displacement_first
-            .iter()
-            .zip(second)
-            .map(|(a, b)| a - b)
-            .collect(),
-    }
-}
-
 /// Pass band of the differentiators in Hz, before the common band asks for more: where the displacement of the most
 /// limited axis drowns in its noise, between 0.06 and 0.36 of the sample rate.
 pub fn state_band_hz(study: &Study) -> f64 {
@@ -57,7 +44,7 @@ pub fn state_band_hz(study: &Study) -> f64 {
         .map(|axis| {
             let mut sum = Accumulator::new(study.sample_rate_hz, SEGMENT.min(shortest));
             for record in &study.records {
-                sum.add(&relative_displacement(&record.axes[axis]));
+                sum.add(&record.axes[axis].relative_displacement());
             }
             let spectrum = sum.finish();
             drowning_edge(&spectrum, EQUAL * floor_of(&spectrum, DISPLACEMENT_FLOOR))

@@ -12,6 +12,7 @@ pub mod fir;
 pub(crate) mod mixed_acceleration;
 pub mod motion;
 pub mod spectrum;
+pub(crate) mod statistics;
 
 #[cfg(test)]
 mod differentiate;

@@ -10,7 +10,6 @@
 //!
 //! Spring and damper act on the body in the same way in both, so both take them off the applied force first.
 
-use crate::signal::band::relative_displacement;
 use crate::signal::fir::apply;
 use crate::study::{Axis, Convention, Record, Study};
 use crate::text::error::{Error, Result, in_order};
@@ -164,7 +163,7 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
     };
     for (axis, channels) in study.axes.iter().zip(&record.axes) {
         let inner = |series: &[f64]| series[half..series.len() - half].to_vec();
-        let relative = relative_displacement(channels);
+        let relative = channels.relative_displacement();
         let velocity = match &channels.velocity {
             Some(logged) => inner(logged),
             None => apply(&relative, &filters.velocity),

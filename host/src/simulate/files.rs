@@ -9,20 +9,6 @@ use std::fs;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// The physics that a user of this rig would believe in.
-pub(super) fn base_terms(axes: usize) -> Vec<String> {
-    let mut terms = Vec::new();
-    for axis in ["x", "phi"].iter().take(axes) {
-        for effect in ["stiffness", "viscous", "clearance"] {
-            terms.push(format!("{effect}@{axis}"));
-        }
-    }
-    if axes == 2 {
-        terms.push("clearance_coupling".into());
-    }
-    terms
-}
-
 /// Simulates the rig and writes the study into the folder `dir`, which is made: `study.toml`, one CSV per
 /// record with nine significant digits, and `truth/` with `truth.json` (all parameters, SI) and per record
 /// the noise-free states and restoring force. The folder appears only when it is complete.

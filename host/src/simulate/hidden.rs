@@ -6,7 +6,7 @@
 
 use super::joint::{Contact, Joint, JointLaw};
 use super::rig::RigParameters;
-use super::simulation::{Taken, Truth};
+use super::truth::{Taken, Truth};
 use crate::fit::effects::unknowns::reference;
 use crate::model::corrections::Corrections;
 use crate::model::course::{Course, law_parameters};

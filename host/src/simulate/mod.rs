@@ -16,6 +16,7 @@ pub mod respond;
 mod rig;
 mod sensors;
 mod simulation;
+mod truth;
 
 pub use excitation::Excitation;
 pub use files::write_study;
@@ -26,4 +27,5 @@ pub use motion::{Bodies, BodyState, DRIVE_RAMP_S, joint_state};
 pub use rig::{AxisParameters, RigParameters};
 pub use sensors::{COLUMNS, ENCODER_STEP};
 pub(crate) use simulation::SUBSTEPS;
-pub use simulation::{Simulation, SimulationOptions, Truth, record_drives, simulate};
+pub use simulation::{Simulation, SimulationOptions, record_drives, simulate};
+pub use truth::Truth;

@@ -2,6 +2,7 @@
 
 use super::joint::JointLaw;
 use super::motion::{Bodies, BodyState, joint_state};
+use crate::study::{Channels, Record, Role};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -84,6 +85,26 @@ pub(super) fn quantise(columns: &mut [Vec<f64>]) {
         for value in &mut columns[column] {
             *value = (*value / ENCODER_STEP[axis]).round() * ENCODER_STEP[axis];
         }
+    }
+}
+
+/// The columns of a log as a study's record.
+pub(super) fn record(file: &str, role: Role, columns: &[Vec<f64>], axes: usize) -> Record {
+    Record {
+        file: file.into(),
+        role,
+        first_row: 0,
+        rows: columns[0].len(),
+        axes: (0..axes)
+            .map(|axis| Channels {
+                displacement_first: columns[2 * axis + 1].clone(),
+                displacement_second: Some(columns[2 * axis].clone()),
+                velocity: None,
+                body_position: Some(columns[2 * axis].clone()),
+                acceleration: Some(columns[4 + 2 * axis].clone()),
+                force: columns[8 + axis].clone(),
+            })
+            .collect(),
     }
 }
 

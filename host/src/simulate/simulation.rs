@@ -5,9 +5,9 @@ use super::hidden::{self, Hidden, HiddenJoint, Hide};
 use super::joint::JointLaw;
 use super::motion::{Bodies, BodyState, DRIVE_RAMP_S, joint_state};
 use super::rig::RigParameters;
-use super::sensors::{COLUMNS, ENCODER_STEP, add_noise, noise_rms, quantise, reading};
-use crate::signal::motion::Motion;
-use crate::study::{Axis, AxisKind, Channels, Convention, Record, Role, Study};
+use super::sensors::{COLUMNS, ENCODER_STEP, add_noise, noise_rms, quantise, reading, record};
+use super::truth::{Taken, Truth};
+use crate::study::{Axis, AxisKind, Convention, Role, Study};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::model::terms::InSi;
 use rayon::prelude::*;
@@ -60,34 +60,6 @@ impl Default for SimulationOptions {
     }
 }
 
-/// What was hidden in a record.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Truth {
-    /// The joint's states [x, ẋ, φ, φ̇], without φ on a one-axis rig; SI.
-    pub states: Vec<Vec<f64>>,
-    /// Restoring force per axis, N and N·m.
-    pub restoring_force: Vec<Vec<f64>>,
-    /// Acceleration of body 2 per axis, free of noise.
-    pub acceleration: Vec<Vec<f64>>,
-    /// What the shaft exerts on body 2, per axis, free of noise.
-    pub force: Vec<Vec<f64>>,
-}
-
-impl Truth {
-    /// The record as a model would see it through perfect sensors.
-    pub fn motion(&self, record: usize, sample_rate_hz: f64) -> Motion {
-        Motion {
-            record,
-            first_row: 0,
-            sample_rate_hz,
-            states: self.states.clone(),
-            acceleration: self.acceleration.clone(),
-            ground: vec![None; self.force.len()],
-            force: self.force.clone(),
-        }
-    }
-}
-
 /// A simulated study with the truth beside it.
 #[derive(Clone, Debug)]
 pub struct Simulation {
@@ -103,20 +75,18 @@ pub struct Simulation {
     pub hidden: Option<Hidden>,
 }
 
-/// One record before the sensors make something of it.
-pub(super) struct Taken {
-    /// One series per entry of [`COLUMNS`].
-    pub(super) columns: Vec<Vec<f64>>,
-    pub(super) truth: Truth,
-    /// What a hidden effect of the joint exerts, per axis.
-    pub(super) hidden: Vec<Vec<f64>>,
-}
-
-impl Taken {
-    /// The record as a study holds it, without a name.
-    pub(super) fn record(&self, axes: usize) -> Record {
-        record("", Role::Train, &self.columns, axes)
+/// The physics that a user of this rig would believe in.
+fn base_terms(axes: usize) -> Vec<String> {
+    let mut terms = Vec::new();
+    for axis in ["x", "phi"].iter().take(axes) {
+        for effect in ["stiffness", "viscous", "clearance"] {
+            terms.push(format!("{effect}@{axis}"));
+        }
     }
+    if axes == 2 {
+        terms.push("clearance_coupling".into());
+    }
+    terms
 }
 
 /// One run: its file, its role, and the level of each axis's drive.
@@ -213,7 +183,7 @@ pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
     let runs = runs(options);
     let axes = axes(options);
     let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
-    let base = super::files::base_terms(options.axes);
+    let base = base_terms(options.axes);
     // Every simulated axis states its inertia.
     let inertia: Vec<f64> = axes.iter().map(|a| a.inertia.unwrap_or_default()).collect();
     let rig = hidden::Rig {
@@ -380,25 +350,6 @@ pub fn record_drives(options: &SimulationOptions, file: &str) -> Result<Option<[
 /// A seed of its own for every drive and noise of every record.
 fn stream(seed: u64, record: usize, use_of: usize) -> u64 {
     seed.wrapping_mul(64) + (record * 4 + use_of) as u64
-}
-
-fn record(file: &str, role: Role, columns: &[Vec<f64>], axes: usize) -> Record {
-    Record {
-        file: file.into(),
-        role,
-        first_row: 0,
-        rows: columns[0].len(),
-        axes: (0..axes)
-            .map(|axis| Channels {
-                displacement_first: columns[2 * axis + 1].clone(),
-                displacement_second: Some(columns[2 * axis].clone()),
-                velocity: None,
-                body_position: Some(columns[2 * axis].clone()),
-                acceleration: Some(columns[4 + 2 * axis].clone()),
-                force: columns[8 + axis].clone(),
-            })
-            .collect(),
-    }
 }
 
 #[cfg(test)]

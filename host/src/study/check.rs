@@ -84,7 +84,7 @@ fn traces(plan: &AxisPlan, records: &[Record], axis: usize) -> Vec<Trace> {
             c.displacement_second.clone().unwrap_or_default()
         }));
         list.push(trace(joined(&plan.displacement, " − "), true, &|c| {
-            crate::signal::band::relative_displacement(c)
+            c.relative_displacement()
         }));
     }
     if let Some(body) = &plan.body_position {

@@ -95,6 +95,21 @@ pub struct Channels {
     pub force: Vec<f64>,
 }
 
+impl Channels {
+    /// Relative displacement: first minus second, or the first alone.
+    pub(crate) fn relative_displacement(&self) -> Vec<f64> {
+        match &self.displacement_second {
+            None => self.displacement_first.clone(),
+            Some(second) => self
+                .displacement_first
+                .iter()
+                .zip(second)
+                .map(|(a, b)| a - b)
+                .collect(),
+        }
+    }
+}
+
 /// One log of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {

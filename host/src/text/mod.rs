@@ -6,3 +6,4 @@ pub(crate) mod nearest;
 pub mod output;
 pub mod table;
 pub mod text_plot;
+pub(crate) mod units;

@@ -1,7 +1,7 @@
 //! Clipping: a channel that meets the rail of its amplifier or converter has flat tops.
 
 use super::channel::{Channel, Kind, constant_runs, extremes, quantile, steps};
-use super::{Finding, Place};
+use super::finding::{Finding, Place};
 
 /// Rows at the very same extreme value that make a flat top.
 const FLAT: usize = 3;

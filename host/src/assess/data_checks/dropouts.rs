@@ -1,7 +1,7 @@
 //! Drop-outs: a channel that falls to 0 for a moment, or holds its last value while samples are lost.
 
 use super::channel::{Channel, constant_runs, extremes, quantile, steps};
-use super::{Finding, Place};
+use super::finding::{Finding, Place};
 
 /// A fall to 0 and the way back are larger than this many of the largest hundredth of the channel's steps.
 const FALLS_BY: f64 = 4.0;

@@ -2,8 +2,8 @@
 //!
 //! Never serious: what a line in the force does to a model is an effect of the library, which the search names.
 
-use super::Finding;
 use super::channel::{Kind, channels};
+use super::finding::Finding;
 use crate::signal::spectrum::{Accumulator, Spectrum};
 use crate::study::Study;
 

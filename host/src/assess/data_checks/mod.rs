@@ -6,6 +6,7 @@
 mod channel;
 mod clipping;
 mod dropouts;
+mod finding;
 mod mains;
 mod skew;
 mod stuck;
@@ -13,16 +14,9 @@ mod stuck;
 use crate::signal::motion::Filters;
 use crate::study::{Role, Study};
 use channel::channels;
+pub use finding::Finding;
+use finding::Place;
 use rayon::prelude::*;
-
-/// Something that is wrong with the data.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Finding {
-    /// What, in which channel and record, from which row on, and what to do; without a full stop.
-    pub sentence: String,
-    /// Whether a diagnosis means nothing before it is put right.
-    pub serious: bool,
-}
 
 /// Counts from one end of the motion to the other below which a displacement has too few: rounding to counts then makes an
 /// error of 1/(√12·counts) of the motion, which for a spring is above the half per cent at which effects are looked for.
@@ -81,31 +75,13 @@ fn liveliest(study: &Study, index: usize) -> Vec<f64> {
     })
 }
 
-/// Where in which record something was found.
-struct Place<'a> {
-    file: &'a str,
-    first_row: usize,
-    sample_rate_hz: f64,
-}
-
-impl Place<'_> {
-    /// A row as the file counts it, and when it was.
-    fn row(&self, row: usize) -> String {
-        format!(
-            "row {} ({:.3} s)",
-            self.first_row + row,
-            row as f64 / self.sample_rate_hz
-        )
-    }
-}
-
 /// Whether an encoder's count is too coarse for the motion of an axis.
 fn coarse(study: &Study, index: usize) -> Option<Finding> {
     let axis = &study.axes[index];
     let step = axis.encoder_step?;
     let training = study.records.iter().filter(|r| r.role == Role::Train);
     let ranges = training.map(|record| {
-        let relative = crate::signal::band::relative_displacement(&record.axes[index]);
+        let relative = record.axes[index].relative_displacement();
         channel::range(&relative)
     });
     let counts = ranges.fold(0.0, f64::max) / step;

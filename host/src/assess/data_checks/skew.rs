@@ -3,7 +3,7 @@
 //! The acceleration is the second derivative of the position, whatever the joint does; so what their phases differ by is the
 //! instruments' doing. A force channel that is late is another matter: the search names it `time_delay`.
 
-use super::Finding;
+use super::finding::Finding;
 use crate::signal::fir::apply;
 use crate::signal::motion::Filters;
 use crate::study::Study;

@@ -1,7 +1,7 @@
 //! A stuck channel: it stands at one value over a stretch in which the others show that the axis moves.
 
 use super::channel::{Channel, Kind, constant_runs, liveliness, quantile, range, steps};
-use super::{Finding, Place};
+use super::finding::{Finding, Place};
 
 /// A stretch shorter than this may be a joint that turns round.
 const LEAST_S: f64 = 0.2;

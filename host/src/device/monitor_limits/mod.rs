@@ -14,8 +14,8 @@
 
 mod cusum;
 
-use crate::assess::compare::RESTS_BELOW;
 use crate::device::replay::SetUp;
+use crate::fit::errors::RESTS_BELOW;
 use crate::signal::every::every_log2;
 use crate::signal::filters::Filters;
 use crate::study::{Record, Role, Study};

@@ -9,8 +9,8 @@ pub use physical::physical;
 pub(crate) use physical::{base_terms, effect_terms, fit_alone, fit_in_time};
 pub use polynomial::polynomial;
 
-use crate::assess::compare;
 use crate::fit::coverage;
+use crate::fit::errors::Evaluated;
 use crate::fit::inertia::Inertia;
 use crate::model::corrections::missing_inertia;
 use crate::model::file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile};
@@ -149,9 +149,10 @@ impl Prepared {
             history: Vec::new(),
             filters: self.filters,
         };
-        let comparison = compare::compare_motions(study, &model, &self.motions)?;
-        model.verification = comparison.verification;
-        model.validation = comparison.validation;
+        let evaluated = Evaluated::as_logged(study, &model, &self.motions)?;
+        let [verification, validation] = [Role::Train, Role::Validate].map(|r| evaluated.pooled(r));
+        model.verification = verification;
+        model.validation = validation;
         model.history.push(HistoryEntry {
             what: format!("identified: {}, {} fit", model.base.name(), model.fit),
             date: date::today()?,

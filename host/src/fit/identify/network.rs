@@ -1,7 +1,7 @@
 //! Learning a network of tanh neurons from a study, and whether its restarts agree.
 
 use super::{Identified, Learnt, Prepared};
-use crate::assess::compare::Sums;
+use crate::fit::errors::Sums;
 use crate::fit::network::{NetworkFit, NetworkOptions, Watch, fit_network};
 use crate::model::file::{AxisFit, Base};
 use crate::model::{ModelAxis, Network};

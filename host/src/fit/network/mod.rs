@@ -8,6 +8,7 @@
 mod evidence;
 mod hidden_layer;
 mod levenberg_marquardt;
+mod options;
 mod outcome;
 mod projection;
 mod restarts;
@@ -18,6 +19,7 @@ mod start;
 #[cfg(test)]
 mod tests;
 
+pub use options::{MOST_NEURONS, NetworkOptions, Neurons};
 pub use outcome::{
     BadInput, Converged, GaveUp, LeftOut, NetworkFit, NetworkProgress, Restart, SizeCurve,
     SizeError, Stop, TracePoint, Watch,
@@ -30,93 +32,14 @@ use crate::model::InputRange;
 use crate::signal::motion::Motion;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};
-use restarts::MOST_RESTARTS;
+use options::parameters;
 use rows::{Piece, Rows};
-use stages::Limits;
-
-/// How many neurons the hidden layer has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Neurons {
-    /// So many, 1 to [`MOST_NEURONS`].
-    Fixed(usize),
-    /// As many as leaving out one record at a time asks for.
-    Auto,
-}
-
-/// The largest hidden layer: the time per step grows with the square of its size.
-pub const MOST_NEURONS: usize = 200;
-
-/// How to train.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NetworkOptions {
-    /// Neurons in the hidden layer.
-    pub neurons: Neurons,
-    /// Trainings from different random weights, of which the one with the largest evidence is kept; at least 1.
-    pub restarts: usize,
-    /// Seed of the random weights; restart i takes this plus i.
-    pub seed: u64,
-    /// The last stage ends when two steps in a row each lower the merit by less than this share; every stage before it
-    /// has twice the tolerance of the next.
-    pub tolerance: f64,
-    /// Steps after which a stage ends in any case.
-    pub steps_per_stage: usize,
-}
-
-impl Default for NetworkOptions {
-    /// The paper's forty neurons, five restarts.
-    fn default() -> Self {
-        let limits = Limits::default();
-        Self {
-            neurons: Neurons::Fixed(40),
-            restarts: 5,
-            seed: 1,
-            tolerance: limits.tolerance,
-            steps_per_stage: limits.steps_per_stage,
-        }
-    }
-}
-
-impl NetworkOptions {
-    fn limits(&self) -> Limits {
-        Limits {
-            tolerance: self.tolerance,
-            steps_per_stage: self.steps_per_stage,
-        }
-    }
-
-    fn check(&self) -> Result<()> {
-        if let Neurons::Fixed(neurons) = self.neurons
-            && !(1..=MOST_NEURONS).contains(&neurons)
-        {
-            return Err(Error::usage(format!(
-                "a network has 1 to {MOST_NEURONS} neurons, not {neurons}"
-            )));
-        }
-        if !(1..=MOST_RESTARTS).contains(&self.restarts) {
-            return Err(Error::usage(format!(
-                "a training has 1 to {MOST_RESTARTS} restarts, not {}",
-                self.restarts
-            )));
-        }
-        if !(self.tolerance > 0.0 && self.tolerance < 1.0) || self.steps_per_stage == 0 {
-            return Err(Error::usage(
-                "a training needs a tolerance between 0 and 1 and at least one step per stage",
-            ));
-        }
-        Ok(())
-    }
-}
 
 /// Rows per weight below which the rows are worth a word: neighbours in a record are nearly the same row.
 const ROWS_PER_PARAMETER: usize = 20;
 
 /// A force whose range is below this share of its size counts as constant: the rest is rounding.
 const CONSTANT: f64 = 1e-12;
-
-/// Weights and biases of a network.
-fn parameters(inputs: usize, neurons: usize, outputs: usize) -> usize {
-    neurons * (inputs + 1 + outputs) + outputs
-}
 
 /// The middle and half the width of each axis's restoring force over all records together.
 fn output_ranges(axes: &[Axis], pieces: &[Piece<'_>]) -> Result<Vec<InputRange>> {

@@ -6,11 +6,11 @@
 //! row counts only where another record has been: within its range in every state, and in a cell of state space
 //! that was visited. Errors are averaged by their logarithms, so that one bad record does not outweigh the rest.
 
+use super::options::{NetworkOptions, parameters};
 use super::outcome::{LeftOut, NetworkProgress, SizeCurve, SizeError, Watch};
 use super::restarts;
 use super::rows::{Piece, Rows};
-use super::{NetworkOptions, parameters};
-use crate::assess::compare::{RESTS_BELOW, Sums};
+use crate::fit::errors::{RESTS_BELOW, Sums};
 use crate::model::InputRange;
 use crate::text::error::{Error, Result};
 use rayon::prelude::*;

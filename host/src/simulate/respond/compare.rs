@@ -1,7 +1,7 @@
 //! A simulated motion held against the measured one: errors in the states, and octave by octave.
 
 use super::course::{Course, Simulated};
-use crate::assess::compare::RESTS_BELOW;
+use crate::fit::errors::RESTS_BELOW;
 use crate::model::file::ModelFile;
 use crate::signal::spectrum::Spectrum;
 use crate::study::Study;
@@ -68,11 +68,6 @@ pub struct Drift {
     pub force_error: f64,
     /// RMS of the displacement about its mean, m or rad.
     pub displacement: f64,
-}
-
-/// Root mean square.
-pub(super) fn root_mean_square(series: &[f64]) -> f64 {
-    (series.iter().map(|x| x * x).sum::<f64>() / series.len().max(1) as f64).sqrt()
 }
 
 /// Root mean square about the mean.

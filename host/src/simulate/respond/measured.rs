@@ -6,11 +6,11 @@
 
 use super::compare::{self, Drift};
 use super::course::{Course, Follower, Mechanism};
-use crate::assess::compare::RESTS_BELOW;
+use crate::fit::errors::RESTS_BELOW;
 use crate::model::file::ModelFile;
-use crate::signal::band::relative_displacement;
 use crate::signal::fir::apply;
 use crate::signal::motion::{Motion, low_pass};
+use crate::signal::statistics::root_mean_square;
 use crate::simulate::{self, Contact, Equations, Excitation, JointLaw};
 use crate::study::{Channels, Convention, Study};
 use crate::text::error::{Error, Result};
@@ -167,7 +167,7 @@ impl DrivenBody {
                 .zip(&exerted[i])
                 .map(|(r, p)| r - p)
                 .collect();
-            let force_error = compare::root_mean_square(&low_pass(&error, &model.filters.band));
+            let force_error = root_mean_square(&low_pass(&error, &model.filters.band));
             if force_error > stiffness.max(0.0) * displacement {
                 drifts.push(Drift {
                     axis: model.axes[i].name.clone(),
@@ -214,7 +214,7 @@ fn far_side(channels: &Channels, convention: Convention) -> (f64, Option<Vec<f64
     if second.is_none() && body == first {
         return (side, None);
     }
-    let relative = relative_displacement(channels);
+    let relative = channels.relative_displacement();
     let far = body.iter().zip(&relative).map(|(b, d)| b - side * d);
     (side, Some(far.collect()))
 }
@@ -233,11 +233,11 @@ fn check_acceleration(
         return Ok(());
     }
     let band = &model.filters.band;
-    let relative = relative_displacement(channels);
+    let relative = channels.relative_displacement();
     let derived = low_pass(&apply(&relative, &model.filters.acceleration), band);
     let logged = low_pass(&motion.acceleration[index], band);
     let difference: Vec<f64> = logged.iter().zip(&derived).map(|(a, b)| a - b).collect();
-    let [difference, logged] = [difference, logged].map(|s| compare::root_mean_square(&s));
+    let [difference, logged] = [difference, logged].map(|s| root_mean_square(&s));
     if difference > OTHER_MOTION * logged {
         return Err(Error::data(format!(
             "{}: the logged acceleration of {} is not that of its displacement, so the far side of the joint moves and the log \
@@ -250,10 +250,7 @@ fn check_acceleration(
 
 /// ∂force/∂displacement of the straight line in displacement and velocity that fits a force best.
 fn slope(displacement: &[f64], velocity: &[f64], force: &[f64]) -> f64 {
-    let (d_size, v_size) = (
-        compare::root_mean_square(displacement),
-        compare::root_mean_square(velocity),
-    );
+    let (d_size, v_size) = (root_mean_square(displacement), root_mean_square(velocity));
     let mut gram = Matrix3::zeros();
     let mut moment = Vector3::zeros();
     for ((d, v), f) in displacement.iter().zip(velocity).zip(force) {

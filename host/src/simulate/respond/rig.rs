@@ -2,7 +2,6 @@
 
 use super::course::{Course, Follower, Mechanism};
 use crate::model::EffectTerm;
-use crate::signal::band::relative_displacement;
 use crate::simulate::{
     Bodies, BodyState, Excitation, HiddenJoint, JointLaw, RigParameters, SUBSTEPS,
     SimulationOptions, joint_state, record_drives,
@@ -126,7 +125,7 @@ impl<'a> ShakenRecord<'a> {
             .map(|input| used.iter().map(|y| joint_state(y)[input]).collect())
             .collect();
         for (axis, channels) in record.axes.iter().enumerate() {
-            let logged = relative_displacement(channels);
+            let logged = channels.relative_displacement();
             let (mut difference, mut size) = (0.0, 0.0);
             for (logged, truly) in logged.iter().zip(&states[2 * axis]) {
                 difference += (logged - truly) * (logged - truly);

@@ -1,0 +1,28 @@
+//! Something that is wrong with the data, and where it was found.
+
+/// Something that is wrong with the data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// What, in which channel and record, from which row on, and what to do; without a full stop.
+    pub sentence: String,
+    /// Whether a diagnosis means nothing before it is put right.
+    pub serious: bool,
+}
+
+/// Where in which record something was found.
+pub(super) struct Place<'a> {
+    pub(super) file: &'a str,
+    pub(super) first_row: usize,
+    pub(super) sample_rate_hz: f64,
+}
+
+impl Place<'_> {
+    /// A row as the file counts it, and when it was.
+    pub(super) fn row(&self, row: usize) -> String {
+        format!(
+            "row {} ({:.3} s)",
+            self.first_row + row,
+            row as f64 / self.sample_rate_hz
+        )
+    }
+}

@@ -1,0 +1,94 @@
+//! Where a subcommand prints: text, JSON, and the sign that work goes on.
+
+use crate::text::error::{Error, Result};
+use crate::text::output;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// What every subcommand has at hand: where to print, and the progress display.
+pub(crate) struct Console {
+    json: Option<PathBuf>,
+    quiet: bool,
+}
+
+impl Console {
+    /// A console that prints unless `quiet`, and writes its result to `json`.
+    pub(crate) fn new(json: Option<PathBuf>, quiet: bool) -> Self {
+        Self { json, quiet }
+    }
+
+    /// Prints a paragraph, unless told to be quiet or standard output carries JSON.
+    pub(crate) fn say(&self, text: impl AsRef<str>) -> Result<()> {
+        if self.quiet || self.json_to_stdout() {
+            return Ok(());
+        }
+        print_to_stdout(&format!("{}\n", text.as_ref()))
+    }
+
+    /// Prints what is wrong with a study's data, a line each.
+    pub(crate) fn say_data_problems(&self, problems: &[String]) -> Result<()> {
+        let mut problems = problems.iter();
+        problems.try_for_each(|problem| self.say(format!("Data: {problem}.")))
+    }
+
+    /// Writes the result as JSON where `--json` says, if it was given.
+    pub(crate) fn json<T: serde::Serialize>(&self, value: &T) -> Result<()> {
+        match &self.json {
+            None => Ok(()),
+            Some(_) if self.json_to_stdout() => print_to_stdout(&output::json_text(value)?),
+            Some(path) => output::write_whole(path, output::json_text(value)?.as_bytes()),
+        }
+    }
+
+    /// A console for the steps of a larger command: prints alike, writes no JSON of its own.
+    pub(crate) fn inner(&self) -> Self {
+        Self {
+            json: None,
+            quiet: self.quiet || self.json_to_stdout(),
+        }
+    }
+
+    /// A line on standard error that shows that work goes on; invisible when that is no terminal.
+    pub(crate) fn working(&self, what: &'static str) -> ProgressBar {
+        if self.quiet || !std::io::stderr().is_terminal() {
+            return ProgressBar::hidden();
+        }
+        let bar = ProgressBar::new_spinner().with_message(what);
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(120));
+        bar
+    }
+
+    /// Whether it prints nothing but errors.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
+    /// The file for JSON lines, if one was asked for.
+    pub(crate) fn json_file(&self) -> Option<&PathBuf> {
+        self.json.as_ref()
+    }
+
+    /// Whether standard output carries JSON in place of the text.
+    pub(crate) fn json_to_stdout(&self) -> bool {
+        self.json
+            .as_ref()
+            .is_some_and(|path| path.as_os_str() == "-")
+    }
+}
+
+/// Prints; a reader that has gone away (`| head`) is no error of ours, but ends the run.
+pub(super) fn print_to_stdout(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(e) => Err(Error::failed(format!(
+            "standard output could not be written to ({e})"
+        ))),
+        Ok(()) => Ok(()),
+    }
+}
