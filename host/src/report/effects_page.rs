@@ -270,10 +270,14 @@ pub fn markdown() -> String {
                 p.meaning
             );
         }
+        // Of a part of the joint the table above says it all.
+        let fate = match entry.seat {
+            Seat::Joint => String::new(),
+            _ => format!("- It is {}.\n", on_the_device(entry)),
+        };
         let _ = write!(
             text,
-            "\n- It is {}.\n- Source: {}.\n- Where it is missing: {}.\n- Told apart: {}\n\n```\n{}\n{}\n```\n",
-            on_the_device(entry),
+            "\n{fate}- Source: {}.\n- Residual signature: {}.\n- Separated by: {}\n\n```\n{}\n{}\n```\n",
             about.source,
             about.absence,
             about.separated_by,
