@@ -237,7 +237,7 @@ pub fn markdown() -> String {
          in `shared/src/effect/` and write the page anew:\n\n```\njointwatch effects --markdown > docs/reference/effects.md\n```\n\n\
          x is the displacement of the axis that the effect is bound to (`effect@axis`), and ẋ its velocity. φ and φ̇ are those of the other axis. F is the \
          applied force and a the acceleration of the body; s = 1 for r = F − m·a and −1 for r = m·a − F. The loops are drawn in units of the \
-         motion: displacement and velocity reach 1.\n\n| effect | what it is | acts on | belongs to |\n|---|---|---|---|\n",
+         motion: displacement and velocity reach 1. What belongs to the joint runs on the device too.\n\n| effect | what it is | acts on | belongs to |\n|---|---|---|---|\n",
     );
     for entry in EFFECTS {
         let about = &entry.about;
