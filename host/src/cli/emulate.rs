@@ -2,10 +2,10 @@
 
 use super::console::Console;
 use super::replay::chosen;
+use crate::device::{export, rig_block};
 use crate::emulate::bench::{Instructions, STAGES, Scenario};
 use crate::emulate::device::{Device, Emulated};
 use crate::emulate::selftest;
-use crate::emulate::selftest::{export, rig_block};
 use crate::emulate::size::{self, Size};
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
