@@ -1,7 +1,7 @@
 //! A study whose instruments are wrong: the faults are found, put right, and carried to the device's integers.
 
 use jointwatch::assess::compare;
-use jointwatch::emulate::selftest::{export, replay};
+use jointwatch::device::{export, replay};
 use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
 use jointwatch::simulate::{SimulationOptions, simulate};
