@@ -339,7 +339,8 @@ impl fmt::Display for Error {
                 budget,
             } => write!(
                 f,
-                "the effects on axis {axis} may be off by {bound:e} in fixed point, but {budget:e} is allowed: look for one                  whose parameters are far out of proportion"
+                "the effects on axis {axis} may be off by {bound:e} in fixed point, but {budget:e} is allowed: look for one \
+                 whose parameters are far out of proportion"
             ),
             Self::BlobLength { seen, wanted } => {
                 write!(

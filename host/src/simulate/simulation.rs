@@ -201,9 +201,10 @@ pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
         taken.into_iter().map(|t| (t.columns, t.truth)).unzip();
     let mut axes = axes;
     if let Some(term) = effect {
-        for columns in &mut columns {
+        for (index, columns) in columns.iter_mut().enumerate() {
             let right = record("", Role::Train, columns, axes.len());
-            let logged = hidden::in_the_log(term, &right, options.sample_rate_hz, axes.len())?;
+            let logged =
+                hidden::in_the_log(term, index, &right, options.sample_rate_hz, axes.len())?;
             for (axis, channels) in logged.axes.into_iter().enumerate() {
                 columns[8 + axis] = channels.force;
             }
