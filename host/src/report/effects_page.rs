@@ -237,7 +237,8 @@ pub fn markdown() -> String {
          in `shared/src/effect/` and write the page anew:\n\n```\njointwatch effects --markdown > docs/reference/effects.md\n```\n\n\
          x is the displacement of the axis that the effect is bound to (`effect@axis`), and ẋ its velocity. φ and φ̇ are those of the other axis. F is the \
          applied force and a the acceleration of the body; s = 1 for r = F − m·a and −1 for r = m·a − F. The loops are drawn in units of the \
-         motion: displacement and velocity reach 1. What belongs to the joint runs on the device too.\n\n| effect | what it is | acts on | belongs to |\n|---|---|---|---|\n",
+         motion: displacement and velocity reach 1. What belongs to the joint runs on the device too. Parameters that \
+         are not *searched* follow by least squares.\n\n| effect | what it is | acts on | belongs to |\n|---|---|---|---|\n",
     );
     for entry in EFFECTS {
         let about = &entry.about;
@@ -254,19 +255,22 @@ pub fn markdown() -> String {
         let about = &entry.about;
         let _ = write!(
             text,
-            "\n## {}\n\n{}: `{}`\n\n| parameter | symbol | unit | found by | meaning |\n|---|---|---|---|---|\n",
+            "\n## {}\n\n{}: `{}`\n\n",
             about.name,
             upper_first(about.title),
             about.equation
         );
         for p in entry.parameters() {
+            let searched = match p.role {
+                Role::Shape(_) => ", searched",
+                _ => "",
+            };
             let _ = writeln!(
                 text,
-                "| `{}` | {} | {} | {} | {} |",
+                "- `{}` {} ({}{searched}): {}",
                 p.name,
                 p.symbol,
                 unit_in_words(p),
-                found_by(p),
                 p.meaning
             );
         }
@@ -277,7 +281,7 @@ pub fn markdown() -> String {
         };
         let _ = write!(
             text,
-            "\n{fate}- Source: {}.\n- Residual signature: {}.\n- Separated by: {}\n\n```\n{}\n{}\n```\n",
+            "{fate}- Source: {}.\n- Residual signature: {}.\n- Separated by: {}\n\n```\n{}\n{}\n```\n",
             about.source,
             about.absence,
             about.separated_by,
