@@ -175,11 +175,18 @@ fn the_documented_bytes_are_the_written_bytes() {
     assert_eq!(next, start("effects 1 to 7"));
     let fields: Vec<&str> = effect.iter().map(|row| row.2.as_str()).collect();
     assert_eq!(fields, ["tag", "axis", "reserved", "parameters"]);
-    // Every effect of the table stands on the page with its number.
-    let page = include_str!("../../docs/reference/blob.md");
+    // Every effect of the table stands with its number on the page that is generated from it.
+    let page = include_str!("../../docs/reference/effects.md");
     for entry in EFFECTS {
-        let pair = format!("{} = {}", entry.tag, entry.about.name);
-        assert!(page.contains(&pair), "docs/reference/blob.md lacks {pair}");
+        let mut rows = page.lines().filter(|line| line.starts_with("| ["));
+        let (name, number) = (format!("[{}]", entry.about.name), entry.tag.to_string());
+        let mut row = rows.find(|row| row.contains(&name)).unwrap().split('|');
+        let last = row.rfind(|cell| !cell.trim().is_empty()).map(str::trim);
+        assert_eq!(
+            last,
+            Some(number.as_str()),
+            "{name} in docs/reference/effects.md"
+        );
     }
 }
 

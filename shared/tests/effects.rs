@@ -153,6 +153,24 @@ fn numbers_in_blobs_never_change() {
         (22, "time_delay"),
         (23, "crosstalk"),
         (24, "mains_hum"),
+        (25, "coulomb_by_direction"),
+        (26, "viscous_by_direction"),
+        (27, "gap_jenkins"),
+        (28, "gap_jenkins_by_direction"),
+        (29, "bouc_wen_by_direction"),
+        (30, "power_spring"),
+        (31, "power_damper"),
+        (32, "power_spring_by_direction"),
+        (33, "power_damper_by_direction"),
+        (34, "digressive_damping"),
+        (35, "lagged_friction"),
+        (36, "stiffness_by_other"),
+        (37, "stiffness_by_other_squared"),
+        (38, "damping_by_other"),
+        (39, "damping_by_other_squared"),
+        (40, "gravity"),
+        (41, "position_friction"),
+        (42, "load_friction"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);
@@ -178,6 +196,13 @@ fn every_effect_says_what_it_is() {
             "{}",
             about.name
         );
+        let named = [entry.never_with, entry.replaces, entry.looks_like].concat();
+        for other in named {
+            assert!(
+                other != about.name && Entry::named(other).is_some(),
+                "{other}"
+            );
+        }
         for parameter in about.parameters {
             assert!(!parameter.meaning.is_empty() && !parameter.symbol.is_empty());
             let twins = about.parameters.iter().filter(|p| p.name == parameter.name);

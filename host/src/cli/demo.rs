@@ -5,6 +5,7 @@
 
 use super::console::Console;
 use crate::device::export;
+use crate::diagnose::LAST_PROPOSED;
 use crate::emulate::selftest::{self, Board};
 use crate::text::error::{Error, Result};
 use crate::text::table::quantity;
@@ -168,7 +169,10 @@ fn line(words: &[&str]) -> String {
 /// Which effect of the joint a seed hides, on which axis, and its share of the RMS force.
 fn chosen(seed: u64) -> (String, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let may = |entry: &&Entry| entry.seat == Seat::Joint && !LISTED.contains(&entry.about.name);
+    let may = |entry: &&Entry| {
+        let proposed = entry.tag <= LAST_PROPOSED && !LISTED.contains(&entry.about.name);
+        entry.seat == Seat::Joint && proposed
+    };
     let names: Vec<&str> = EFFECTS.iter().filter(may).map(|e| e.about.name).collect();
     let effect = names.choose(&mut rng).unwrap_or(&"coulomb");
     let axis = AXES.choose(&mut rng).unwrap_or(&AXES[0]);

@@ -122,7 +122,7 @@ pub fn add(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Added
     })
 }
 
-/// The model's terms and those to be added.
+/// The model's terms, without those that are special cases of what is added, and those to be added.
 fn wider(model: &ModelFile, effects: &[String]) -> Result<Vec<Bound>> {
     let names: Vec<&str> = model.axes.iter().map(|a| a.name.as_str()).collect();
     let mut terms: Vec<String> = model.effects.iter().map(|e| e.name()).collect();
@@ -133,6 +133,11 @@ fn wider(model: &ModelFile, effects: &[String]) -> Result<Vec<Bound>> {
                 bound.name(&names)
             )));
         }
+        let special = |term: &String| {
+            let term = Bound::parse(term, &names);
+            term.is_ok_and(|term| bound.replaces(&term))
+        };
+        terms.retain(|term| !special(term));
         terms.push(bound.name(&names));
     }
     Bound::parse_all(&terms, &names)
@@ -163,7 +168,11 @@ fn learnt_with(
     model: &ModelFile,
     terms: &[Bound],
 ) -> Result<Learnt> {
-    let known = model.effects_in_si()?;
+    let mut known = model.effects_in_si()?;
+    known.retain(|old| {
+        let mut kept = terms.iter();
+        kept.any(|term| term.entry == old.entry && term.axis == usize::from(old.axis))
+    });
     let values: Vec<Vec<f64>> = known.into_iter().map(|effect| effect.values).collect();
     let (known, added) = terms.split_at(values.len());
     let search = |records: &Records<'_>| start(records, known, &values, added);

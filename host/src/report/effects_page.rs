@@ -75,6 +75,7 @@ fn found_by(parameter: &Parameter) -> &'static str {
         Role::Linear { positive: true } => "least squares; positive",
         Role::Linear { positive: false } => "least squares",
         Role::SizePerRecord => "least squares in every record, with a phase",
+        Role::Shape(shape) if shape.is_given() => "given, not found",
         Role::Shape(_) => "search",
     }
 }
@@ -238,17 +239,18 @@ pub fn markdown() -> String {
          x is the displacement of the axis that the effect is bound to (`effect@axis`), and ẋ its velocity. φ and φ̇ are those of the other axis. F is the \
          applied force and a the acceleration of the body; s = 1 for r = F − m·a and −1 for r = m·a − F. The loops are drawn in units of the \
          motion: displacement and velocity reach 1. What belongs to the joint runs on the device too. Parameters that \
-         are not *searched* follow by least squares.\n\n| effect | what it is | acts on | belongs to |\n|---|---|---|---|\n",
+         are not *searched* follow by least squares.\n\n| effect | what it is | acts on | belongs to | number in a blob |\n|---|---|---|---|---|\n",
     );
     for entry in EFFECTS {
         let about = &entry.about;
         let _ = writeln!(
             text,
-            "| [{0}](#{0}) | {1} | {2} | {3} |",
+            "| [{0}](#{0}) | {1} | {2} | {3} | {4} |",
             about.name,
             about.title,
             acts_on(entry),
-            seat(entry)
+            seat(entry),
+            entry.tag
         );
     }
     for entry in EFFECTS {

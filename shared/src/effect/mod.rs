@@ -6,28 +6,48 @@
 pub mod about;
 mod bilinear;
 mod bouc_wen;
+mod bouc_wen_by_direction;
+mod by_direction;
 mod clearance;
 mod clearance_coupling;
 mod cogging;
 mod coulomb;
+mod coulomb_by_direction;
 mod cross_coupling;
 mod crosstalk;
 mod cubic_hardening;
 mod dahl;
+mod damping_by_other;
+mod damping_by_other_squared;
+mod digressive_damping;
 mod end_stop;
 mod force_gain;
+mod gap_jenkins;
+mod gap_jenkins_by_direction;
+mod gravity;
 mod inertia_error;
 mod jenkins;
+mod lagged_friction;
+mod load_friction;
 mod lugre;
 mod mains_hum;
 mod maxwell;
+mod position_friction;
+mod power_damper;
+mod power_damper_by_direction;
+mod power_law;
+mod power_spring;
+mod power_spring_by_direction;
 mod preload;
 mod quadratic_drag;
 mod stiffness;
+mod stiffness_by_other;
+mod stiffness_by_other_squared;
 mod stiffness_drift;
 mod stribeck;
 mod time_delay;
 mod viscous;
+mod viscous_by_direction;
 
 use crate::scalar::Scalar;
 use crate::scalar::q::Q;
@@ -172,10 +192,17 @@ pub trait Effect {
     const SEAT: Seat = Seat::Joint;
     /// Effects that a model cannot have on the same axis beside this one, because only their sum shows.
     const NEVER_WITH: &'static [&'static str] = &[];
+    /// Effects that are this one with special values of its strengths: beside it on one axis they are one too many, and adding
+    /// it to a model takes them out.
+    const REPLACES: &'static [&'static str] = &[];
+    /// Effects that measurements cannot tell from this one in general: naming one of them for it is not wrong.
+    const LOOKS_LIKE: &'static [&'static str] = &[];
     /// Pairs of parameters, by their places, of which the first is never less than the second in nature.
     const NEVER_LESS: &'static [(usize, usize)] = &[];
     /// Parameters, by their places, at whose largest value the law has become another one.
     const NOT_AT_MOST: &'static [usize] = &[];
+    /// Parameters, by their places, whose searched values are in SI and not relative to the motion.
+    const IN_SI: &'static [usize] = &[];
     /// Largest magnitude of each internal state; empty for a law without memory.
     const STATE_BOUNDS: &'static [Bound] = &[];
     /// How the device's error of the internal states stays bounded.
@@ -223,10 +250,19 @@ pub struct Entry {
     /// [`Effect::NEVER_WITH`].
     #[cfg(feature = "fit")]
     pub never_with: &'static [&'static str],
+    /// [`Effect::REPLACES`].
+    #[cfg(feature = "fit")]
+    pub replaces: &'static [&'static str],
+    /// [`Effect::LOOKS_LIKE`].
+    #[cfg(feature = "fit")]
+    pub looks_like: &'static [&'static str],
     /// [`Effect::NEVER_LESS`].
     pub never_less: &'static [(usize, usize)],
     /// [`Effect::NOT_AT_MOST`].
     pub not_at_most: &'static [usize],
+    /// [`Effect::IN_SI`].
+    #[cfg(feature = "fit")]
+    pub in_si: &'static [usize],
     /// [`Effect::ABOUT`].
     #[cfg(feature = "fit")]
     pub about: About,
@@ -264,8 +300,14 @@ impl Entry {
             interval: E::law::<Interval>,
             #[cfg(feature = "fit")]
             never_with: E::NEVER_WITH,
+            #[cfg(feature = "fit")]
+            replaces: E::REPLACES,
+            #[cfg(feature = "fit")]
+            looks_like: E::LOOKS_LIKE,
             never_less: E::NEVER_LESS,
             not_at_most: E::NOT_AT_MOST,
+            #[cfg(feature = "fit")]
+            in_si: E::IN_SI,
             #[cfg(feature = "fit")]
             about: E::ABOUT,
         }
@@ -293,6 +335,13 @@ impl Entry {
     #[cfg(feature = "fit")]
     pub fn is_per_record(&self) -> bool {
         self.about.parameters.iter().any(Parameter::is_per_record)
+    }
+
+    /// Whether the searched values of this parameter of its are in SI.
+    #[cfg(feature = "fit")]
+    pub fn is_in_si(&self, parameter: &Parameter) -> bool {
+        let mut places = self.in_si.iter();
+        places.any(|&place| self.about.parameters[place].name == parameter.name)
     }
 
     /// Its parameters.
@@ -328,4 +377,22 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<time_delay::TimeDelay>(),
     Entry::of::<crosstalk::Crosstalk>(),
     Entry::of::<mains_hum::MainsHum>(),
+    Entry::of::<coulomb_by_direction::CoulombByDirection>(),
+    Entry::of::<viscous_by_direction::ViscousByDirection>(),
+    Entry::of::<gap_jenkins::GapJenkins>(),
+    Entry::of::<gap_jenkins_by_direction::GapJenkinsByDirection>(),
+    Entry::of::<bouc_wen_by_direction::BoucWenByDirection>(),
+    Entry::of::<power_spring::PowerSpring>(),
+    Entry::of::<power_damper::PowerDamper>(),
+    Entry::of::<power_spring_by_direction::PowerSpringByDirection>(),
+    Entry::of::<power_damper_by_direction::PowerDamperByDirection>(),
+    Entry::of::<digressive_damping::DigressiveDamping>(),
+    Entry::of::<lagged_friction::LaggedFriction>(),
+    Entry::of::<stiffness_by_other::StiffnessByOther>(),
+    Entry::of::<stiffness_by_other_squared::StiffnessByOtherSquared>(),
+    Entry::of::<damping_by_other::DampingByOther>(),
+    Entry::of::<damping_by_other_squared::DampingByOtherSquared>(),
+    Entry::of::<gravity::Gravity>(),
+    Entry::of::<position_friction::PositionFriction>(),
+    Entry::of::<load_friction::LoadFriction>(),
 ];

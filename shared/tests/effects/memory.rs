@@ -109,12 +109,18 @@ fn errors_stay_within_their_bounds_and_those_of_states_do_not_gather() {
 
 #[test]
 fn a_state_follows_its_differential_equation_at_usual_sample_rates() {
-    // The motion as it is sampled, and the same motion sampled 32 times as often.
+    // A motion that begins at rest, as every state does, as it is sampled, and the same motion sampled 32 times as often.
     const FINER: usize = 32;
     let at = |t: f64| {
         let x = 0.6 * t.sin() + 0.35 * (2.7 * t + 1.0).sin();
         let v = 0.6 * t.cos() + 0.945 * (2.7 * t + 1.0).cos();
-        [x, v, 0.0, 0.0]
+        let still = (-4.0 * t * t).exp();
+        [
+            (1.0 - still) * x,
+            (1.0 - still) * v + 8.0 * t * still * x,
+            0.0,
+            0.0,
+        ]
     };
     let sampled = |finer: usize| -> Vec<[f64; 4]> {
         let rows = 0..4000 * finer;

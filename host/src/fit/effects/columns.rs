@@ -350,6 +350,9 @@ impl<'a> Records<'a> {
         factors: &[f64],
         parameter: usize,
     ) -> Vec<f64> {
+        if bound.entry.parameters()[parameter].is_given() {
+            return vec![0.0; self.axes * self.rows_per_axis()];
+        }
         let taken = law_parameters(bound.entry, values);
         let mut parameters: Parameters<Dual> = [Dual::constant(0.0); MAX_PARAMETERS];
         for (place, value) in parameters.iter_mut().zip(taken) {
