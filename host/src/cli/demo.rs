@@ -56,17 +56,7 @@ impl Demo {
         let (blob, diagnosis) = (story.file("model.bin"), story.file("diagnosis.json"));
         let mut model = story.file("model.json");
 
-        story.heading("1. A rig whose joint does something that its study does not list (what it is stays hidden until the end)")?;
-        let (hidden, share) = chosen(self.seed);
-        let (seed, share) = (self.seed.to_string(), format!("{share:.2}"));
-        let out_text = out.to_string_lossy();
-        let simulate = [
-            "simulate", "--out", &out_text, "--seed", &seed, "--share", &share,
-        ];
-        console.say(format!("$ {} --hidden …\n", line(&simulate)))?;
-        run(&[&simulate[..], &["--hidden", &hidden]].concat(), true)?;
-        console
-            .say("Four records of 10000 rows at 2000 Hz; sensor noise 60 dB below the signals.")?;
+        let hidden = story.simulate(self.seed)?;
 
         story.heading("2. A base model from the physics that the study does list")?;
         story.step(&["identify", &study, "--model", "physical", "-o", &base])?;
@@ -147,6 +137,23 @@ impl Story<'_> {
 
     fn heading(&self, text: &str) -> Result<()> {
         self.console.say(format!("\n{text}\n"))
+    }
+
+    /// Simulates a rig with a hidden effect, and says everything of it but which.
+    fn simulate(&self, seed: u64) -> Result<String> {
+        self.heading("1. A rig whose joint does something that its study does not list (what it is stays hidden until the end)")?;
+        let (hidden, share) = chosen(seed);
+        let (seed, share) = (seed.to_string(), format!("{share:.2}"));
+        let out = self.out.to_string_lossy();
+        let words = [
+            "simulate", "--out", &out, "--seed", &seed, "--share", &share,
+        ];
+        self.console
+            .say(format!("$ {} --hidden …\n", line(&words)))?;
+        (self.run)(&[&words[..], &["--hidden", &hidden]].concat(), true)?;
+        self.console
+            .say("Four records of 10000 rows at 2000 Hz; sensor noise 60 dB below the signals.")?;
+        Ok(hidden)
     }
 
     /// Prints a command and runs it.

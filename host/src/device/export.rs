@@ -71,43 +71,7 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
     let refuse = |e: jointwatch_shared::error::Error| {
         Error::data(format!("this model cannot be exported: {e}"))
     };
-    let mut axes = heapless::Vec::new();
-    for (index, (mine, ranges)) in file
-        .axes
-        .iter()
-        .zip(file.base.inputs().chunks_exact(2))
-        .enumerate()
-    {
-        let validation = file.validation.iter().find(|v| v.axis == mine.name);
-        let range = |r: &crate::model::InputRange| axis::InputRange {
-            center: r.center,
-            half_range: r.half_range,
-        };
-        let axis = Axis {
-            name: Name::new(index as u8, &mine.name).map_err(refuse)?,
-            kind: mine.kind.into(),
-            convention: match mine.restoring_force {
-                Convention::ForceMinusInertia => axis::Convention::ForceMinusInertia,
-                Convention::InertiaMinusForce => axis::Convention::InertiaMinusForce,
-            },
-            inertia: mine.inertia,
-            displacement: range(&ranges[0]),
-            velocity: range(&ranges[1]),
-            validation: validation.map(|v| axis::Validation {
-                // A figure beyond f32 stays finite: the blob holds no infinities.
-                nmse_percent: v.nmse_percent.min(f64::from(f32::MAX)) as f32,
-                relative_error: v.relative_error.min(f64::from(f32::MAX)) as f32,
-            }),
-        };
-        // ModelFile::check allows two axes at most.
-        let _ = axes.push(axis);
-    }
-    let header = Header {
-        sample_rate_hz: file.filters.sample_rate_hz,
-        band_hz: file.filters.band_hz,
-        state_band_hz: file.filters.state_band_hz,
-        axes,
-    };
+    let header = header(file).map_err(refuse)?;
     let budgets: Vec<f64> = file
         .fits
         .iter()
@@ -155,6 +119,47 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
         axes: axes.collect(),
         blob: blob::encode(&model),
         model,
+    })
+}
+
+/// What the blob says of the model beside its numbers.
+fn header(file: &ModelFile) -> std::result::Result<Header, jointwatch_shared::error::Error> {
+    let mut axes = heapless::Vec::new();
+    for (index, (mine, ranges)) in file
+        .axes
+        .iter()
+        .zip(file.base.inputs().chunks_exact(2))
+        .enumerate()
+    {
+        let validation = file.validation.iter().find(|v| v.axis == mine.name);
+        let range = |r: &crate::model::InputRange| axis::InputRange {
+            center: r.center,
+            half_range: r.half_range,
+        };
+        let axis = Axis {
+            name: Name::new(index as u8, &mine.name)?,
+            kind: mine.kind.into(),
+            convention: match mine.restoring_force {
+                Convention::ForceMinusInertia => axis::Convention::ForceMinusInertia,
+                Convention::InertiaMinusForce => axis::Convention::InertiaMinusForce,
+            },
+            inertia: mine.inertia,
+            displacement: range(&ranges[0]),
+            velocity: range(&ranges[1]),
+            validation: validation.map(|v| axis::Validation {
+                // A figure beyond f32 stays finite: the blob holds no infinities.
+                nmse_percent: v.nmse_percent.min(f64::from(f32::MAX)) as f32,
+                relative_error: v.relative_error.min(f64::from(f32::MAX)) as f32,
+            }),
+        };
+        // ModelFile::check allows two axes at most.
+        let _ = axes.push(axis);
+    }
+    Ok(Header {
+        sample_rate_hz: file.filters.sample_rate_hz,
+        band_hz: file.filters.band_hz,
+        state_band_hz: file.filters.state_band_hz,
+        axes,
     })
 }
 
