@@ -4,9 +4,12 @@
 //! device, the docs and the tests) walks the table.
 
 pub mod about;
+mod backlash;
 mod bilinear;
 mod bouc_wen;
 mod bouc_wen_by_direction;
+mod bouc_wen_by_place;
+mod bouc_wen_by_rate;
 mod by_direction;
 mod clearance;
 mod clearance_coupling;
@@ -19,6 +22,7 @@ mod cubic_hardening;
 mod dahl;
 mod damping_by_other;
 mod damping_by_other_squared;
+mod delayed_feedback;
 mod digressive_damping;
 mod end_stop;
 mod force_gain;
@@ -26,13 +30,17 @@ mod gap_jenkins;
 mod gap_jenkins_by_direction;
 mod gravity;
 mod inertia_error;
+mod iwan;
 mod jenkins;
 mod lagged_friction;
 mod load_friction;
 mod lugre;
 mod mains_hum;
 mod maxwell;
+mod mullins;
+mod periodic_friction;
 mod position_friction;
+mod power_contact;
 mod power_damper;
 mod power_damper_by_direction;
 mod power_law;
@@ -60,7 +68,7 @@ use about::Parameter;
 /// The most parameters that an effect may have.
 pub const MAX_PARAMETERS: usize = 6;
 /// The most internal states that an effect may have.
-pub const MAX_STATES: usize = 2;
+pub const MAX_STATES: usize = 5;
 
 /// What an effect sees of the joint at one sample.
 ///
@@ -164,6 +172,8 @@ pub enum Bound {
     Number(i32),
     /// This many times half the range of the displacement; the state is a displacement.
     Displacement(i32),
+    /// The largest magnitude of the displacement in the training range; the state is a displacement.
+    FromZero,
 }
 
 /// How the device's error of an internal state fades, so that a bound holds for any length of run.
@@ -395,4 +405,12 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<gravity::Gravity>(),
     Entry::of::<position_friction::PositionFriction>(),
     Entry::of::<load_friction::LoadFriction>(),
+    Entry::of::<iwan::Iwan>(),
+    Entry::of::<mullins::Mullins>(),
+    Entry::of::<bouc_wen_by_rate::BoucWenByRate>(),
+    Entry::of::<bouc_wen_by_place::BoucWenByPlace>(),
+    Entry::of::<periodic_friction::PeriodicFriction>(),
+    Entry::of::<power_contact::PowerContact>(),
+    Entry::of::<backlash::Backlash>(),
+    Entry::of::<delayed_feedback::DelayedFeedback>(),
 ];

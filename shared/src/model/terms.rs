@@ -353,14 +353,17 @@ mod quantise {
         /// The internal states anywhere within their bounds, each known to the device within `error`.
         fn states(&self, error: f64, header: &Header, references: &References) -> States<Interval> {
             let mut states = [Interval::range(0.0, 0.0, 0.0); MAX_STATES];
+            let axis = header.axes.get(usize::from(self.axis));
+            let [half, center] = axis.map_or([1.0, 0.0], |axis| {
+                [axis.displacement.half_range, axis.displacement.center]
+            });
             for (state, bound) in states.iter_mut().zip(self.entry.state_bounds) {
                 let most = match *bound {
                     Bound::Number(most) => f64::from(most),
                     Bound::Displacement(times) => {
-                        let axis = header.axes.get(usize::from(self.axis));
-                        let half = axis.map_or(1.0, |axis| axis.displacement.half_range);
                         f64::from(times) * half / references.displacement[0]
                     }
+                    Bound::FromZero => (center.abs() + half) / references.displacement[0],
                 };
                 *state = Interval::range(-most, most, error);
             }
