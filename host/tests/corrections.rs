@@ -109,7 +109,7 @@ fn wrong_instruments_are_found_and_put_right_up_to_the_device() {
     );
 
     let blob = export::export(&with, Some(1e-3)).unwrap();
-    let device = jointwatch_shared::blob::decode(&blob.blob).unwrap();
+    let device = jointwatch_shared::wire::blob::decode(&blob.blob).unwrap();
     let set_up = replay::SetUp::new(&wrong, &device).unwrap();
     for record in &wrong.records {
         let replayed = set_up.replay(&wrong, record, &device).unwrap().summary;

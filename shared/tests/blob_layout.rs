@@ -2,10 +2,10 @@
 
 mod sample_models;
 
-use jointwatch_shared::blob::{BLOB_LEN, CHECKSUM_OFFSET, encode};
+use jointwatch_shared::base::axis::Validation;
+use jointwatch_shared::base::{Base, Model};
 use jointwatch_shared::effect::EFFECTS;
-use jointwatch_shared::model::axis::Validation;
-use jointwatch_shared::model::{Base, Model};
+use jointwatch_shared::wire::blob::{BLOB_LEN, CHECKSUM_OFFSET, encode};
 use sample_models::{network, physical, polynomial, sealed, with_effects};
 
 /// The offset, the length and the name of every row of the tables of docs/reference/blob.md: the blob, a network's base, and an effect.

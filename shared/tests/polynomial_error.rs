@@ -2,9 +2,9 @@
 //!
 //! `cargo test --release -p jointwatch-shared --test polynomial_error -- --nocapture` prints the table of docs/explanation/numerics.md.
 
-use jointwatch_shared::fixed::{q31_from_f64, q31_to_f64};
-use jointwatch_shared::model::Output;
-use jointwatch_shared::model::polynomial::PolynomialModel;
+use jointwatch_shared::base::Output;
+use jointwatch_shared::base::polynomial::PolynomialModel;
+use jointwatch_shared::scalar::fixed::{q31_from_f64, q31_to_f64};
 use jointwatch_shared::selftest::{CORNER_POINTS, Points};
 
 /// Random points per model.

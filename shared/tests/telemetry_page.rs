@@ -3,7 +3,7 @@
 mod telemetry_frames;
 
 use jointwatch_shared::monitor::{Cause, State};
-use jointwatch_shared::telemetry::{MAX_FRAME, MAX_PAYLOAD, Message};
+use jointwatch_shared::wire::telemetry::{MAX_FRAME, MAX_PAYLOAD, Message};
 use telemetry_frames::{frame, reports, requests};
 
 const PAGE: &str = include_str!("../../docs/reference/telemetry.md");

@@ -2,8 +2,8 @@
 
 use jointwatch::simulate::RigParameters;
 use jointwatch::study::Record;
+use jointwatch_shared::chain::ChainState;
 use jointwatch_shared::monitor::{Cause, Faults, MonitorState, State, Verdict};
-use jointwatch_shared::pipeline::ChainState;
 use jointwatch_tests::detection::{detect, story};
 use jointwatch_tests::false_alarms::{Campaign, WANTED_HOURS, report};
 use jointwatch_tests::watched::{Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject};

@@ -9,7 +9,7 @@ use crate::text::error::{Error, Result};
 use crate::text::output;
 use crate::text::table::Table;
 use clap::Args;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
 use std::path::{Path, PathBuf};
 
 /// Mean time between false alarms of the monitor unless another one is asked for.

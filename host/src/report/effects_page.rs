@@ -2,11 +2,11 @@
 
 use crate::text::table::Table;
 use crate::text::text_plot::TextPlot;
+use jointwatch_shared::base::axis::AxisKind::{Rotation, Translation};
 use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::effect::{
     Acts, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, Seat, States,
 };
-use jointwatch_shared::model::axis::AxisKind::{Rotation, Translation};
 use std::f64::consts::TAU;
 use std::fmt::Write;
 

@@ -6,7 +6,7 @@ use super::fir::{quantise, to_f64};
 use crate::signal::motion::motions;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
+use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
 use serde::{Deserialize, Serialize};
 
 /// The states' band is at least this many times the common band, so that a force law sees the corners it makes.

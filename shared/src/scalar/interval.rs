@@ -3,7 +3,7 @@
 use super::elementary::{DECAY_ERROR, SINE_ERROR};
 use super::short::{self, POWER_ERROR, RAISED_ERROR};
 use super::{Number, Powers, Scalar, q};
-use crate::tanh;
+use crate::base::tanh;
 use core::ops::{Add, Mul, Neg, Sub};
 
 /// A range of exact values together with a bound of |device − exact| over all of them, of a number with so many places behind the

@@ -26,6 +26,7 @@
 #[cfg(feature = "fit")]
 pub mod dual;
 pub mod elementary;
+pub mod fixed;
 #[cfg(feature = "fit")]
 pub mod interval;
 pub mod q;

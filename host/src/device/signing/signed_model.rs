@@ -2,8 +2,8 @@
 
 use super::PrivateKey;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::blob::{self, BLOB_LEN};
-use jointwatch_shared::slot::{
+use jointwatch_shared::wire::blob::{self, BLOB_LEN};
+use jointwatch_shared::wire::slot::{
     CONFIRMED_OFFSETS, ContentCrc, MARKED, RIG_OFFSET, RIG_ROOM, SEAL_LEN, SEAL_OFFSET,
     SEALED_OFFSET, SIGNATURE_LEN, SLOT_LEN, Seal, SealFault, TRIED_OFFSET, signed_prefix,
 };
