@@ -255,13 +255,7 @@ pub fn markdown() -> String {
     }
     for entry in EFFECTS {
         let about = &entry.about;
-        let _ = write!(
-            text,
-            "\n## {}\n\n{}: `{}`\n\n",
-            about.name,
-            upper_first(about.title),
-            about.equation
-        );
+        let _ = write!(text, "\n## {}\n\n`{}`\n\n", about.name, about.equation);
         for p in entry.parameters() {
             let searched = match p.role {
                 Role::Shape(_) => ", searched",
@@ -292,13 +286,6 @@ pub fn markdown() -> String {
         );
     }
     text.trim_end().into()
-}
-
-fn upper_first(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| {
-        first.to_uppercase().chain(letters).collect()
-    })
 }
 
 /// One effect as `--json` gives it.
