@@ -150,6 +150,9 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
     for correction in corrections::in_words(&model.effects) {
         text.push_str(&format!("Corrected in the study's data: {correction}.\n"));
     }
+    for axis in model.axes.iter().filter(|a| a.inertia_identified) {
+        text.push_str(&relative_to_applied(&axis.name));
+    }
     for (role, heading) in [
         (Role::Train, "Verification (training records)"),
         (
@@ -181,6 +184,13 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
         text.push_str(&places_table(&comparison.places).to_string());
     }
     text.trim_end().to_string()
+}
+
+/// Says which force errors are relative to where it is not the restoring force.
+pub(crate) fn relative_to_applied(axis: &str) -> String {
+    format!(
+        "Errors on {axis} are relative to the applied force: its inertia is identified, so its restoring force is not measured by itself.\n"
+    )
 }
 
 /// The figures of records, axis by axis.

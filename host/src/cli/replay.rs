@@ -1,6 +1,7 @@
 //! `jointwatch replay`: what the device would say about a logged record, bit for bit.
 
 use super::console::Console;
+use crate::assess::compare::relative_to_applied;
 use crate::assess::where_it_fails::significant;
 use crate::device::export;
 use crate::device::monitor_limits::{self, Calibration};
@@ -210,8 +211,10 @@ fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> Stri
     } else {
         String::new()
     };
+    let axes = study.axes.iter().filter(|axis| axis.inertia.is_none());
+    let relative: String = axes.map(|axis| relative_to_applied(&axis.name)).collect();
     format!(
-        "The device's integers, from raw counts on (errors in the common band, over rows inside the training range):\n\
+        "{relative}The device's integers, from raw counts on (errors in the common band, over rows inside the training range):\n\
          {table}\nForce and residual lag the sensors by {:.1} ms, the band-limited residual by {:.1} ms.{rails}",
         1e3 * delays_s[0],
         1e3 * delays_s[1]
