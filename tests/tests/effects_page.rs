@@ -50,7 +50,7 @@ fn the_list_and_each_page_hold_what_the_table_says() {
 fn a_name_that_is_not_known_gets_the_nearest_one() {
     let sentence = fail(workspace(), &["effects", "colomb"], 3);
     assert!(sentence.contains("\"coulomb\""), "{sentence}");
-    let sentence = fail(workspace(), &["effects", "gravity"], 3);
+    let sentence = fail(workspace(), &["effects", "magnetism"], 3);
     assert!(sentence.contains("viscous"), "{sentence}");
     let both = run(workspace(), &["effects", "coulomb", "--markdown"]);
     assert_eq!(both.status.code(), Some(2));
