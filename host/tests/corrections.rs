@@ -162,7 +162,7 @@ fn what_cannot_be_corrected_is_refused() {
     );
 }
 
-/// A line of the mains in the force channel of x: a part of the largest force, another phase in every record.
+/// Mains hum in the force channel of x: a part of the largest force, another phase in every record.
 const HUM_HZ: f64 = 50.03;
 
 fn humming(study: &Study, size: f64) -> Study {

@@ -1,6 +1,6 @@
 //! How far the integer network is from its `f64` original: measured over families of networks, against bound and budget.
 //!
-//! `cargo test --release -p jointwatch-shared --test network_error -- --nocapture` prints the table of docs/numerics.md.
+//! `cargo test --release -p jointwatch-shared --test network_error -- --nocapture` prints the table of docs/explanation/numerics.md.
 
 use jointwatch_shared::base::Output;
 use jointwatch_shared::base::network::{NEURONS, NetworkModel};

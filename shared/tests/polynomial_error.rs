@@ -1,6 +1,6 @@
 //! How far the integer polynomial is from its `f64` original: measured over families of models, against bound and budget.
 //!
-//! `cargo test --release -p jointwatch-shared --test polynomial_error -- --nocapture` prints the table of docs/numerics.md.
+//! `cargo test --release -p jointwatch-shared --test polynomial_error -- --nocapture` prints the table of docs/explanation/numerics.md.
 
 use jointwatch_shared::base::Output;
 use jointwatch_shared::base::polynomial::PolynomialModel;

@@ -18,9 +18,9 @@ fn written() -> Vec<String> {
     names
 }
 
-/// The first cells of the table of fields in docs/rig-block.md.
+/// The first cells of the table of fields in docs/reference/rig-block.md.
 fn documented() -> Vec<String> {
-    let page = include_str!("../../docs/rig-block.md");
+    let page = include_str!("../../docs/reference/rig-block.md");
     let (_, rest) = page.split_once("| field | type | content |\n").unwrap();
     let rows = rest.lines().skip(1).map_while(|line| {
         let cell = line.strip_prefix('|')?.split('|').next()?;

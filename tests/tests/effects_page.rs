@@ -7,11 +7,11 @@ use std::fs;
 
 #[test]
 fn the_page_of_the_docs_is_what_the_program_writes() {
-    let page = fs::read_to_string(workspace().join("docs/effects.md")).unwrap();
+    let page = fs::read_to_string(workspace().join("docs/reference/effects.md")).unwrap();
     let written = succeed(workspace(), &["effects", "--markdown"]);
     assert!(
         page == written,
-        "docs/effects.md is stale: jointwatch effects --markdown > docs/effects.md"
+        "docs/reference/effects.md is stale: jointwatch effects --markdown > docs/reference/effects.md"
     );
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// The example of the documentation.
 fn example() -> String {
-    let page = fs::read_to_string(workspace().join("docs/rig-block.md")).unwrap();
+    let page = fs::read_to_string(workspace().join("docs/reference/rig-block.md")).unwrap();
     let (_, rest) = page.split_once("```toml\n").unwrap();
     rest.split_once("```").unwrap().0.to_owned()
 }

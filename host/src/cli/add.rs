@@ -88,8 +88,8 @@ fn noise_floor(added: &Added) -> PerAxis {
 fn say(console: &Console, added: &Added) -> Result<()> {
     console.say(effects::table(&added.model.effects).to_string())?;
     for (role, heading) in [
-        (Role::Train, "Verification (records it was learnt from)"),
-        (Role::Validate, "Validation (records it has not seen)"),
+        (Role::Train, "Verification (training records)"),
+        (Role::Validate, "Validation (other records)"),
     ] {
         let changes = added.changes.iter().filter(|c| c.role == role && !c.rests);
         let mut table = Table::new(&[

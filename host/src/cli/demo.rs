@@ -1,4 +1,4 @@
-//! `jointwatch demo`: the whole story on a simulated rig, in a folder that the user can go on with.
+//! `jointwatch demo`: every step on a simulated rig with a hidden effect, in a folder that the user can go on with.
 //!
 //! Every step is a command as the user would type it, printed and then run through the same parser; the emulated device is
 //! the one step that has no command of its own.

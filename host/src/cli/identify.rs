@@ -191,7 +191,7 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
     }
     compare::say_summary(
         &model.verification,
-        "Verification (records it was learnt from)",
+        "Verification (training records)",
         |text| console.say(text),
     )?;
     if model.validation.is_empty() {
@@ -200,11 +200,9 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
              motions it has not seen.",
         )?;
     } else {
-        compare::say_summary(
-            &model.validation,
-            "Validation (records it has not seen)",
-            |text| console.say(text),
-        )?;
+        compare::say_summary(&model.validation, "Validation (other records)", |text| {
+            console.say(text)
+        })?;
     }
     for warning in &model.warnings {
         console.say(format!("Warning: {warning}."))?;

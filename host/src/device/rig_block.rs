@@ -28,12 +28,12 @@ const ACCELEROMETER_STEP: f64 = 16.0;
 pub fn of_file(path: &Path, model: &Model) -> Result<Rig> {
     let text = std::fs::read_to_string(path).map_err(|e| {
         Error::data(format!(
-            "{}: the description of the rig could not be read ({e}); docs/rig-block.md has an example",
+            "{}: the description of the rig could not be read ({e}); docs/reference/rig-block.md has an example",
             path.display()
         ))
     })?;
     let source = Source { path, text: &text };
-    let file: rig_file::RigFile = source.parse("rig-block.md")?;
+    let file: rig_file::RigFile = source.parse("reference/rig-block.md")?;
     let described = rig_file::described(&source, &file, model)?;
     let header = model.header();
     let filters = Filters::for_bands(header.sample_rate_hz, header.band_hz, header.state_band_hz)?;

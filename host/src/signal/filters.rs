@@ -88,13 +88,13 @@ impl Filters {
             filters = Self::differentiators(rate, wanted_hz)?;
             filters.band_hz = band_hz;
             reason += &format!(
-                "; states to {} Hz for the sake of that band, though the displacement drowns in its noise at {} Hz",
+                "; states up to {} Hz as that band needs, although the displacement is below its noise floor above {} Hz",
                 short(wanted_hz),
                 short(drowned_hz)
             );
         } else {
             reason += &format!(
-                "; states to {} Hz, where the displacement drowns in its noise or the sample rate sets the end",
+                "; states up to {} Hz: above that the displacement is below its noise floor, or the sample rate is the limit",
                 short(drowned_hz)
             );
         }

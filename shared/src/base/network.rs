@@ -5,7 +5,7 @@
 //! Both layers are the same sum: words times Q31 numbers, added up exactly in 64 bits on top of the bias, of which the high
 //! word is the result. The bias brings the half that makes cutting off the low word round. One multiplication with
 //! addition is one instruction on a Cortex-M4 (`SMLAL`), and a neuron has one rounding where a sum of rounded
-//! products would have four. `docs/numerics.md` derives the scales and the error; [`NetworkModel::check`] proves that no
+//! products would have four. `docs/explanation/numerics.md` derives the scales and the error; [`NetworkModel::check`] proves that no
 //! sum leaves its 64 bits for the words at hand.
 
 use crate::base::kernels::{Kernels, Portable};

@@ -5,7 +5,7 @@
 //! The terms lie in 16 blocks, one for each x^i·ẋ^j. Within a block four rows, one per power of φ, are summed over the
 //! powers of φ̇, and the four row sums over the powers of φ, each product one rounded high-word multiplication
 //! ([`mul_high_add`]). The block sums times x^i·ẋ^j times the block's gain are then added up in 64 bits and rounded once.
-//! The gain lets a block of small coefficients use all 32 bits beside a block of large ones. `docs/numerics.md` derives
+//! The gain lets a block of small coefficients use all 32 bits beside a block of large ones. `docs/explanation/numerics.md` derives
 //! the scales, the bounds and the error; [`PolynomialModel::check`] proves the bounds for the words at hand.
 
 use crate::base::kernels::{Kernels, Portable};

@@ -2,7 +2,7 @@
 //!
 //! The scales are any real numbers, so each is set to the largest value at which no stored word, no row, no block and no
 //! sum of blocks can leave its integer: the tightest of these is met with a margin of 2⁻²², where powers of two would
-//! lose up to one bit. `docs/numerics.md` derives the conditions and the terms of the error bound.
+//! lose up to one bit. `docs/explanation/numerics.md` derives the conditions and the terms of the error bound.
 
 use super::Output;
 use super::axis::MAGNITUDE;

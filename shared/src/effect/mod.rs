@@ -179,7 +179,7 @@ pub enum Bound {
 /// How the device's error of an internal state fades, so that a bound holds for any length of run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fading {
-    /// It never exceeds this many times what a sample at rest may add: proven for 1, measured for more (docs/numerics.md).
+    /// It never exceeds this many times what a sample at rest may add: proven for 1, measured for more (docs/explanation/numerics.md).
     Within(i32),
     /// Every sample keeps a share of it below 1, whatever the motion; the interval law says which.
     WithTime,

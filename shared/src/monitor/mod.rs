@@ -11,7 +11,7 @@
 //! The residual in the band comes at every so many samples, and what is summed up of the others are their values at those instants.
 //! Blocks hold only residuals that are free of everything that makes it wrong: a state outside the training range
 //! spoils as many residuals as the low-pass has taps, a fault of a sensor as many as the whole chain has.
-//! `docs/monitor.md` has the formulas and how the limits are set. Everything per sample is integer, takes no memory beyond
+//! `docs/explanation/monitor.md` has the formulas and how the limits are set. Everything per sample is integer, takes no memory beyond
 //! [`MonitorState`], and cannot panic; the work at the end of a block is spread over the samples that follow.
 
 mod block;

@@ -1,6 +1,6 @@
 //! The rig as bytes: 4096 of them, the same in a file, on the wire and in flash beside the model.
 //!
-//! A head, then the [`Rig`] as a postcard message, then zeros, then a checksum; `docs/rig-block.md` lists the fields. A block is
+//! A head, then the [`Rig`] as a postcard message, then zeros, then a checksum; `docs/reference/rig-block.md` lists the fields. A block is
 //! refused unless it is, to the byte, what [`encode`] writes of the rig in it, and unless the chain and the chips can take every quantity.
 
 use crate::fault::Error;

@@ -2,7 +2,7 @@
 //!
 //! A slot is a flash sector of its own. Erased flash reads ones; a word of four bytes can be programmed once, then only the
 //! whole sector can be erased. Every step of a slot's life is therefore a word of its own, and the order in which the words
-//! are programmed is what makes an update safe (`firmware/src/store`). `docs/slot.md` lists the bytes.
+//! are programmed is what makes an update safe (`firmware/src/store`). `docs/reference/slot.md` lists the bytes.
 //!
 //! A file that `jointwatch sign` writes is the same bytes: it can be sent to the device, or put into a slot by a debugger.
 

@@ -1,4 +1,4 @@
-//! The kernels once more, in 128-bit integers that cannot overflow, written from docs/numerics.md.
+//! The kernels once more, in 128-bit integers that cannot overflow, written from docs/explanation/numerics.md.
 
 use jointwatch_shared::base::network::NetworkModel;
 use jointwatch_shared::base::polynomial::PolynomialModel;

@@ -8,7 +8,7 @@ use jointwatch::emulate::size;
 use jointwatch_shared::monitor::State;
 use jointwatch_shared::wire::telemetry::{Counters, Event};
 
-/// What the estimate of the highest sample rate in `docs/firmware.md` rests on: a full board's time on the bus, from the data sheets' clocks;
+/// What the estimate of the highest sample rate in `docs/explanation/firmware.md` rests on: a full board's time on the bus, from the data sheets' clocks;
 /// the processor's clock; and cycles per instruction, which no emulator counts.
 const BUS_S: f64 = 120e-6;
 const CLOCK_HZ: f64 = 168e6;
@@ -16,7 +16,7 @@ const CYCLES_PER_INSTRUCTION: f64 = 1.5;
 /// Bytes of flash and of variables that an image may take.
 const MOST_FLASH: u64 = 192 * 1024;
 const MOST_VARIABLES: u32 = 40 * 1024;
-/// Instructions of a start: as `docs/numerics.md` states.
+/// Instructions of a start: as `docs/explanation/numerics.md` states.
 const MOST_OF_START: u32 = 4_200_000;
 
 #[test]

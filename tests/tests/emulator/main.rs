@@ -135,7 +135,7 @@ fn instructions_are_few_and_do_not_depend_on_the_input() {
 
 #[test]
 fn effects_add_few_instructions() {
-    // What `docs/numerics.md` states; a law's branches make the count depend on the input.
+    // What `docs/explanation/numerics.md` states; a law's branches make the count depend on the input.
     for (what, slot, most) in [
         ("physical, 1 axis", physical(1), MOST_OF_EFFECTS),
         ("physical, 2 axes", physical(2), MOST_OF_EFFECTS),

@@ -1,7 +1,7 @@
 //! The monitor's limits, from how a healthy joint's validation records look after the device's own integers.
 //!
 //! Every record runs through the chain and the monitor itself; what the monitor sums up per block is what the limits are
-//! set on. `docs/monitor.md` derives the formulas; in short, per statistic y and side:
+//! set on. `docs/explanation/monitor.md` derives the formulas; in short, per statistic y and side:
 //!
 //! - in-control mean μ: the largest over the records (a model is better on one than on another), plus its own uncertainty;
 //! - drift = μ + a part of the shift that a change by 10 % of the RMS force makes: a half for the error, and for stiffness and friction

@@ -160,7 +160,7 @@ mod tests {
         let bytes = signed.to_bytes();
         assert_eq!(bytes.len(), SLOT_LEN);
         assert_eq!(SignedModel::from_bytes(&bytes).unwrap(), signed);
-        // docs/slot.md: 16 bytes of purpose, two lengths, model, rig block.
+        // docs/reference/slot.md: 16 bytes of purpose, two lengths, model, rig block.
         let mut message = b"jointwatch slot1\x00\x10\x00\x00\x04\x01\x00\x00".to_vec();
         message.extend(&bytes[..4096 + 260]);
         let key = PublicKey::new(PrivateKey::development().public());

@@ -184,7 +184,7 @@ impl Reader {
             text.push_str("; a force at its rail");
         }
         if output.saturated & Output::HELD != 0 {
-            text.push_str("; lines of the mains held");
+            text.push_str("; mains hum not tracked");
         }
         text
     }

@@ -16,7 +16,7 @@
 //! The gain is 2/n at first, with which the phasor is the mean over the samples so far, and ends at that of [`TIME_CONSTANT_S`]. The mains do
 //! not keep their frequency, and a notch that narrow would leave most of a line a tenth of a hertz beside it; so the angle is a little more
 //! or less than ω, by what the corrections turn the phasor in the mean: a loop of the second order (F. M. Gardner, Phaselock
-//! Techniques, 3rd ed., Wiley 2005, ch. 2). `docs/numerics.md` has what is left of a line.
+//! Techniques, 3rd ed., Wiley 2005, ch. 2). `docs/explanation/numerics.md` has what is left of a line.
 
 use crate::base::hum::Hum;
 use crate::fault::Error;

@@ -1,7 +1,7 @@
 //! The model as bytes: 4096 of them, the same layout in a file, on the wire and in a flash slot.
 //!
 //! The blob is a postcard message in which every number has a fixed width, little-endian, so each field has a fixed place;
-//! zeros follow, and a CRC-32 over all of it ends it. `docs/blob.md` lists every byte. Decoding refuses
+//! zeros follow, and a CRC-32 over all of it ends it. `docs/reference/blob.md` lists every byte. Decoding refuses
 //! whatever it cannot prove: a decoded [`Model`] evaluates without overflow for every input.
 
 mod base;

@@ -1,7 +1,7 @@
 //! What the device and the host tell each other over the serial line, as frames that survive noise.
 //!
 //! A frame is a tag, a sequence number, the fields of one message as [postcard](https://postcard.jamesmunns.com) writes
-//! them, and a CRC-32; all of it COBS-coded, so that the byte 0 occurs in no frame and ends each one. `docs/telemetry.md`
+//! them, and a CRC-32; all of it COBS-coded, so that the byte 0 occurs in no frame and ends each one. `docs/reference/telemetry.md`
 //! lists every byte.
 //!
 //! Undetected errors. In a payload of at most [`MAX_PAYLOAD`] bytes the CRC finds every error of up to four bits and every

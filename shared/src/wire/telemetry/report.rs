@@ -153,7 +153,7 @@ pub struct Status {
     pub counters: Counters,
 }
 
-/// What the monitor says, in the codes that `docs/telemetry.md` lists: codes, and not enums, so that a receiver that does
+/// What the monitor says, in the codes that `docs/reference/telemetry.md` lists: codes, and not enums, so that a receiver that does
 /// not know a newer one still reads the rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Verdict {
