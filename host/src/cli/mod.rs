@@ -17,6 +17,7 @@ mod outputs;
 mod paper;
 mod plots;
 mod replay;
+mod report;
 mod respond;
 mod sign;
 mod simulate;
