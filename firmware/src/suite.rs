@@ -1,7 +1,7 @@
 //! The self-test: does this processor compute the same forces, bit for bit, as the host, and in how many instructions?
 //!
 //! It knows no board. It is handed what a [`Board`] has, writes lines of text that people and programs can read
-//! (`docs/explanation/firmware.md` lists them), and says whether every check passed.
+//! (`docs/notebook/emulation.md` lists them), and says whether every check passed.
 
 use crate::clock::Clock;
 use crate::store::{Place, Slot};

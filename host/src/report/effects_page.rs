@@ -239,7 +239,7 @@ pub fn markdown() -> String {
          x is the displacement of the axis that the effect is bound to (`effect@axis`), and ẋ its velocity. φ and φ̇ are those of the other axis. F is the \
          applied force and a the acceleration of the body; s = 1 for r = F − m·a and −1 for r = m·a − F. The loops are drawn in units of the \
          motion: displacement and velocity reach 1. What belongs to the joint runs on the device too. Parameters that \
-         are not *searched* follow by least squares.\n\n| effect | what it is | acts on | belongs to | number in a blob |\n|---|---|---|---|---|\n",
+         are not *searched* follow by least squares. Blank cells: one axis, joint.\n\n| effect | what it is | acts on | belongs to | number in a blob |\n|---|---|---|---|---|\n",
     );
     for entry in EFFECTS {
         let about = &entry.about;
@@ -248,8 +248,16 @@ pub fn markdown() -> String {
             "| [{0}](#{0}) | {1} | {2} | {3} | {4} |",
             about.name,
             about.title,
-            acts_on(entry),
-            seat(entry),
+            if entry.acts == Acts::OwnAxis && !entry.needs_two_axes() {
+                ""
+            } else {
+                acts_on(entry)
+            },
+            if entry.seat == Seat::Joint {
+                ""
+            } else {
+                seat(entry)
+            },
             entry.tag
         );
     }
@@ -258,7 +266,7 @@ pub fn markdown() -> String {
         let _ = write!(text, "\n## {}\n\n`{}`\n\n", about.name, about.equation);
         for p in entry.parameters() {
             let searched = match p.role {
-                Role::Shape(_) => ", searched",
+                Role::Shape(shape) if !shape.is_given() => ", searched",
                 _ => "",
             };
             let _ = writeln!(

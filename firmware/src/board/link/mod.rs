@@ -1,6 +1,6 @@
 //! Sensor chips, serial line and sampling clock behind two files of the host, for tests under QEMU.
 //!
-//! `docs/explanation/firmware.md`, “The link”, has the protocol. It takes the place of `stm32f405/{spi,serial,ticker,flash}.rs` in the image that
+//! `docs/notebook/emulation.md`, “The link”, has the protocol. It takes the place of `stm32f405/{spi,serial,ticker,flash}.rs` in the image that
 //! tests run; everything else of that image is what is flashed.
 
 mod ahead;
