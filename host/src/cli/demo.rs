@@ -86,8 +86,8 @@ impl Demo {
             story.heading("5. Add it, and watch the error fall")?;
             let mut add = vec!["add", &study, &base];
             add.extend(found.iter().map(String::as_str));
-            let after = story.file("plots/after");
-            add.extend(["-o", &model, "--plots", &after]);
+            let (after, report) = (story.file("plots/after"), story.file("report.html"));
+            add.extend(["-o", &model, "--plots", &after, "--report", &report]);
             story.step(&add)?;
         }
 
