@@ -41,6 +41,7 @@ impl Diagnose {
             .unwrap_or_else(|| super::add::output_beside(&self.model));
         let written: &[&Path] = if self.apply { &[&output] } else { &[] };
         console.check_outputs(written, &study, Some(&self.model))?;
+        console.say_first_checks(&study)?;
         working.set_message("searching for missing effects");
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));

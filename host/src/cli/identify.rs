@@ -70,6 +70,7 @@ impl Identify {
         let working = console.working("reading the records");
         let study = Study::read(&self.study)?;
         console.check_outputs(&[&self.output], &study, None)?;
+        console.say_first_checks(&study)?;
         let identified = match self.model {
             Kind::Polynomial => self.fit_polynomial(&study, &working)?,
             Kind::Network => self.network.train(&study, &working)?,
