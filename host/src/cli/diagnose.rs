@@ -47,6 +47,7 @@ impl Diagnose {
             .chain(self.report.outputs())
             .collect();
         console.check_outputs(&written, &study, Some(&self.model))?;
+        console.say_first_checks(&study)?;
         working.set_message("searching for missing effects");
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));

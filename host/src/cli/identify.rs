@@ -77,6 +77,7 @@ impl Identify {
             .chain(self.page.outputs())
             .collect();
         console.check_outputs(&written, &study, None)?;
+        console.say_first_checks(&study)?;
         let identified = match self.model {
             Kind::Polynomial => self.fit_polynomial(&study, &working)?,
             Kind::Network => self.network.train(&study, &working)?,
