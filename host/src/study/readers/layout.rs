@@ -108,9 +108,9 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
     let holds_data = |line: &str| {
         let mut cells = Vec::new();
         split(line, separator, &mut cells);
-        let filled = cells.iter().filter(|c| !c.is_empty());
-        let numbers = filled.clone().filter(|c| is_value(c, decimal)).count();
-        numbers > 0 && 2 * numbers >= filled.count() && fits(cells.len(), columns)
+        let numbers = cells.iter().filter(|c| is_value(c, decimal)).count();
+        // Preface lines such as “Run;7;;” are padded to the width of the table.
+        numbers > 0 && 2 * numbers >= columns && fits(cells.len(), columns)
     };
     let first = (0..rows.len()).find(|i| {
         holds_data(rows[*i].1) && rows.get(i + 1).is_none_or(|(_, next)| holds_data(next))
@@ -284,6 +284,14 @@ mod tests {
                 Decimal::Point,
                 "t|x, far",
                 2,
+            ),
+            (
+                "Run;7;;\nDate;14.03.2026;;\nt;x;a;F\n",
+                "0,1;2;3;4",
+                Char(';'),
+                Decimal::Comma,
+                "t|x|a|F",
+                4,
             ),
             ("t,x,\n", "0.1,2.5,", Char(','), Decimal::Point, "t|x|", 2),
             (
