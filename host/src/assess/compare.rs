@@ -154,13 +154,10 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
         text.push_str(&relative_to_applied(&axis.name));
     }
     for (role, heading) in [
-        (
-            Role::Train,
-            "Verification (records the model was learnt from)",
-        ),
+        (Role::Train, "Verification (training records)"),
         (
             Role::Validate,
-            "Validation (records it has not seen; only these say how good it is)",
+            "Validation (other records; only these say how good the model is)",
         ),
     ] {
         let records: Vec<&RecordFigures> = comparison

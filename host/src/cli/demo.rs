@@ -1,4 +1,4 @@
-//! `jointwatch demo`: the whole story on a simulated rig, in a folder that the user can go on with.
+//! `jointwatch demo`: every step on a simulated rig with a hidden effect, in a folder that the user can go on with.
 //!
 //! Every step is a command as the user would type it, printed and then run through the same parser; the emulated device is
 //! the one step that has no command of its own.
@@ -85,8 +85,8 @@ impl Demo {
             story.heading("5. Add it, and watch the error fall")?;
             let mut add = vec!["add", &study, &base];
             add.extend(found.iter().map(String::as_str));
-            let after = story.file("plots/after");
-            add.extend(["-o", &model, "--plots", &after]);
+            let (after, report) = (story.file("plots/after"), story.file("report.html"));
+            add.extend(["-o", &model, "--plots", &after, "--report", &report]);
             story.step(&add)?;
         }
 

@@ -1,12 +1,13 @@
 //! `jointwatch diagnose`: which physical effect a model lacks; with `--apply`, the model with everything that was missing.
 
+use super::console::Console;
 use super::plots::Plots;
-use super::{Console, staircase};
+use super::report::Report;
+use super::staircase;
 use crate::diagnose::apply::{self, Applied};
 use crate::diagnose::{self, Asked, Diagnosis, Ranked, Verdict};
 use crate::model::effects;
 use crate::model::file::ModelFile;
-use crate::report::Drawing;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, quantity};
@@ -35,6 +36,8 @@ pub(crate) struct Diagnose {
     explain: bool,
     #[command(flatten)]
     plots: Plots,
+    #[command(flatten)]
+    report: Report,
 }
 
 impl Diagnose {
@@ -45,22 +48,33 @@ impl Diagnose {
         let output = self
             .output
             .unwrap_or_else(|| super::add::output_beside(&self.model));
-        let written: &[&Path] = if self.apply { &[&output] } else { &[] };
-        console.check_outputs(written, &study, Some(&self.model))?;
+        let model_written = self.apply.then_some(output.as_path());
+        let written: Vec<&Path> = model_written
+            .into_iter()
+            .chain(self.report.outputs())
+            .collect();
+        console.check_outputs(&written, &study, Some(&self.model))?;
+        console.say_first_checks(&study)?;
         working.set_message("searching for missing effects");
         let asked = asked(self.without, self.explain)?;
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));
             let applied = apply::apply(&study, &model, &asked, &each)?;
             let drawings = self.plots.of_applied(&study, &applied)?;
+            let page = self.report.of_applied(&study, &model, &applied)?;
             working.finish_and_clear();
-            return end(console, &output, &applied, &self.plots, &drawings);
+            end(console, &output, &applied)?;
+            self.plots.write(console, &drawings)?;
+            self.report.write(console, page)?;
+            return write_json(console, &output, &applied);
         }
         let diagnosis = diagnose::diagnose_asked(&study, &model, &asked)?;
         let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
+        let page = self.report.of_diagnosis(&study, &model, &diagnosis)?;
         working.finish_and_clear();
         say(console, &diagnosis)?;
         self.plots.write(console, &drawings)?;
+        self.report.write(console, page)?;
         console.json(&diagnosis)
     }
 }
@@ -80,13 +94,7 @@ fn asked(without: Vec<String>, explain: bool) -> Result<Asked> {
 }
 
 /// Shows what was done and writes the model.
-fn end(
-    console: &Console,
-    output: &Path,
-    applied: &Applied,
-    plots: &Plots,
-    drawings: &[Drawing],
-) -> Result<()> {
+fn end(console: &Console, output: &Path, applied: &Applied) -> Result<()> {
     let added = applied.staircase.steps.len() > 1;
     if added {
         applied.model.write(output)?;
@@ -99,7 +107,12 @@ fn end(
     } else {
         console.say("Nothing was added, so no model was written.")?;
     }
-    plots.write(console, drawings)?;
+    Ok(())
+}
+
+/// What scripts read of it.
+fn write_json(console: &Console, output: &Path, applied: &Applied) -> Result<()> {
+    let added = applied.staircase.steps.len() > 1;
     let mut json = serde_json::to_value(&applied.first).map_err(not_json)?;
     let more = serde_json::json!({
         "staircase": applied.staircase,

@@ -10,6 +10,7 @@ mod emulate;
 mod export;
 mod identify;
 mod identify_network;
+mod init;
 mod inspect;
 mod keygen;
 mod monitor;
@@ -17,10 +18,12 @@ mod outputs;
 mod paper;
 mod plots;
 mod replay;
+mod report;
 mod respond;
 mod sign;
 mod simulate;
 mod staircase;
+mod survey;
 mod upload;
 
 use crate::text::error::{Error, Result};
@@ -57,11 +60,13 @@ struct Global {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Tell the whole story on a simulated rig: simulate, identify, compare, export, replay, and the firmware's
-    /// evaluation on an emulated microcontroller.
+    /// Run a 10-second demo: a simulated rig with one effect hidden in its joint, which the tool then finds, up to the
+    /// firmware on an emulated microcontroller.
     Demo(demo::Demo),
     /// Simulate a rig with a nonlinear joint and write its study: study.toml, records, and the truth beside them.
     Simulate(simulate::Simulate),
+    /// Write a study.toml for your logs: guesses columns, units, rate, signs and roles, and explains every key.
+    Init(init::Init),
     /// Learn a model from the training records of a study.
     Identify(identify::Identify),
     /// Compare a model with the records of a study, verification and validation apart, and say where it fails.
@@ -75,7 +80,7 @@ enum Command {
     Effects(effects::Effects),
     /// Turn a model into the blob that the device evaluates.
     Export(export::Export),
-    /// Show what a model or a blob holds.
+    /// Show what a log, a model or a blob holds.
     Inspect(inspect::Inspect),
     /// Run the device's integer code on the records of a study, from raw counts on.
     Replay(replay::Replay),
@@ -103,6 +108,7 @@ fn perform(command: Command, console: &Console) -> Result<()> {
     match command {
         Command::Demo(command) => command.run(console, run_words),
         Command::Simulate(command) => command.run(console),
+        Command::Init(command) => command.run(console),
         Command::Identify(command) => command.run(console),
         Command::Compare(command) => command.run(console),
         Command::Diagnose(command) => command.run(console),

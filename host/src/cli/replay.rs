@@ -14,10 +14,10 @@ use crate::text::error::{Error, Result};
 use crate::text::output;
 use crate::text::table::Table;
 use clap::Args;
-use jointwatch_shared::blob;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
 use jointwatch_shared::monitor::limits::Limits;
 use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, Verdict};
+use jointwatch_shared::wire::blob;
 use std::fmt::Write;
 use std::path::PathBuf;
 

@@ -5,14 +5,14 @@ use crate::model::corrections::of_the_joint;
 use crate::model::file::{Base, ModelFile};
 use crate::study::Convention;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::blob::{self, BLOB_LEN};
+use jointwatch_shared::base::axis::{self, Axis, Name};
+use jointwatch_shared::base::network_quantise::Weights;
+use jointwatch_shared::base::terms::Memory;
+use jointwatch_shared::base::{Header, Model};
 use jointwatch_shared::effect::Seat;
-use jointwatch_shared::fixed::q31_to_f64;
-use jointwatch_shared::model::axis::{self, Axis, Name};
-use jointwatch_shared::model::network_quantise::Weights;
-use jointwatch_shared::model::terms::Memory;
-use jointwatch_shared::model::{Header, Model};
+use jointwatch_shared::scalar::fixed::q31_to_f64;
 use jointwatch_shared::selftest::{CORNER_POINTS, Points, corner};
+use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use serde::Serialize;
 use std::path::Path;
 
@@ -68,7 +68,7 @@ pub struct Exported {
 /// the number of neurons when the device has not as many.
 pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
     let budget = budget.unwrap_or_else(|| default_budget(&file.base));
-    let refuse = |e: jointwatch_shared::error::Error| {
+    let refuse = |e: jointwatch_shared::fault::Error| {
         Error::data(format!("this model cannot be exported: {e}"))
     };
     let header = header(file).map_err(refuse)?;
@@ -123,7 +123,7 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
 }
 
 /// What the blob says of the model beside its numbers.
-fn header(file: &ModelFile) -> std::result::Result<Header, jointwatch_shared::error::Error> {
+fn header(file: &ModelFile) -> std::result::Result<Header, jointwatch_shared::fault::Error> {
     let mut axes = heapless::Vec::new();
     for (index, (mine, ranges)) in file
         .axes
@@ -168,7 +168,7 @@ fn from_network(
     header: Header,
     network: &Network,
     budgets: &[f64],
-) -> std::result::Result<Model, jointwatch_shared::error::Error> {
+) -> std::result::Result<Model, jointwatch_shared::fault::Error> {
     let outputs = network.outputs.iter();
     let output: Vec<Vec<f64>> = outputs
         .clone()

@@ -2,10 +2,12 @@
 
 use crate::assess::compare::{self, RecordFigures};
 use crate::assess::noise_floor;
+use crate::diagnose::PerAxis;
 use crate::diagnose::start::start;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::{Learnt, Prepared, effect_terms, fit_alone, fit_in_time};
 use crate::fit::with_base::{OnRecords, WithBase};
+use crate::model::corrections::missing_inertia;
 use crate::model::course::{Course, add_forces};
 use crate::model::effects::Bound;
 use crate::model::file::{AxisError, Base, ErrorChange, HistoryEntry, JudgedOn, ModelFile};
@@ -301,6 +303,30 @@ fn floors(
         &effects,
         inertia,
     ))
+}
+
+/// Per axis the relative error that the noise alone makes: what no model can go below.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`] when the study is not the model's or has no training record.
+pub(crate) fn noise_floors(study: &Study, model: &ModelFile) -> Result<PerAxis> {
+    let prepared = Prepared::with_filters(study, model.filters.clone())?;
+    let inertia = model.axes.iter();
+    let inertia: Vec<f64> = inertia
+        .map(|axis| axis.inertia - missing_inertia(&model.effects, &axis.name))
+        .collect();
+    let compared = compare::compare_motions(study, model, &prepared.motions)?;
+    let role = match prepared.validation(study).is_empty() {
+        true => Role::Train,
+        false => Role::Validate,
+    };
+    let floors = floors(study, &prepared, model, &inertia)?;
+    let axes = study.axes.iter().zip(floors);
+    let relative = axes.map(|(axis, floor)| {
+        let force = rms_force(&compared.records, role, &axis.name);
+        (axis.name.clone(), floor.rms / force)
+    });
+    Ok(relative.collect())
 }
 
 /// RMS force of an axis over all records of a role.

@@ -4,9 +4,9 @@ use super::ModelAxis;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use crate::text::table::Table;
+use jointwatch_shared::base::{Model, axis, terms::InSi};
 use jointwatch_shared::effect::about::Parameter;
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
-use jointwatch_shared::model::{Model, axis, terms::InSi};
 use serde::{Deserialize, Serialize};
 
 /// One effect of a model, with the values that were found.

@@ -4,8 +4,8 @@
 //! Its law is evaluated twice, a quarter of a turn apart, and least squares on the two says how much of it a record holds.
 
 use crate::model::course::{Course, law_parameters};
+use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::about::Shape;
-use jointwatch_shared::model::terms::InSi;
 use std::f64::consts::TAU;
 
 /// A quarter of a turn.

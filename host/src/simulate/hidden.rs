@@ -14,10 +14,10 @@ use crate::model::effects::Bound;
 use crate::model::{EffectTerm, Evaluator, mains_hum};
 use crate::study::{Convention, Record};
 use crate::text::error::{Error, Result};
+use jointwatch_shared::base::axis::AxisKind;
+use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::Seat;
 use jointwatch_shared::effect::about::{About, Parameter, Role};
-use jointwatch_shared::model::axis::AxisKind;
-use jointwatch_shared::model::terms::InSi;
 use jointwatch_shared::units::References;
 
 /// What to hide.

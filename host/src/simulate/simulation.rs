@@ -9,7 +9,7 @@ use super::sensors::{COLUMNS, ENCODER_STEP, add_noise, noise_rms, quantise, read
 use super::truth::{Taken, Truth};
 use crate::study::{Axis, AxisKind, Convention, Role, Study};
 use crate::text::error::{Error, Result};
-use jointwatch_shared::model::terms::InSi;
+use jointwatch_shared::base::terms::InSi;
 use rayon::prelude::*;
 use std::path::PathBuf;
 

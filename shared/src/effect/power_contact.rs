@@ -48,7 +48,7 @@ impl Effect for PowerContact {
             reference(
                 "reference_displacement",
                 "x₁",
-                "half the range of the displacement in the training records; given, not found",
+                "largest displacement in the training records; given, not found",
                 Dimension::DISPLACEMENT,
             ),
         ],

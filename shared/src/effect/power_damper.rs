@@ -33,7 +33,7 @@ impl Effect for PowerDamper {
             reference(
                 "reference_velocity",
                 "v₁",
-                "half the range of the velocity in the training records; given, not found",
+                "largest velocity in the training records; given, not found",
                 Dimension::VELOCITY,
             ),
         ],

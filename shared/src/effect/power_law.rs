@@ -32,7 +32,7 @@ pub(super) const fn exponent(starts: &'static [f64], least: f64, most: f64) -> P
     }
 }
 
-/// The motion at which the power is 1. It is not found: it is half the training range, so that the strength is a force.
+/// The motion at which the power is 1. It is not found: it is the largest in the training records, so that the strength is a force.
 pub(super) const fn reference(
     name: &'static str,
     symbol: &'static str,

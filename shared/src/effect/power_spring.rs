@@ -33,7 +33,7 @@ impl Effect for PowerSpring {
             reference(
                 "reference_displacement",
                 "x₁",
-                "half the range of the displacement in the training records; given, not found",
+                "largest displacement in the training records; given, not found",
                 Dimension::DISPLACEMENT,
             ),
         ],

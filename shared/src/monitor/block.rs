@@ -2,7 +2,7 @@
 
 use super::limits::AxisLimits;
 use super::logarithm::{OCTAVE, SHARE, exp2, log2};
-use crate::fixed::in_order;
+use crate::scalar::fixed::in_order;
 
 /// The largest force that is counted, in the monitor's units: 128 times the validation records' RMS force at least.
 const MOST_FORCE: i32 = 1 << 23;
@@ -19,7 +19,7 @@ pub(super) struct Waiting {
 /// A force in the monitor's units, rounded half up.
 #[inline(always)]
 fn force(value: i32, shift: u8) -> i32 {
-    let rounded = crate::fixed::round_shift_32(value, u32::from(shift & 31));
+    let rounded = crate::scalar::fixed::round_shift_32(value, u32::from(shift & 31));
     rounded.clamp(-MOST_FORCE, MOST_FORCE)
 }
 

@@ -3,7 +3,7 @@
 use super::elementary::{DECAY_ERROR, SINE_ERROR};
 use super::short::{self, POWER_ERROR, RAISED_ERROR};
 use super::{Number, Powers, Scalar, q};
-use crate::tanh;
+use crate::base::tanh;
 use core::ops::{Add, Mul, Neg, Sub};
 
 /// A range of exact values together with a bound of |device − exact| over all of them, of a number with so many places behind the
@@ -251,12 +251,6 @@ impl Scalar for Interval {
     }
     fn sine(self) -> Self {
         let error = core::f64::consts::TAU * self.error + SINE_ERROR;
-        // Of a parameter there is one value; a range of the motion may hold the whole wave.
-        let [least, most] = if self.least == self.most {
-            [self.least.sine(); 2]
-        } else {
-            [-1.0, 1.0]
-        };
-        Self::from(least, most, error, &[self])
+        Self::from(-1.0, 1.0, error, &[self])
     }
 }

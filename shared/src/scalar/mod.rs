@@ -26,6 +26,8 @@
 #[cfg(feature = "fit")]
 pub mod dual;
 pub mod elementary;
+pub mod fixed;
+mod functions;
 #[cfg(feature = "fit")]
 pub mod interval;
 pub mod q;

@@ -17,7 +17,7 @@
 //! function of the numbers that were given.
 
 use super::{Number, Powers, ratio};
-use crate::fixed::{mul_high_add, round_shift_32, round_to_i64, saturate};
+use crate::scalar::fixed::{mul_high_add, round_shift_32, round_to_i64, saturate};
 use core::f64::consts::{FRAC_1_SQRT_2, LN_2, SQRT_2};
 use core::ops::{Add, Mul, Neg, Sub};
 

@@ -1,10 +1,10 @@
 //! Long runs: the device's error beside its bound, laws with memory beside their differential equations.
 
 use super::{header, of_the_joint, parameters, run, taken, term};
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::terms::{InSi, Memory};
 use jointwatch_shared::effect::{Instrument, Kinematics, MAX_PARAMETERS, MAX_STATES};
-use jointwatch_shared::fixed;
-use jointwatch_shared::model::Model;
-use jointwatch_shared::model::terms::{InSi, Memory};
+use jointwatch_shared::scalar::fixed;
 use jointwatch_shared::units::References;
 
 /// The largest |device − f64| of a model of one effect along a motion in units of the training range, and the bound that it

@@ -1,14 +1,14 @@
 //! Models to write as blobs: a different value in every field, so that no two fields can be taken for each other.
 
-use jointwatch_shared::blob::{BLOB_LEN, CHECKSUM_OFFSET};
+use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name, Validation};
+use jointwatch_shared::base::corrections::ForceCorrection;
+use jointwatch_shared::base::hum::Hum;
+use jointwatch_shared::base::network_quantise::Weights;
+use jointwatch_shared::base::terms::{InSi, MAX_TERMS};
+use jointwatch_shared::base::{Header, Model};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name, Validation};
-use jointwatch_shared::model::corrections::ForceCorrection;
-use jointwatch_shared::model::network_quantise::Weights;
-use jointwatch_shared::model::terms::{InSi, MAX_TERMS};
-use jointwatch_shared::model::{Header, Model};
 use jointwatch_shared::selftest::Points;
+use jointwatch_shared::wire::blob::{BLOB_LEN, CHECKSUM_OFFSET};
 
 /// A header with a different value in every field.
 pub(crate) fn header(axes: usize) -> Header {

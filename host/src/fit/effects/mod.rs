@@ -18,8 +18,8 @@ use crate::study::Axis;
 use crate::text::error::{Error, Result};
 use columns::Records;
 use intervals::QUANTILE;
+use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::about::Role;
-use jointwatch_shared::model::terms::InSi;
 use projection::{Problem, Solved};
 
 /// One effect as found.

@@ -7,6 +7,7 @@ mod polynomial;
 pub use network::{Training, network};
 pub use physical::physical;
 pub(crate) use physical::{base_terms, effect_terms, fit_alone, fit_in_time};
+pub(crate) use polynomial::equations;
 pub use polynomial::polynomial;
 
 use crate::fit::coverage;
