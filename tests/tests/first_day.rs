@@ -15,7 +15,7 @@ fn rig(seed: u64) -> Study {
         "cubic_hardening@x",
         "jenkins@x",
     ];
-    let hide = (seed % 5 > 0).then(|| Hide {
+    let hide = (!seed.is_multiple_of(5)).then(|| Hide {
         effect: hidden[seed as usize % 5 - 1].into(),
         share: 0.1,
     });
