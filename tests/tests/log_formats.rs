@@ -28,12 +28,11 @@ const fn plain(file: &'static str) -> Case {
     }
 }
 
-const EXACT: [Case; 12] = [
+const EXACT: [Case; 11] = [
     plain("record.csv"),
     plain("record.csv.gz"),
     plain("german.csv"),
     plain("savetxt.txt"),
-    plain("record.xlsx"),
     plain("record.npz"),
     plain("structured.npy"),
     Case {
@@ -85,16 +84,23 @@ fn the_same_record_gives_the_same_bits_from_every_format() {
     for case in &EXACT[1..] {
         assert_eq!(channels(case), wanted, "{}", case.file);
     }
-    for name in ["ascii.uff", "binary.uff"] {
+    for name in ["ascii.uff", "binary.uff", "record.xlsx"] {
         let case = Case {
             file: name,
-            names: ["time", "x_m", "a_m_s2", "F_N"],
+            names: match name {
+                "record.xlsx" => PLAIN,
+                _ => ["time", "x_m", "a_m_s2", "F_N"],
+            },
             columns: "",
         };
         let (rate, found) = channels(&case);
         assert_eq!(rate, wanted.0);
-        // The ASCII form has twelve digits.
-        let share = if name == "binary.uff" { 0.0 } else { 1e-11 };
+        // The ASCII form has twelve digits, and openpyxl writes sixteen.
+        let share = match name {
+            "binary.uff" => 0.0,
+            "record.xlsx" => 1e-15,
+            _ => 1e-11,
+        };
         for (a, b) in found.force.iter().zip(&wanted.1.force) {
             assert!((a - b).abs() <= share * b.abs(), "{name}: {a} and {b}");
         }

@@ -17,7 +17,7 @@ use jointwatch_shared::wire::telemetry::{Event, Report, Snapshot, Status, Verdic
 use jointwatch_shared::wire::wiring::Readings;
 use jointwatch_tests::bus::chips;
 use jointwatch_tests::false_alarms::WANTED_HOURS;
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{run, succeed};
 use jointwatch_tests::watched::{Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject};
 use std::cell::RefCell;
 use std::fmt::Write;
@@ -191,6 +191,20 @@ fn replayed_frames_go_from_healthy_over_suspect_to_alarm_with_the_residual_aroun
     assert_eq!(told("snapshot  of alarm 1"), 4, "{said}");
     assert!(told("suspect, x is stiffer than the model") > 0);
     assert!(told("alarm, x is stiffer than the model") > 0);
+}
+
+#[test]
+fn fail_on_ends_with_its_own_exit_code() {
+    let study = changed();
+    let replay = ["replay", "model.bin", study.to_str().unwrap()];
+    let monitored = [&replay[..], &["--rig", "rig.bin", "--monitor"]].concat();
+    succeed(story(), &monitored);
+    for state in ["alarm", "suspect"] {
+        let output = run(story(), &[&monitored[..], &["--fail-on", state]].concat());
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(4), "{said}");
+        assert!(said.contains(&format!(": {state} at ")), "{said}");
+    }
 }
 
 #[test]

@@ -54,7 +54,6 @@ impl Diagnose {
             .chain(self.report.outputs())
             .collect();
         console.check_outputs(&written, &study, Some(&self.model))?;
-        console.say_first_checks(&study)?;
         working.set_message("searching for missing effects");
         let asked = asked(self.without, self.explain)?;
         if self.apply {
@@ -63,6 +62,7 @@ impl Diagnose {
             let drawings = self.plots.of_applied(&study, &applied)?;
             let page = self.report.of_applied(&study, &model, &applied)?;
             working.finish_and_clear();
+            console.say_first_checks(&study)?;
             end(console, &output, &applied)?;
             self.plots.write(console, &drawings)?;
             self.report.write(console, page)?;
@@ -72,6 +72,7 @@ impl Diagnose {
         let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
         let page = self.report.of_diagnosis(&study, &model, &diagnosis)?;
         working.finish_and_clear();
+        console.say_first_checks(&study)?;
         say(console, &diagnosis)?;
         self.plots.write(console, &drawings)?;
         self.report.write(console, page)?;

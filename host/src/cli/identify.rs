@@ -77,7 +77,6 @@ impl Identify {
             .chain(self.page.outputs())
             .collect();
         console.check_outputs(&written, &study, None)?;
-        console.say_first_checks(&study)?;
         let identified = match self.model {
             Kind::Polynomial => self.fit_polynomial(&study, &working)?,
             Kind::Network => self.network.train(&study, &working)?,
@@ -89,6 +88,7 @@ impl Identify {
         let page = self.page.of_model(&study, &identified.model)?;
         working.finish_and_clear();
         identified.model.write(&self.output)?;
+        console.say_first_checks(&study)?;
         report(console, &study, &identified)?;
         console.say(format!("\nModel written to {}.", self.output.display()))?;
         self.page.write(console, page)?;

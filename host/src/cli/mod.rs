@@ -35,7 +35,7 @@ use std::process::ExitCode;
 /// Learn a mechanical joint's restoring force from rig logs, compare the model with measurements, and export it for a
 /// microcontroller.
 ///
-/// Exit codes: 0 done; 1 could not be done; 2 wrong use; 3 bad data.
+/// Exit codes: 0 done; 1 could not be done; 2 wrong use; 3 bad data; 4 what --fail-on names was found.
 #[derive(Parser)]
 #[command(name = "jointwatch", version, max_term_width = 110)]
 pub struct Cli {

@@ -16,7 +16,7 @@ use crate::text::table::Table;
 use clap::Args;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::monitor::limits::Limits;
-use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, Verdict};
+use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, State, Verdict};
 use jointwatch_shared::wire::blob;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -45,6 +45,9 @@ pub(crate) struct Replay {
     /// Mean time between the monitor's false alarms, in days.
     #[arg(long, value_name = "DAYS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=36_500), requires = "monitor", conflicts_with = "rig")]
     pub(super) false_alarm_days: u32,
+    /// Exit with code 4 when the monitor raises an alarm over a record, or is suspicious of one.
+    #[arg(long, value_name = "STATE", requires = "monitor")]
+    pub(super) fail_on: Option<FailOn>,
     /// Write the frames that the device would send, streaming every sample, for `jointwatch monitor`, the residual around an alarm
     /// among them; needs --record in a study of several.
     #[arg(long, value_name = "FILE")]
@@ -133,9 +136,20 @@ impl Replay {
             return console.json(&serde_json::json!({ "records": summaries }));
         };
         console.say(watched.in_words(&study))?;
-        console
-            .json(&serde_json::json!({ "records": summaries, "monitor": watched.as_json(&study) }))
+        console.json(
+            &serde_json::json!({ "records": summaries, "monitor": watched.as_json(&study) }),
+        )?;
+        self.fail_on.map_or(Ok(()), |state| watched.fail_on(state))
     }
+}
+
+/// The state of a joint at which a script wants to be told.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(super) enum FailOn {
+    /// An alarm.
+    Alarm,
+    /// An alarm, or a suspicion.
+    Suspect,
 }
 
 /// The records to run: all of a study's, or the one that was named.
@@ -315,6 +329,23 @@ impl Watched {
             }
         }
         text
+    }
+
+    /// An error when a record reached a state.
+    fn fail_on(&self, state: FailOn) -> Result<()> {
+        let reached = |verdict: &Verdict| match state {
+            FailOn::Alarm => verdict.state == State::Alarm,
+            FailOn::Suspect => matches!(verdict.state, State::Suspect | State::Alarm),
+        };
+        for (file, changes) in &self.records {
+            if let Some((time_s, verdict)) = changes.iter().find(|(_, v)| reached(v)) {
+                return Err(Error::found(format!(
+                    "{file}: {} at {time_s:.3} s",
+                    verdict.state.words()
+                )));
+            }
+        }
+        Ok(())
     }
 
     fn as_json(&self, study: &Study) -> serde_json::Value {

@@ -85,10 +85,12 @@ impl Linear {
                 if Some(index) == left_out {
                     continue;
                 }
-                for i in 0..width {
-                    for j in 0..=i {
-                        gram[i][j] += block.gram[i][j];
-                    }
+                for (i, (row, part)) in gram.iter_mut().zip(&block.gram).enumerate() {
+                    // The lower triangle.
+                    row.iter_mut()
+                        .zip(part)
+                        .take(i + 1)
+                        .for_each(|(sum, part)| *sum += part);
                     target[i] += block.target[i];
                 }
             }

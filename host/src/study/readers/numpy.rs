@@ -11,13 +11,7 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
 
 /// Reads an array of its own.
 pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
-    let mut columns = array(request, "", bytes)?;
-    if let Some(names) = request.columns {
-        for (column, name) in columns.iter_mut().zip(names) {
-            column.name.clone_from(name);
-        }
-    }
-    Ok(Table::whole("NumPy array", columns))
+    Ok(Table::whole("NumPy array", array(request, "", bytes)?))
 }
 
 /// Reads an archive of arrays.
@@ -96,7 +90,10 @@ fn array(request: &Request<'_>, name: &str, bytes: &[u8]) -> Result<Vec<Column>>
                 (true, _, true) => field.name.clone(),
                 (true, _, false) => format!("{name}.{}", field.name),
                 (false, 1, false) => name.to_owned(),
-                (false, _, true) => part.to_string(),
+                (false, _, true) => match request.columns.and_then(|names| names.get(part)) {
+                    Some(name) => name.clone(),
+                    None => part.to_string(),
+                },
                 (false, _, false) => format!("{name}[{}]", part + 1),
             };
             let value = |row: usize| {
