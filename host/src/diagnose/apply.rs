@@ -1,6 +1,7 @@
 //! Diagnose, add what is missing, diagnose again, until nothing is missing: the staircase of errors.
 
 use crate::diagnose::add::{self, Added};
+use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::{self, Asked, Diagnosis, Found, PerAxis, Verdict};
 use crate::model::effects::Bound;
 use crate::model::file::{AxisError, JudgedOn, ModelFile};
@@ -11,8 +12,6 @@ use serde::Serialize;
 
 /// The most effects that a model carries on the device.
 const MOST_EFFECTS: usize = 8;
-/// After so many diagnoses a search goes in circles.
-const MOST_ROUNDS: usize = 4;
 
 /// One tread of the staircase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -72,11 +71,8 @@ pub fn apply(
         ended: String::new(),
     };
     let (mut model, mut last) = (model.clone(), first.clone());
-    for round in 1.. {
+    loop {
         let ended = match last.verdict {
-            _ if round > MOST_ROUNDS && !last.found.is_empty() => Some(
-                "every diagnosis names something more, so what is left is no single effect".into(),
-            ),
             Verdict::None => Some("nothing more is missing".to_string()),
             Verdict::Data => {
                 Some("the data are at fault, and nothing is added before they are right".into())
@@ -84,6 +80,10 @@ pub fn apply(
             _ if last.found.is_empty() => {
                 Some("what is left is nothing that the library knows".into())
             }
+            _ if is_little(&first, &last) => Some(format!(
+                "what else has a name takes away less than {:.0} % of what is explained so far",
+                100.0 * CRITERIA.least_importance
+            )),
             _ => add_all(study, &mut model, &last.found, &mut staircase, each)?,
         };
         if let Some(ended) = ended {
@@ -99,6 +99,14 @@ pub fn apply(
         last,
         staircase,
     })
+}
+
+/// Whether what was found last explains next to nothing of all that is explained beside the model that was brought.
+fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
+    let power = |errors: &PerAxis| errors.values().map(|e| e * e).sum::<f64>();
+    let after = power(&last.relative_error_after);
+    let found = power(&last.relative_error_before) - after;
+    found < CRITERIA.least_importance * (power(&first.relative_error_before) - after)
 }
 
 /// Adds what was found, one after the other; says why when nothing could be added.

@@ -57,6 +57,8 @@ pub(super) struct Bench<'a> {
     pub(super) power: f64,
     /// The largest RMS force of a term of the base, or the measured one.
     scale: f64,
+    /// The same of the largest force.
+    peak: f64,
     /// Zero, inertia and lateness within their tolerances: the effect that each stands for, and its column.
     instruments: Vec<(&'static str, Column)>,
     /// The force of each record's own zero, where zeros differ.
@@ -78,6 +80,10 @@ fn rms(series: &[f64]) -> f64 {
     (series.iter().map(|v| v * v).sum::<f64>() / series.len().max(1) as f64).sqrt()
 }
 
+fn peak(series: &[f64]) -> f64 {
+    series.iter().fold(0.0, |most, v| most.max(v.abs()))
+}
+
 impl<'a> Bench<'a> {
     /// An axis beside a base; `zero_per_record` gives every record a zero of its own.
     pub(super) fn new(
@@ -94,6 +100,7 @@ impl<'a> Bench<'a> {
             blocks: Blocks::new(measured, &records.rows),
             power: records.references.force[axis].powi(2),
             scale: rms(measured),
+            peak: peak(measured),
             instruments: Vec::new(),
             zeros: Vec::new(),
             acceleration: None,
@@ -122,6 +129,9 @@ impl<'a> Bench<'a> {
         let forces = columns.iter().zip(&factors);
         let largest = forces.map(|(c, f)| f.abs() * rms(&c.data));
         self.scale = largest.fold(self.scale, f64::max);
+        let peaks = columns.iter().zip(&factors);
+        let peaks = peaks.map(|(c, f)| f.abs() * peak(&c.data));
+        self.peak = peaks.fold(self.peak, f64::max);
         let energy = |rows: &Range<usize>, column: &Column| -> f64 {
             column.data[rows.clone()].iter().map(|v| v * v).sum()
         };
@@ -235,7 +245,9 @@ impl<'a> Bench<'a> {
         for (at, part) in parts.iter().enumerate() {
             columns.extend(part.columns.iter().cloned().map(|mut column| {
                 if at >= base {
-                    let most = MOST_FORCE * self.scale / rms(&column.data).max(f64::MIN_POSITIVE);
+                    let by_size = self.scale / rms(&column.data).max(f64::MIN_POSITIVE);
+                    let by_peak = self.peak / peak(&column.data).max(f64::MIN_POSITIVE);
+                    let most = MOST_FORCE * by_size.min(by_peak);
                     column.bounds = [column.bounds[0].max(-most), column.bounds[1].min(most)];
                 }
                 column

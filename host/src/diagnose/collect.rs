@@ -35,7 +35,7 @@ pub(super) struct Promise {
     pub(super) bound: Bound,
     /// Shapes as they start; strengths as least squares has them.
     pub(super) values: Vec<f64>,
-    /// Σ of the squared residual that it takes away in the rows of the scan.
+    /// Power that it takes away in the rows of the scan, beside that of the force.
     pub(super) gain: f64,
 }
 
@@ -130,10 +130,23 @@ impl Library {
         hypothesis: &Hypothesis,
         design: &[Column],
     ) -> Vec<Promise> {
-        let own = Mat::from_fn(self.matrix.nrows(), design.len(), |r, c| {
-            design[c].data[r * self.step]
+        let rows = self.matrix.nrows();
+        let all = Mat::from_fn(rows, design.len() + 1, |r, c| {
+            let row = r * self.step;
+            design
+                .get(c)
+                .map_or(bench.measured[row], |column| column.data[row])
         });
-        let series = Mat::from_fn(self.matrix.nrows(), 1, |r, _| bench.measured[r * self.step]);
+        let bounds: Vec<[f64; 2]> = design.iter().map(|c| c.bounds).collect();
+        let factors = bounded::factors(&product(&all, &all), &bounds);
+        // What stands at a bound is taken off as it is; what is free gives way to a candidate.
+        let (free, held): (Vec<usize>, Vec<usize>) = (0..design.len())
+            .partition(|&c| bounds[c][0] < factors[c] && factors[c] < bounds[c][1]);
+        let own = Mat::from_fn(rows, free.len(), |r, c| all[(r, free[c])]);
+        let series = Mat::from_fn(rows, 1, |r, _| {
+            let taken: f64 = held.iter().map(|&c| factors[c] * all[(r, c)]).sum();
+            all[(r, design.len())] - taken
+        });
         let mut gram = product(&own, &own);
         let scale: Vec<f64> = (0..gram.ncols())
             .map(|c| gram[(c, c)])
@@ -172,8 +185,10 @@ impl Library {
             .starts
             .par_iter()
             .filter_map(|start| promise(bench, hypothesis, start, (&cross, &shares, &right)));
+        let whole = rows as f64 * bench.power;
         let mut best: Vec<Promise> = Vec::new();
-        for promise in promises.collect::<Vec<_>>() {
+        for mut promise in promises.collect::<Vec<_>>() {
+            promise.gain /= whole;
             match best.iter_mut().find(|p| p.bound == promise.bound) {
                 Some(known) if known.gain < promise.gain => *known = promise,
                 Some(_) => {}

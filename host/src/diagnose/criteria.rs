@@ -43,6 +43,6 @@ pub(crate) const CRITERIA: Criteria = Criteria {
     zero: 0.01,
     gain: 0.0078,
     lateness_s: 50e-6,
-    unknown: 0.5,
+    unknown: 0.25,
     above_noise: 1.4,
 };

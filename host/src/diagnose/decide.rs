@@ -46,18 +46,9 @@ pub(super) struct Decision {
 }
 
 impl Decision {
-    /// Power that the learner takes away from what is left, where it is more than chance; beside the power of the force.
+    /// Power of what motion explains and no effect does.
     pub(super) fn unnamed(&self) -> f64 {
-        let [before, after] = self.taken.power;
-        let differences: Vec<f64> = self.taken.gains().collect();
-        let (mean, error) = mean_and_error(&differences);
-        let sure = mean > error.max(CRITERIA.least_difference);
-        let power = (before - after).max(0.0);
-        if sure && power.sqrt() > CRITERIA.least_share {
-            power
-        } else {
-            0.0
-        }
+        self.taken.surely()
     }
 
     /// Interval, at 95 %, of the factor by which a hypothesis brings the error down, block by block.
@@ -78,6 +69,20 @@ impl Decision {
 }
 
 impl Taken {
+    /// Power that the learner takes away, where it is more than chance; beside the power of the force.
+    fn surely(&self) -> f64 {
+        let [before, after] = self.power;
+        let differences: Vec<f64> = self.gains().collect();
+        let (mean, error) = mean_and_error(&differences);
+        let sure = mean > error.max(CRITERIA.least_difference);
+        let power = (before - after).max(0.0);
+        if sure && power.sqrt() > CRITERIA.least_share {
+            power
+        } else {
+            0.0
+        }
+    }
+
     /// Log error power that the learner gains, block by block.
     fn gains(&self) -> impl Iterator<Item = f64> + '_ {
         let pairs = self.before.iter().zip(&self.after);
@@ -92,7 +97,8 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
     (mean, (square / (count - 1.0).max(1.0) / count).sqrt())
 }
 
-/// The simplest of hypotheses that loses to the best by no more than chance, with blocks weighted.
+/// The simplest of hypotheses that loses to the best by no more than chance, or by less than every model of a real joint is wrong by; with
+/// blocks weighted.
 fn choose(errors: &[&[f64]], numbers: &[usize], weights: &[f64]) -> usize {
     let whole: f64 = weights.iter().sum();
     let mean = |values: &mut dyn Iterator<Item = f64>| {
@@ -102,13 +108,15 @@ fn choose(errors: &[&[f64]], numbers: &[usize], weights: &[f64]) -> usize {
         .iter()
         .map(|e| mean(&mut e.iter().copied()))
         .collect();
+    let power = |at: usize| mean(&mut errors[at].iter().map(|e| e.exp()));
     let best = (0..errors.len()).min_by(|a, b| means[*a].total_cmp(&means[*b]));
     let Some(best) = best else { return 0 };
     let good = (0..errors.len()).filter(|&at| {
         let behind = means[at] - means[best];
         let pairs = errors[at].iter().zip(errors[best]);
         let square = mean(&mut pairs.map(|(a, b)| (a - b - behind).powi(2)));
-        behind <= (square / whole).sqrt().max(CRITERIA.least_difference)
+        let chance = (square / whole).sqrt().max(CRITERIA.least_difference);
+        behind <= chance || power(at) - power(best) < CRITERIA.least_share.powi(2)
     });
     let simplest = good.min_by(|a, b| {
         numbers[*a]
@@ -134,10 +142,9 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     let numbers: Vec<usize> = sound.iter().map(|l| l.score.numbers).collect();
     let judged = base.score.log_errors.len();
     let chosen = choose(&errors, &numbers, &vec![1.0; judged]);
-    let decided = pruned(field, sound[chosen].clone(), &base);
     let inputs = Inputs::new(full, axes);
+    let (decided, taken) = pruned(field, &inputs, sound[chosen].clone(), &base);
     let design = full.design(&decided.hypothesis, &decided.parts);
-    let taken = inputs.taken(full, &design, Knows::Time, false);
     let mut decision = Decision {
         axis: full.axis,
         errors: [base.score.error, decided.score.error],
@@ -181,10 +188,20 @@ fn helps(looked: &Looked, base: &Looked) -> bool {
     mean > error.max(CRITERIA.least_difference) && explained > CRITERIA.least_share.powi(2)
 }
 
-/// Takes out what explains next to nothing: what is lost without each effect when the others are found anew. Two that stand in for each other
-/// would hide each other, so the least important one goes first.
-fn pruned(field: &Field<'_, '_>, mut decided: Looked, base: &Looked) -> Looked {
+/// Takes out what explains next to nothing, and of several effects what explains less than what has no name: it cannot be told from that.
+/// What is lost without each effect is asked when the others are found anew. Two that stand in for each other would hide each other, so
+/// the least important one goes first. Also what the learner takes away of what stays.
+fn pruned(
+    field: &Field<'_, '_>,
+    inputs: &Inputs,
+    mut decided: Looked,
+    base: &Looked,
+) -> (Looked, Taken) {
     let power = |looked: &Looked| looked.score.error.powi(2);
+    let taken = |looked: &Looked| {
+        let design = field.full.design(&looked.hypothesis, &looked.parts);
+        inputs.taken(field.full, &design, Knows::Time, false)
+    };
     loop {
         let explained = (power(base) - power(&decided)).max(f64::MIN_POSITIVE);
         let added = decided.hypothesis.added().to_vec();
@@ -198,21 +215,15 @@ fn pruned(field: &Field<'_, '_>, mut decided: Looked, base: &Looked) -> Looked {
             })
             .collect();
         lost.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let weak = lost.first().is_some_and(|(lost, ..)| {
-            *lost < CRITERIA.least_importance * explained || *lost < CRITERIA.least_share.powi(2)
-        });
-        if !weak {
-            // The most important effect first.
-            let mut ordered = decided.hypothesis.clone();
-            for (place, (_, bound, _)) in lost.iter().rev().enumerate() {
-                let at = ordered.base + place;
-                let from = (at..ordered.members.len()).find(|&i| ordered.members[i] == *bound);
-                if let Some(from) = from {
-                    ordered.members.swap(at, from);
-                    ordered.values.swap(at, from);
-                }
+        let least = lost.first().map_or(f64::INFINITY, |(lost, ..)| *lost);
+        let counts = (CRITERIA.least_importance * explained).max(CRITERIA.least_share.powi(2));
+        if least >= counts {
+            let taken = taken(&decided);
+            if added.len() < 2 || least >= taken.surely() {
+                let order: Vec<Bound> = lost.iter().rev().map(|(_, bound, _)| *bound).collect();
+                let ordered = decided.hypothesis.ordered(&order);
+                return (look(field.full, &ordered, &decided.parts), taken);
             }
-            return look(field.full, &ordered, &decided.parts);
         }
         decided = lost.swap_remove(0).2;
     }

@@ -72,6 +72,20 @@ impl Hypothesis {
         narrower
     }
 
+    /// With the effects beside the base in this order.
+    pub(super) fn ordered(&self, order: &[Bound]) -> Self {
+        let mut ordered = self.clone();
+        for (place, bound) in order.iter().enumerate() {
+            let at = self.base + place;
+            let from = (at..ordered.members.len()).find(|&i| ordered.members[i] == *bound);
+            if let Some(from) = from {
+                ordered.members.swap(at, from);
+                ordered.values.swap(at, from);
+            }
+        }
+        ordered
+    }
+
     /// Which effects are added, in an order of its own: two hypotheses with the same key are the same set.
     pub(super) fn key(&self) -> Vec<(u8, usize)> {
         let added = self.added().iter();

@@ -10,13 +10,17 @@ use std::collections::HashSet;
 
 /// Effects that are tried beside each hypothesis, those that promise most first.
 const TRIED: usize = 8;
-/// So many always, and the others where they promise this part of what the first does.
+/// So many always beside the base, and the others where they promise this part of what the first does.
 const ALWAYS: usize = 4;
 const RIVAL: f64 = 0.1;
+/// An effect takes away no more than this times what it promises before its shapes are found.
+const MORE: f64 = 4.0;
 /// Steps of the first refinement of an effect's shapes, and of all shapes together.
 const STEPS: [usize; 2] = [6, 10];
 /// Of the best, this many times the width have all their shapes found anew.
 const SETTLED: usize = 2;
+/// No hypothesis overtakes one that is ahead by so much mean log error power.
+const NEAR: f64 = 1.5;
 
 /// A hypothesis that was looked at.
 #[derive(Clone)]
@@ -91,8 +95,10 @@ pub(super) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
             })
             .collect();
         tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
+        let near = tried.first().map_or(0.0, |best| best.score.rank) + NEAR;
         let most = SETTLED * CRITERIA.width;
-        tried.par_iter_mut().take(most).for_each(|looked| {
+        let rivals = tried.par_iter_mut().take(most);
+        rivals.filter(|l| l.score.rank < near).for_each(|looked| {
             let refined = field.excerpt.refined(&looked.hypothesis, true, STEPS[1]);
             let again = look(field.full, &refined, &looked.parts);
             if order(&again) < order(looked) {
@@ -116,10 +122,16 @@ fn added(field: &Field<'_, '_>, hypothesis: &Hypothesis, most: usize) -> Vec<Hyp
     let design = excerpt.design(hypothesis, &parts);
     let promises = field.library.scan(excerpt, hypothesis, &design);
     let best = promises.first().map_or(0.0, |best| best.gain);
-    let promises = promises.into_iter().enumerate();
+    let worth = CRITERIA.least_share.powi(2) / MORE;
+    let told = hypothesis.added().is_empty();
     promises
+        .into_iter()
         .take(most)
-        .take_while(|(place, promise)| *place < ALWAYS || promise.gain > RIVAL * best)
+        .enumerate()
+        .take_while(|(place, promise)| {
+            let rival = *place < ALWAYS || promise.gain > RIVAL * best;
+            (told && *place < ALWAYS) || (rival && promise.gain > worth)
+        })
         .map(|(_, promise)| promise)
         .map(|promise| hypothesis.with(promise.bound, promise.values))
         .collect()

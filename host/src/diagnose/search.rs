@@ -16,7 +16,7 @@ use crate::text::error::Result;
 use jointwatch_shared::effect::Acts;
 
 /// Rows of all records together on which shapes are searched for; hypotheses are judged on all of them.
-const MOST_SEARCHED: usize = 40_000;
+const MOST_SEARCHED: usize = 20_000;
 
 /// A model with its values.
 pub(super) struct Model {

@@ -59,10 +59,12 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
         &validation
     };
     let held = Records::new(&study.axes, motions, &model.filters.band);
+    let logged = prepared.validation(study);
+    let unseen = Records::new(&study.axes, &logged, &model.filters.band);
     let given = Given {
         axes: &study.axes,
         motions: &training,
-        unseen: (!validation.is_empty()).then_some(&held),
+        unseen: (!logged.is_empty()).then_some(&unseen),
         low_pass: &model.filters.band,
         without: &asked.without,
     };
