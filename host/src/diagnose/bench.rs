@@ -21,7 +21,7 @@ const SHAPES_MOVE: f64 = 0.3;
 const MOST_FORCE: f64 = 3.0;
 /// Error power that counts as none, beside that of the force.
 const NO_POWER: f64 = 1e-7;
-/// Of a base column's energy, what has to be left in the blocks that a fold learns from.
+/// Of a column's energy, what has to be left in the blocks that a fold learns from.
 const LEARNT: f64 = 0.02;
 
 /// What a hypothesis is worth.
@@ -389,7 +389,15 @@ impl<'a> Bench<'a> {
         let folds = self.blocks.folds.iter().map(|fold| {
             let mut learnt = whole.clone();
             fold.iter().for_each(|&block| learnt -= &products[block]);
-            bounded::factors(&learnt, &bounds)
+            // What the other blocks hardly hold is not learnt from them.
+            let bounds = bounds.iter().enumerate().map(|(c, &own)| {
+                if learnt[(c, c)] < LEARNT * whole[(c, c)] {
+                    [0.0; 2]
+                } else {
+                    own
+                }
+            });
+            bounded::factors(&learnt, &bounds.collect::<Vec<_>>())
         });
         Judged {
             folds: folds.collect(),

@@ -15,7 +15,7 @@ pub(crate) struct Criteria {
     pub(crate) least_difference: f64,
     /// Of what the effects explain together, the part that each has to explain by itself.
     pub(crate) least_importance: f64,
-    /// What an effect explains at least, RMS beside the RMS force of its axis: every model of a real joint is wrong by some thousandths.
+    /// What an effect explains at least, RMS beside the RMS force of its axis: every model of a real joint is wrong by half a per cent.
     pub(crate) least_share: f64,
     /// A zero of force within this part of the RMS applied force is a data sheet's tolerance.
     pub(crate) zero: f64,
@@ -39,10 +39,10 @@ pub(crate) const CRITERIA: Criteria = Criteria {
     price: 0.02,
     least_difference: 0.03,
     least_importance: 0.02,
-    least_share: 0.003,
+    least_share: 0.005,
     zero: 0.01,
     gain: 0.0078,
     lateness_s: 50e-6,
-    unknown: 0.25,
+    unknown: 0.2,
     above_noise: 1.4,
 };
