@@ -25,6 +25,8 @@ pub(super) struct Decision {
     pub(super) hypothesis: Hypothesis,
     /// RMS error over RMS force on blocks in turn: of the base, and with what was found.
     pub(super) errors: [f64; 2],
+    /// RMS over RMS force of what it leaves of all rows, learnt from all rows.
+    pub(super) left: f64,
     /// What the learner takes away of what is left.
     pub(super) taken: Taken,
     /// The inputs with which it takes most of that, and the parts of the error's power that it takes at each step.
@@ -145,8 +147,11 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     let inputs = Inputs::new(full, axes);
     let (decided, taken) = pruned(field, &inputs, sound[chosen].clone(), &base);
     let design = full.design(&decided.hypothesis, &decided.parts);
+    let left = full.solved(&design).1;
+    let square = left.iter().map(|e| e * e).sum::<f64>() / left.len().max(1) as f64;
     let mut decision = Decision {
         axis: full.axis,
+        left: (square / full.power).sqrt(),
         errors: [base.score.error, decided.score.error],
         hypothesis: decided.hypothesis.clone(),
         taken,

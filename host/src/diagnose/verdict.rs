@@ -235,7 +235,7 @@ fn unmeasured(
         return 0.0;
     };
     let noise = floor.rms / learnt.references.force[axis];
-    let left = decision.errors[1];
+    let left = decision.left;
     let above = (left * left - noise * noise).max(0.0);
     let share = CRITERIA.zero.hypot(CRITERIA.gain);
     if as_logged.acts_at_rest && noise > share {

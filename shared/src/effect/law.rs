@@ -150,7 +150,7 @@ pub trait Effect {
     const REPLACES: &'static [&'static str] = &[];
     /// Effects that measurements cannot tell from this one in general: naming one of them for it is not wrong.
     const LOOKS_LIKE: &'static [&'static str] = &[];
-    /// Pairs of parameters, by their places, of which the first is never less than the second in nature.
+    /// Pairs of parameters, by their places, of which the first is never less than the second in nature, and no more than three times it.
     const NEVER_LESS: &'static [(usize, usize)] = &[];
     /// Parameters, by their places, at whose largest value the law has become another one.
     const NOT_AT_MOST: &'static [usize] = &[];
