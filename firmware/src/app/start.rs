@@ -1,7 +1,7 @@
 //! What a restart finds: model, rig block, limits, and everything that is wrong with them, each with its name.
 
 use super::channels::{Places, raw_wiring};
-use super::evaluation::{Evaluator, Room};
+use super::evaluation::Evaluator;
 use super::watch::Watch;
 use crate::clock::{Clock, Rate, Source};
 use crate::store::{Fault, Place, Started, State, Store, Trial, Verifier};
@@ -21,6 +21,23 @@ use jointwatch_shared::wire::wiring::Wiring;
 
 /// How long a new model has to run before it is kept, in seconds.
 const TRIAL_S: u32 = 10;
+
+/// Room for what is too large to be built on the stack and handed round.
+#[derive(Debug)]
+pub struct Room {
+    watch: MaybeUninit<Watch>,
+    evaluator: MaybeUninit<Evaluator>,
+    state: ChainState,
+}
+
+impl Room {
+    /// Nothing in it yet.
+    pub const EMPTY: Self = Self {
+        watch: MaybeUninit::uninit(),
+        evaluator: MaybeUninit::uninit(),
+        state: ChainState::NEW,
+    };
+}
 
 /// What a restart has made of the two slots.
 pub struct Begun {

@@ -1,8 +1,8 @@
 //! One axis of the chain: SI values into machine numbers once, then positions, velocities and the measured force in them.
 
-use super::RawAxis;
 use super::adaptive_notch::{AdaptiveNotch, Phasor};
 use super::channel::{COUNTER_PLACES, Channel, Settling, in_time};
+use super::raw::RawAxis;
 use super::term::{DERIVED_GAIN, Terms};
 use crate::base::axis::Axis;
 use crate::chain::filter::{Delay, shift_round};
