@@ -37,8 +37,6 @@ const STILL_THERE: &[(&str, &[&str])] = &[
         "host",
         &["diagnose/linear_memory.rs", "diagnose/patterns.rs"],
     ),
-    ("host", &["emulate/ahead.rs", "emulate/link.rs"]),
-    ("firmware", &["board/link/ahead.rs", "board/link/chips.rs"]),
 ];
 
 fn source(package: &str) -> PathBuf {
