@@ -1,12 +1,10 @@
 //! Cumulative sums: a small change that lasts adds up, chance does not (Page, Biometrika 41, 1954, 100–115).
 
 use super::block::Statistics;
-use super::limits::{AxisLimits, Cusum};
+use super::limits::{Cusum, SIDES};
 use super::logarithm::SHARE;
 use super::verdict::{Cause, State};
 
-/// Statistics with a limit, per axis.
-pub(super) const SIDES: usize = 5;
 /// What each of them says when it is reached.
 pub(super) const CAUSES: [Cause; SIDES] = [
     Cause::ErrorGrew,
@@ -55,17 +53,6 @@ pub(super) fn values(seen: &Statistics) -> [i32; SIDES] {
         stiffness.saturating_neg(),
         friction,
         friction.saturating_neg(),
-    ]
-}
-
-pub(super) fn sides(limits: &AxisLimits) -> [Cusum; SIDES] {
-    let (stiffness, friction) = (limits.stiffness, limits.friction);
-    [
-        limits.error,
-        stiffness.more,
-        stiffness.less,
-        friction.more,
-        friction.less,
     ]
 }
 

@@ -35,8 +35,8 @@ use crate::fault::{Checks, Error};
 use crate::scalar::fixed::in_order;
 use crate::wire::rig::MAX_BAND_TAPS;
 use block::Waiting;
-use level::{Level, SIDES, sides, values};
-use limits::{CHANNELS, Limits};
+use level::{Level, values};
+use limits::{CHANNELS, Limits, SIDES};
 use review::Review;
 use sensors::{SensorState, forget};
 use sliding::{FAST, SLOW, Sliding};
@@ -152,12 +152,13 @@ impl Monitor {
     pub fn new(limits: Limits, chain: &Chain) -> Result<Self, Error> {
         limits.check()?;
         let mut checks = Checks::new();
-        limits.check_beside(chain, &mut checks);
+        let every_log2 = chain.band_every().trailing_zeros();
+        limits.check_for(chain.axes(), every_log2, &mut checks);
         checks.done()?;
         let (derivative, band) = (chain.spoilt_by_fault(), chain.band().taps.len() as u16);
         Ok(Self {
             log_block: limits.block.trailing_zeros(),
-            log_values: limits.values(chain).trailing_zeros(),
+            log_values: limits.values(every_log2).trailing_zeros(),
             is_thinned: chain.band_every() > 1,
             is_sparse: chain.band_every() > 2,
             wait: chain.band_delay() - chain.delay() + usize::from(chain.band_every() > 1),
@@ -361,7 +362,7 @@ impl Monitor {
                 // The first two sums, then the other three.
                 let (from, to) = if done == 4 { (0, 2) } else { (2, SIDES) };
                 if judging.seen.moves {
-                    let (values, sides) = (values(&judging.seen), sides(limits));
+                    let (values, sides) = (values(&judging.seen), limits.sides());
                     for number in from..to {
                         // As many of each as there are sides.
                         if let (Some(level), Some(&value), Some(&side)) = (
@@ -425,7 +426,7 @@ impl MonitorState {
             return [0; SIDES];
         };
         let mut all = [0; SIDES];
-        for (place, (level, side)) in all.iter_mut().zip(levels.iter().zip(sides(limits))) {
+        for (place, (level, side)) in all.iter_mut().zip(levels.iter().zip(limits.sides())) {
             *place = level.permille(side);
         }
         all

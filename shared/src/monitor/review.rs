@@ -1,6 +1,6 @@
 //! The verdict: which of what is wrong is told, a piece at a time.
 
-use super::level::{CAUSES, sides};
+use super::level::CAUSES;
 use super::limits::CHANNELS;
 use super::verdict::{Cause, State, Verdict};
 use super::{Monitor, MonitorState, REVIEW, permille_of};
@@ -81,7 +81,7 @@ impl Monitor {
         else {
             return;
         };
-        for ((level, cause), side) in levels.iter_mut().zip(CAUSES).zip(sides(limits)) {
+        for ((level, cause), side) in levels.iter_mut().zip(CAUSES).zip(limits.sides()) {
             level.state = level.next(side);
             if level.state < State::Suspect {
                 continue;
