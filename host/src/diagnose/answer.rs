@@ -4,7 +4,7 @@ use super::decide::Decision;
 use super::errors::shapes_of;
 use super::learner::Knows;
 use super::rank::Looked as LookedAt;
-use crate::assess::where_it_fails::Place;
+use crate::assess::where_it_fails::FailingRegion;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{assemble, solved_at};
 use crate::model::effects::Bound;
@@ -149,7 +149,7 @@ pub struct Diagnosis {
     pub absorbed: Vec<Absorbed>,
     /// Where the model that was brought fails.
     #[serde(rename = "where")]
-    pub places: Vec<Place>,
+    pub places: Vec<FailingRegion>,
     /// What is wrong with the data.
     pub data_problems: Vec<String>,
     /// What else is to be said, one sentence each.

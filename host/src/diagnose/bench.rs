@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// The base's own shapes may move by this part beside a hypothesis, by their tangents.
 const SHAPES_MOVE: f64 = 0.3;
 /// Force that an added effect may have, beside the largest force of the base's terms or the measured one: two that cancel are one too many.
-const MOST_FORCE: f64 = 3.0;
+const MAX_FORCE: f64 = 3.0;
 /// Error power that counts as none, beside that of the force.
 const NO_POWER: f64 = 1e-7;
 /// Of a column's energy, what has to be left in the blocks that a fold learns from.
@@ -247,7 +247,7 @@ impl<'a> Bench<'a> {
                 if at >= base {
                     let by_size = self.scale / rms(&column.data).max(f64::MIN_POSITIVE);
                     let by_peak = self.peak / peak(&column.data).max(f64::MIN_POSITIVE);
-                    let most = MOST_FORCE * by_size.min(by_peak);
+                    let most = MAX_FORCE * by_size.min(by_peak);
                     column.bounds = [column.bounds[0].max(-most), column.bounds[1].min(most)];
                 }
                 column

@@ -9,13 +9,13 @@ use std::ops::Range;
 /// How many parts the blocks are dealt into; each is judged with values found on the others.
 const TURNS: usize = 6;
 /// Fewer rows than this make no block.
-const LEAST_ROWS: usize = 20;
+const MIN_ROWS: usize = 20;
 /// Of a record's mean power, this part is added to every row's, so that rest has blocks too.
 const REST: f64 = 0.1;
 /// The largest force has to stand out by this factor from the blocks' median to be left out by itself.
 const STANDS_OUT: f64 = 1.15;
 /// A record that holds less than this part of the energy is not left out by itself.
-const LEAST_RECORD: f64 = 0.05;
+const MIN_RECORD: f64 = 0.05;
 
 /// Blocks and folds of one axis.
 pub(super) struct Blocks {
@@ -41,14 +41,14 @@ impl Blocks {
             let energy: f64 = part.iter().sum();
             energies.push(energy / whole);
             let wanted = (CRITERIA.blocks as f64 * energy / whole).round() as usize;
-            let wanted = wanted.clamp(1, (count / LEAST_ROWS).max(1));
+            let wanted = wanted.clamp(1, (count / MIN_ROWS).max(1));
             let first = rows.len();
             let (mut sum, mut from) = (0.0, 0);
             for (row, value) in part.iter().enumerate() {
                 sum += value;
                 let made = rows.len() - first;
                 let full = sum * wanted as f64 >= energy * (made + 1) as f64;
-                if full && made + 1 < wanted && row + 1 - from >= LEAST_ROWS {
+                if full && made + 1 < wanted && row + 1 - from >= MIN_ROWS {
                     rows.push(start + from..start + row + 1);
                     from = row + 1;
                 }
@@ -65,7 +65,7 @@ impl Blocks {
             .collect();
         if records.len() > 1 {
             let records = of_record.into_iter().zip(&energies);
-            let large = records.filter(|(_, energy)| **energy >= LEAST_RECORD);
+            let large = records.filter(|(_, energy)| **energy >= MIN_RECORD);
             folds.extend(large.map(|(blocks, _)| blocks));
         }
         folds.extend(largest(force, &rows));

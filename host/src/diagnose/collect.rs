@@ -16,11 +16,11 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Starting values of one effect's shapes that are tried at most; more are thinned out.
-const MOST_STARTS: usize = 40;
+const MAX_STARTS: usize = 40;
 /// Rows that a scan looks at: every so manieth of more.
-const MOST_ROWS: usize = 6000;
+const MAX_ROWS: usize = 6000;
 /// A column of which less than this part is left beside a hypothesis is no news.
-const LEAST_NEW: f64 = 1e-7;
+const MIN_NEW: f64 = 1e-7;
 
 /// One effect at one choice of its shapes.
 struct Start {
@@ -86,12 +86,12 @@ impl Library {
         residual: &[f64],
     ) -> Self {
         let rows = bench.measured.len();
-        let step = rows.div_ceil(MOST_ROWS).max(1);
+        let step = rows.div_ceil(MAX_ROWS).max(1);
         let all: Vec<(Bound, Vec<f64>)> = candidates
             .iter()
             .flat_map(|bound| {
                 let starts = starts(bench, bound, known, values, residual);
-                let thin = starts.len().div_ceil(MOST_STARTS).max(1);
+                let thin = starts.len().div_ceil(MAX_STARTS).max(1);
                 starts
                     .into_iter()
                     .step_by(thin)
@@ -225,7 +225,7 @@ fn promise(
                 .sum();
             products[(c, d)] = start.products[(c, d)] - inner;
         }
-        if products[(c, c)] <= LEAST_NEW * start.products[(c, c)] {
+        if products[(c, c)] <= MIN_NEW * start.products[(c, c)] {
             // Nothing of its own: as a column of zeros it gets no factor.
             products[(c, c)] = 0.0;
         }

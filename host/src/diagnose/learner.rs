@@ -10,7 +10,7 @@ use crate::fit::trees::{Binned, SIZE, Trees};
 use rayon::prelude::*;
 
 /// Rows that the learner is taught on and judged on: every so manieth of more.
-const MOST_ROWS: usize = 5000;
+const MAX_ROWS: usize = 5000;
 /// Folds on which it is asked what the remainder follows.
 const FIRST_FOLDS: usize = 3;
 /// Moments ago, s.
@@ -72,7 +72,7 @@ impl Inputs {
     pub(super) fn new(bench: &Bench<'_>, axes: usize) -> Self {
         let records = bench.records;
         let rows = bench.measured.len();
-        let step = rows.div_ceil(MOST_ROWS).max(1);
+        let step = rows.div_ceil(MAX_ROWS).max(1);
         let slice = |axis: usize, column: Vec<f64>| column[axis * rows..(axis + 1) * rows].to_vec();
         let mut series = Vec::new();
         let state = |axis: usize, moves: bool| {

@@ -16,7 +16,7 @@ use crate::text::error::Result;
 use jointwatch_shared::effect::Acts;
 
 /// Rows of all records together on which shapes are searched for; hypotheses are judged on all of them.
-const MOST_SEARCHED: usize = 20_000;
+const MAX_SEARCHED: usize = 20_000;
 
 /// A model with its values.
 pub(super) struct Model {
@@ -62,10 +62,10 @@ pub(super) fn search(
     let from = values.map(|values| shapes_of(&records, base, &values));
     let solution = solve(&records, given.axes, base, from)?;
     let rows: usize = given.motions.iter().map(|m| m.rows()).sum();
-    let each = MOST_SEARCHED / given.motions.len().max(1);
+    let each = MAX_SEARCHED / given.motions.len().max(1);
     let cut: Vec<Motion> = given.motions.iter().map(|m| m.middle(each)).collect();
     let cut: Vec<&Motion> = cut.iter().collect();
-    let mut excerpt = (rows > MOST_SEARCHED).then(|| {
+    let mut excerpt = (rows > MAX_SEARCHED).then(|| {
         let mut excerpt = Records::new(given.axes, &cut, given.low_pass);
         excerpt.references = records.references;
         excerpt
