@@ -12,11 +12,11 @@ pub const CHANNELS: usize = 5;
 /// The fewest and the most samples of a block.
 pub const BLOCK: [u16; 2] = [16, 1024];
 /// The fewest residuals in the band that a block sums up.
-pub const FEWEST_VALUES: i32 = 16;
+pub const MIN_VALUES: i32 = 16;
 /// Statistics with a limit, per axis.
 pub(super) const SIDES: usize = 5;
 /// The largest drift and the largest threshold of a [`Cusum`].
-pub const MOST_CUSUM: i32 = 1 << 24;
+pub const MAX_CUSUM: i32 = 1 << 24;
 
 /// One side of a cumulative sum (Page 1954): S ← max(0, S + y − drift), alarm at S ≥ threshold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -67,7 +67,7 @@ pub struct AxisLimits {
 pub struct Limits {
     /// The checksum of the model blob for which they were set.
     pub model_checksum: u32,
-    /// Samples of one block of statistics; a power of two from 16 to 1024, and so long that [`FEWEST_VALUES`] residuals in the band
+    /// Samples of one block of statistics; a power of two from 16 to 1024, and so long that [`MIN_VALUES`] residuals in the band
     /// come meanwhile.
     pub block: u16,
     /// The part of the time outside the training range that makes the verdict *suspect*, in 1/1000; 1 to 1000.
@@ -112,7 +112,7 @@ impl Limits {
         let (seen, wanted) = (self.axes.len() as i32, axes as i32);
         checks.whole("axes of the monitor's limits", seen, wanted, wanted);
         let (most, quantity) = (i32::from(self.block), "residuals in the band per block");
-        checks.whole(quantity, self.values(every_log2), FEWEST_VALUES, most);
+        checks.whole(quantity, self.values(every_log2), MIN_VALUES, most);
     }
 }
 
@@ -138,7 +138,7 @@ impl AxisLimits {
         for power in self.state_power {
             checks.long("state power of the monitor", power, 1, 1 << 30);
         }
-        let most = MOST_CUSUM;
+        let most = MAX_CUSUM;
         for slope in self.per_octave {
             let quantity = "change per octave of the monitor's statistics";
             checks.whole(quantity, slope, -most, most);

@@ -24,7 +24,7 @@ mod sliding;
 mod verdict;
 
 pub use block::{Statistics, Sums, share_of_change};
-pub use level::{MOST_OF_SHARE, least_blocks, most_of_block};
+pub use level::{MAX_OF_SHARE, least_blocks, most_of_block};
 pub use logarithm::{OCTAVE, SHARE};
 pub use sensors::Faults;
 pub use sliding::Window;
@@ -42,7 +42,7 @@ use sensors::{SensorState, forget};
 use sliding::{FAST, SLOW, Sliding};
 
 /// The longest wait for the low-pass over the residual and for the sample after it, in samples.
-const MOST_WAIT: usize = MAX_BAND_TAPS / 2 + 2;
+const MAX_WAIT: usize = MAX_BAND_TAPS / 2 + 2;
 /// Two pieces at a time are done of a block with fewer samples.
 const SHORT_BLOCK: u16 = 64;
 /// Binary logarithm of the blocks over which the time outside the training range is counted.
@@ -68,14 +68,14 @@ pub struct Monitor {
 /// What the monitor keeps between samples.
 #[derive(Clone, Debug)]
 pub struct MonitorState {
-    waiting: [[Waiting; 2]; MOST_WAIT],
+    waiting: [[Waiting; 2]; MAX_WAIT],
     newest: usize,
     /// A residual in the band that is summed up with the next sample, where that has none: the low-pass has enough to do when it
     /// comes.
     held: [i32; 2],
     is_held: bool,
     /// Residuals that are still spoilt.
-    spoilt: u16,
+    invalidated: u16,
     /// The block that is being filled and the last one that was, which change places.
     sums: [[Sums; 2]; 2],
     filling: usize,
@@ -118,11 +118,11 @@ const REVIEW: u8 = 3;
 impl Default for MonitorState {
     fn default() -> Self {
         Self {
-            waiting: [[Waiting::default(); 2]; MOST_WAIT],
+            waiting: [[Waiting::default(); 2]; MAX_WAIT],
             newest: 0,
             held: [0; 2],
             is_held: false,
-            spoilt: 0,
+            invalidated: 0,
             sums: [[Sums::default(); 2]; 2],
             filling: 0,
             count: 0,
@@ -155,7 +155,7 @@ impl Monitor {
         let every_log2 = chain.band_every().trailing_zeros();
         limits.check_for(chain.axes(), every_log2, &mut checks);
         checks.done()?;
-        let (derivative, band) = (chain.spoilt_by_fault(), chain.band().taps.len() as u16);
+        let (derivative, band) = (chain.invalidated_by_fault(), chain.band().taps.len() as u16);
         Ok(Self {
             log_block: limits.block.trailing_zeros(),
             log_values: limits.values(every_log2).trailing_zeros(),
@@ -241,13 +241,13 @@ impl Monitor {
     fn sense(&self, state: &mut MonitorState, raw: &RawSample, faults: &Faults) {
         state.sensors.sample(&self.limits, raw, faults);
         if faults.any() {
-            state.spoilt = self.after_fault;
+            state.invalidated = self.after_fault;
         }
     }
 
     /// Adds an output to the block that is being filled where it has a residual in the band, unless that is spoilt; whether it did.
     fn take(&self, state: &mut MonitorState, output: &Output) -> bool {
-        state.newest = if state.newest + 1 < MOST_WAIT {
+        state.newest = if state.newest + 1 < MAX_WAIT {
             state.newest + 1
         } else {
             0
@@ -262,11 +262,11 @@ impl Monitor {
         }
         if output.outside != 0 {
             state.outside = state.outside.saturating_add(1);
-            state.spoilt = state.spoilt.max(self.after_outside);
+            state.invalidated = state.invalidated.max(self.after_outside);
         }
         let mut residual = output.residual_band;
-        if state.spoilt > 0 {
-            state.spoilt -= 1;
+        if state.invalidated > 0 {
+            state.invalidated -= 1;
             residual = None;
         }
         let residual = match residual {
@@ -283,7 +283,7 @@ impl Monitor {
         };
         let place = match state.newest.checked_sub(self.wait) {
             Some(place) => place,
-            None => (state.newest + MOST_WAIT).saturating_sub(self.wait),
+            None => (state.newest + MAX_WAIT).saturating_sub(self.wait),
         };
         let Some(at) = state.waiting.get(place) else {
             return false;
@@ -316,7 +316,7 @@ impl Monitor {
             // A channel stands still: what was summed up meanwhile says nothing about the joint.
             state.begin_block();
             state.judging.axes = 0;
-            (state.spoilt, state.is_held) = (self.after_fault, false);
+            (state.invalidated, state.is_held) = (self.after_fault, false);
         }
         forget(
             &mut state.outside_rate,

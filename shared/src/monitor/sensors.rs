@@ -62,7 +62,7 @@ const STUCK_BLOCKS: u8 = 4;
 
 /// One channel within a block: its first count and how far it went from there.
 #[derive(Clone, Copy, Debug, Default)]
-struct Course {
+struct ChannelSpan {
     first: i32,
     least: i32,
     most: i32,
@@ -70,7 +70,7 @@ struct Course {
     still: u8,
 }
 
-impl Course {
+impl ChannelSpan {
     /// How far it went within the block.
     fn span(&self) -> u32 {
         self.most.wrapping_sub(self.least) as u32
@@ -104,7 +104,7 @@ pub(super) struct SensorState {
     /// The channels of the last block in which there were any.
     last: [u16; KINDS],
     rates: [i32; KINDS],
-    courses: [[Course; CHANNELS]; 2],
+    spans: [[ChannelSpan; CHANNELS]; 2],
     /// The axis whose courses the last sample was taken into.
     turn: usize,
     /// Axes of whose block there was a sample.
@@ -137,7 +137,7 @@ impl SensorState {
         }
         let raw = &raw[own];
         let [of_far, of_near] = raw.displacement;
-        let [far, near, body, acceleration, force] = &mut self.courses[own];
+        let [far, near, body, acceleration, force] = &mut self.spans[own];
         if self.started[own] {
             far.follow(of_far);
             near.follow(of_near);
@@ -173,18 +173,18 @@ impl SensorState {
             return;
         };
         let mut moves = false;
-        for (course, &least) in self.courses[axis].iter().zip(&limits.moving_counts) {
-            moves |= least != 0 && course.span() >= least;
+        for (span, &least) in self.spans[axis].iter().zip(&limits.moving_counts) {
+            moves |= least != 0 && span.span() >= least;
         }
-        let all = self.courses[axis].iter_mut().zip(&limits.moving_counts);
-        for (channel, (course, &least)) in all.enumerate() {
-            if course.span() != 0 || least == 0 {
-                course.still = 0;
+        let all = self.spans[axis].iter_mut().zip(&limits.moving_counts);
+        for (channel, (span, &least)) in all.enumerate() {
+            if span.span() != 0 || least == 0 {
+                span.still = 0;
             } else if moves {
-                course.still = course.still.saturating_add(1);
+                span.still = span.still.saturating_add(1);
                 self.suspected |= Faults::bit(axis, channel);
             }
-            if course.still >= STUCK_BLOCKS {
+            if span.still >= STUCK_BLOCKS {
                 self.stuck |= Faults::bit(axis, channel);
             }
         }

@@ -1,8 +1,8 @@
 //! Drift and threshold of one cumulative sum, from the values that its statistic takes on a healthy joint.
 
-use super::{FEWEST_BLOCKS, mean};
-use jointwatch_shared::monitor::limits::MOST_CUSUM;
-use jointwatch_shared::monitor::{MOST_OF_SHARE, OCTAVE, least_blocks, most_of_block};
+use super::{MIN_BLOCKS, mean};
+use jointwatch_shared::monitor::limits::MAX_CUSUM;
+use jointwatch_shared::monitor::{MAX_OF_SHARE, OCTAVE, least_blocks, most_of_block};
 use serde::Serialize;
 
 /// Blocks in a row over which increments are summed up: how they hang together shows in the sums of several. How well a model
@@ -10,7 +10,7 @@ use serde::Serialize;
 const GROUPS: [usize; 3] = [1, 2, 4];
 const GROUPS_OF_ERROR: [usize; 5] = [1, 2, 4, 8, 16];
 /// What one block may add at least to the sum of the error, in octaves of power.
-const LEAST_STEP_OCTAVES: f64 = 1.5;
+const MIN_STEP_OCTAVES: f64 = 1.5;
 /// Where the drift may lie between the healthy mean and that of a changed joint.
 const PARTS_OF_SHIFT: [f64; 7] = [0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5];
 /// What of the shift a changed joint shows at least, as it moves less than before or its friction is dry.
@@ -43,7 +43,7 @@ pub(super) fn healthy(
 ) -> Healthy {
     let all: Vec<&Vec<f64>> = records
         .iter()
-        .filter(|(_, s)| s.len() >= FEWEST_BLOCKS)
+        .filter(|(_, s)| s.len() >= MIN_BLOCKS)
         .map(|(_, s)| s)
         .collect();
     let validation: Vec<&Vec<f64>> = records.iter().filter(|(v, _)| *v).map(|(_, s)| s).collect();
@@ -138,13 +138,13 @@ impl Evidence<'_> {
             .map(|&group| tail_rate(&pooled, group))
             .fold(gaussian, f64::min);
         let least_step = if self.side == 0 {
-            LEAST_STEP_OCTAVES * f64::from(OCTAVE)
+            MIN_STEP_OCTAVES * f64::from(OCTAVE)
         } else {
-            f64::from(MOST_OF_SHARE)
+            f64::from(MAX_OF_SHARE)
         };
         let least = f64::from(least_blocks(self.side)) * least_step;
         let threshold = (self.log_rarity / rate.max(1e-9)).max(least);
-        (threshold.min(f64::from(MOST_CUSUM)), variance.sqrt())
+        (threshold.min(f64::from(MAX_CUSUM)), variance.sqrt())
     }
 }
 

@@ -15,7 +15,7 @@
 mod cusum;
 
 use crate::device::replay::SetUp;
-use crate::fit::errors::RESTS_BELOW;
+use crate::fit::errors::AT_REST_BELOW;
 use crate::signal::every::every_log2;
 use crate::signal::filters::Filters;
 use crate::study::{Record, Role, Study};
@@ -25,7 +25,7 @@ use cusum::healthy;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::{Output, RawSample};
 use jointwatch_shared::monitor::limits::{
-    AxisLimits, BLOCK, CHANNELS, Cusum, FEWEST_VALUES, Limits, MOST_CUSUM, TwoSided,
+    AxisLimits, BLOCK, CHANNELS, Cusum, Limits, MAX_CUSUM, MIN_VALUES, TwoSided,
 };
 use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, OCTAVE, Sums, share_of_change};
 use jointwatch_shared::wire::rig::MAX_BAND_EVERY_LOG2;
@@ -33,11 +33,11 @@ use jointwatch_shared::wire::rig::MAX_BAND_EVERY_LOG2;
 /// The change of stiffness or friction that the limits are tuned to, as a part of the RMS force.
 const CHANGE: f64 = 0.1;
 /// The least drift above the healthy mean of the error, in octaves of power.
-const LEAST_GROWTH_OCTAVES: f64 = 0.5;
+const MIN_GROWTH_OCTAVES: f64 = 0.5;
 /// How long a block lasts, s: some periods of what moves a joint, and some ten of them within the time to an alarm.
 const BLOCK_S: f64 = 0.064;
 /// The fewest judged blocks of validation from which limits are set.
-const FEWEST_BLOCKS: usize = 24;
+const MIN_BLOCKS: usize = 24;
 /// Share of the time outside the training range that is suspect, in 1/1000, where the validation records ask for no more.
 const OUTSIDE_PERMILLE: f64 = 200.0;
 /// Statistics with a limit per axis.
@@ -55,7 +55,7 @@ pub struct Calibration {
 }
 
 /// One record after the chain.
-struct Course {
+struct ChainedRecord {
     validation: bool,
     samples: Vec<(RawSample, Option<Output>)>,
 }
@@ -80,26 +80,26 @@ pub fn limits(
                 .into(),
         ));
     }
-    let course = |record: &Record| Course {
+    let chained = |record: &Record| ChainedRecord {
         validation: record.role == Role::Validate,
         samples: set_up.samples(record, model).collect(),
     };
-    let courses: Vec<Course> = study.records.iter().map(course).collect();
+    let chained_records: Vec<ChainedRecord> = study.records.iter().map(chained).collect();
     let block = block(study.sample_rate_hz);
     let mut limits = Limits {
         model_checksum,
         block,
-        outside_permille: outside_permille(&courses),
+        outside_permille: outside_permille(&chained_records),
         false_alarm_hours,
         axes: (0..study.axes.len())
-            .map(|axis| scales(&courses, axis))
+            .map(|axis| scales(&chained_records, axis))
             .collect(),
     };
     let not_held = |e| refuse(format!("the monitor's limits cannot be held ({e})"));
     let monitor = Monitor::new(limits.clone(), &set_up.chain).map_err(not_held)?;
-    let seen: Vec<(bool, Vec<[Sums; 2]>)> = courses
+    let seen: Vec<(bool, Vec<[Sums; 2]>)> = chained_records
         .iter()
-        .map(|course| (course.validation, blocks(&monitor, course)))
+        .map(|chained| (chained.validation, blocks(&monitor, chained)))
         .collect();
 
     let blocks_between =
@@ -115,10 +115,10 @@ pub fn limits(
             .filter(|s| s.validation)
             .map(|s| s.values.len())
             .sum();
-        if count < FEWEST_BLOCKS {
+        if count < MIN_BLOCKS {
             return Err(refuse(format!(
                 "only {count} blocks of {:.0} ms of the validation records move {} inside the training range, and the \
-                 monitor's limits need {FEWEST_BLOCKS}; log a longer record for validation",
+                 monitor's limits need {MIN_BLOCKS}; log a longer record for validation",
                 1e3 * f64::from(block) / study.sample_rate_hz,
                 study.axes[axis].name
             )));
@@ -148,7 +148,7 @@ pub fn limits(
 /// Binary logarithm of the samples from one residual in the band to the next on the device ([`every_log2`]): as many as the band
 /// allows, and not so many that a block of the monitor would sum up too few of them.
 pub fn band_every_log2(filters: &Filters) -> u8 {
-    let of_block = i32::from(block(filters.sample_rate_hz)) / FEWEST_VALUES;
+    let of_block = i32::from(block(filters.sample_rate_hz)) / MIN_VALUES;
     let most = (of_block.max(1).ilog2() as u8).min(MAX_BAND_EVERY_LOG2);
     every_log2(&filters.band, filters.sample_rate_hz, filters.band_hz, most)
 }
@@ -161,9 +161,9 @@ fn block(sample_rate_hz: f64) -> u16 {
 }
 
 /// Three times the share of the validation records, and [`OUTSIDE_PERMILLE`] at least.
-fn outside_permille(courses: &[Course]) -> u16 {
+fn outside_permille(chained_records: &[ChainedRecord]) -> u16 {
     let outputs = || {
-        validation(courses)
+        validation(chained_records)
             .flat_map(|c| &c.samples)
             .filter_map(|(_, o)| o.as_ref())
     };
@@ -172,26 +172,26 @@ fn outside_permille(courses: &[Course]) -> u16 {
     (3e3 * share).clamp(OUTSIDE_PERMILLE, 1e3).round() as u16
 }
 
-fn validation(courses: &[Course]) -> impl Iterator<Item = &Course> {
-    courses.iter().filter(|course| course.validation)
+fn validation(chained_records: &[ChainedRecord]) -> impl Iterator<Item = &ChainedRecord> {
+    chained_records.iter().filter(|chained| chained.validation)
 }
 
 /// Powers of force and states, the sign of the axis, and how far a channel goes when it moves; cumulative sums that never
 /// end, for the run that measures what they are to be.
-fn scales(courses: &[Course], axis: usize) -> AxisLimits {
-    let force_of = |course: &Course| -> Vec<f64> {
-        let outputs = course.samples.iter().filter_map(|(_, o)| o.as_ref());
+fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
+    let force_of = |chained: &ChainedRecord| -> Vec<f64> {
+        let outputs = chained.samples.iter().filter_map(|(_, o)| o.as_ref());
         outputs.map(|o| f64::from(o.measured[axis])).collect()
     };
-    let powers: Vec<(f64, &Course)> = validation(courses)
-        .map(|course| (mean_square(&force_of(course)), course))
+    let powers: Vec<(f64, &ChainedRecord)> = validation(chained_records)
+        .map(|chained| (mean_square(&force_of(chained)), chained))
         .collect();
     let largest = powers.iter().map(|(power, _)| *power).fold(0.0, f64::max);
     // A record in which the axis rests says nothing about how far it moves.
-    let moving: Vec<&Course> = powers
+    let moving: Vec<&ChainedRecord> = powers
         .iter()
-        .filter(|(power, _)| *power >= RESTS_BELOW * RESTS_BELOW * largest)
-        .map(|(_, course)| *course)
+        .filter(|(power, _)| *power >= AT_REST_BELOW * AT_REST_BELOW * largest)
+        .map(|(_, chained)| *chained)
         .collect();
     let outputs = || {
         moving
@@ -226,8 +226,8 @@ fn scales(courses: &[Course], axis: usize) -> AxisLimits {
         spread.round() as u32
     });
     let never = Cusum {
-        drift: MOST_CUSUM,
-        threshold: MOST_CUSUM,
+        drift: MAX_CUSUM,
+        threshold: MAX_CUSUM,
     };
     let neither = TwoSided {
         more: never,
@@ -253,11 +253,11 @@ fn channels(raw: &RawSample, axis: usize) -> [i32; CHANNELS] {
 }
 
 /// The sums of every block that the monitor finishes.
-fn blocks(monitor: &Monitor, course: &Course) -> Vec<[Sums; 2]> {
+fn blocks(monitor: &Monitor, chained: &ChainedRecord) -> Vec<[Sums; 2]> {
     let mut state = MonitorState::default();
     let mut seen = Vec::new();
     let mut number = 0;
-    for (raw, output) in &course.samples {
+    for (raw, output) in &chained.samples {
         monitor.update(&mut state, raw, output.as_ref(), &Faults::default());
         let (finished, sums) = state.last_block();
         if finished != number {
@@ -337,7 +337,7 @@ fn sides(series: &[Series], log_rarity: f64) -> [Healthy; 5] {
     let growth = ((share + CHANGE * CHANGE) / share.max(1e-12)).log2();
     std::array::from_fn(|side| {
         let shift = if side == 0 {
-            f64::from(OCTAVE) * growth.max(2.0 * LEAST_GROWTH_OCTAVES)
+            f64::from(OCTAVE) * growth.max(2.0 * MIN_GROWTH_OCTAVES)
         } else {
             share_of_change(CHANGE)
         };
