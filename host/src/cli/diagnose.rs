@@ -240,10 +240,20 @@ fn candidates(diagnosis: &Diagnosis) -> Table {
             format!("{:.2}", candidate.probability),
             format!("{:.4}", candidate.error_before),
             format!("{:.4}", candidate.error_after),
-            candidate.equivalent.join(", "),
+            first_few(&candidate.equivalent),
         ]);
     }
     table
+}
+
+/// The first names of a list that a row has room for, and how many more there are.
+fn first_few(names: &[String]) -> String {
+    const ROOM: usize = 3;
+    if names.len() <= ROOM + 1 {
+        return names.join(", ");
+    }
+    let more = names.len() - ROOM;
+    format!("{} and {more} more", names[..ROOM].join(", "))
 }
 
 /// The values of a candidate, in words.
