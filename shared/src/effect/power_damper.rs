@@ -29,7 +29,7 @@ impl Effect for PowerDamper {
                 Dimension::FORCE,
                 true,
             ),
-            exponent(&[0.4, 0.6, 0.8, 1.5, 2.5], 0.3, 4.0),
+            exponent(&[0.25, 0.5, 0.75, 1.5, 2.5], 0.1, 4.0),
             reference(
                 "reference_velocity",
                 "v₁",
