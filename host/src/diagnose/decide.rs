@@ -170,7 +170,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         .filter(|bound| !decided.hypothesis.added().contains(bound))
         .copied()
         .collect();
-    decision.chance(full, &sound, &base, &weak);
+    decision.chance(full, &sound, [&base, &decided], &weak);
     if decision.unnamed() > 0.0 {
         let powers = Knows::ALL.map(|knows| {
             let taken = inputs.taken(full, &design, knows, true);
@@ -288,7 +288,13 @@ fn singles(
 
 impl Decision {
     /// Probabilities: the same choice on blocks drawn with replacement. `weak` are effects that explained next to nothing.
-    fn chance(&mut self, bench: &Bench<'_>, sets: &[&Looked], base: &Looked, weak: &[Bound]) {
+    fn chance(
+        &mut self,
+        bench: &Bench<'_>,
+        sets: &[&Looked],
+        [base, decided]: [&Looked; 2],
+        weak: &[Bound],
+    ) {
         let errors: Vec<&[f64]> = sets.iter().map(|l| l.score.log_errors.as_slice()).collect();
         let numbers: Vec<usize> = sets.iter().map(|l| l.score.numbers).collect();
         let block_of: Vec<usize> = bench.blocks.folds.iter().flatten().copied().collect();
@@ -307,7 +313,7 @@ impl Decision {
             };
             let gain = power(&mut gains.iter().copied());
             let of = |looked: &Looked| power(&mut looked.score.log_errors.iter().map(|e| e.exp()));
-            let named = (of(base) - of(chosen)).max(0.0);
+            let named = (of(base) - of(decided)).max(0.0);
             let left = self.taken.before.iter().zip(&self.taken.after);
             let unnamed = power(&mut left.map(|(a, b)| a - b)).max(0.0);
             let added = chosen.hypothesis.added().iter();
