@@ -68,7 +68,7 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
         low_pass: &model.filters.band,
         without: &asked.without,
     };
-    let search = search(&given, &base, values)?;
+    let mut search = search(&given, &base, values)?;
     let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
     let (judged_on, before, after) = errors(study, &prepared, model, &search, &mut notes)?;
     let floors =
@@ -79,6 +79,12 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     let unmeasured: Vec<f64> = (0..study.axes.len())
         .map(|axis| unmeasured(&search, axis, (&floors[axis], &as_logged[axis]), &learnt))
         .collect();
+    for decision in &mut search.decisions {
+        // No draw of blocks takes away what stands above the noise.
+        if unmeasured[decision.axis] > CRITERIA.unknown * decision.named() {
+            (decision.unknown, decision.nothing) = (1.0, 0.0);
+        }
+    }
     notes.extend(in_notes(&search, &names, &unmeasured, study));
     let found = in_words_found(&search.found, &names);
     let wrong = data_checks::check(study, &model.filters);
