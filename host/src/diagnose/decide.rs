@@ -100,8 +100,8 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
 }
 
 /// The simplest of hypotheses that loses to the best by no more than chance, or by less than every model of a real joint is wrong by; with
-/// blocks weighted.
-fn choose(errors: &[&[f64]], numbers: &[usize], weights: &[f64]) -> usize {
+/// blocks weighted. `powers` are those of the errors on blocks in turn.
+fn choose(errors: &[&[f64]], powers: &[f64], numbers: &[usize], weights: &[f64]) -> usize {
     let whole: f64 = weights.iter().sum();
     let mean = |values: &mut dyn Iterator<Item = f64>| {
         values.zip(weights).map(|(v, w)| v * w).sum::<f64>() / whole
@@ -110,7 +110,6 @@ fn choose(errors: &[&[f64]], numbers: &[usize], weights: &[f64]) -> usize {
         .iter()
         .map(|e| mean(&mut e.iter().copied()))
         .collect();
-    let power = |at: usize| mean(&mut errors[at].iter().map(|e| e.exp()));
     let best = (0..errors.len()).min_by(|a, b| means[*a].total_cmp(&means[*b]));
     let Some(best) = best else { return 0 };
     let good = (0..errors.len()).filter(|&at| {
@@ -118,7 +117,7 @@ fn choose(errors: &[&[f64]], numbers: &[usize], weights: &[f64]) -> usize {
         let pairs = errors[at].iter().zip(errors[best]);
         let square = mean(&mut pairs.map(|(a, b)| (a - b - behind).powi(2)));
         let chance = (square / whole).sqrt().max(CRITERIA.least_difference);
-        behind <= chance || power(at) - power(best) < CRITERIA.least_share.powi(2)
+        behind <= chance || powers[at] - powers[best] < CRITERIA.least_share.powi(2)
     });
     let simplest = good.min_by(|a, b| {
         numbers[*a]
@@ -143,7 +142,8 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         .collect();
     let numbers: Vec<usize> = sound.iter().map(|l| l.score.numbers).collect();
     let judged = base.score.log_errors.len();
-    let chosen = choose(&errors, &numbers, &vec![1.0; judged]);
+    let powers: Vec<f64> = sound.iter().map(|l| l.score.error.powi(2)).collect();
+    let chosen = choose(&errors, &powers, &numbers, &vec![1.0; judged]);
     let inputs = Inputs::new(full, axes);
     let (decided, taken) = pruned(field, &inputs, sound[chosen].clone(), &base);
     let design = full.design(&decided.hypothesis, &decided.parts);
@@ -296,6 +296,7 @@ impl Decision {
         weak: &[Bound],
     ) {
         let errors: Vec<&[f64]> = sets.iter().map(|l| l.score.log_errors.as_slice()).collect();
+        let powers: Vec<f64> = sets.iter().map(|l| l.score.error.powi(2)).collect();
         let numbers: Vec<usize> = sets.iter().map(|l| l.score.numbers).collect();
         let block_of: Vec<usize> = bench.blocks.folds.iter().flatten().copied().collect();
         let count = bench.blocks.rows.len();
@@ -307,7 +308,7 @@ impl Decision {
                 drawn[rng.random_range(0..count)] += 1.0;
             }
             let weights: Vec<f64> = block_of.iter().map(|&block| drawn[block]).collect();
-            let chosen = sets[choose(&errors, &numbers, &weights)];
+            let chosen = sets[choose(&errors, &powers, &numbers, &weights)];
             let power = |values: &mut dyn Iterator<Item = f64>| {
                 values.zip(&weights).map(|(v, w)| v * w).sum::<f64>() / weights.iter().sum::<f64>()
             };
@@ -353,10 +354,11 @@ mod tests {
             .collect();
         let sets = [base.as_slice(), &law, &wider];
         let alike = vec![1.0; 24];
+        let far = [1.0, 0.1, 0.01];
         // One law is clearly better than none; what wins by less than chance does not win.
-        assert_eq!(choose(&sets, &[2, 4, 7], &alike), 1);
+        assert_eq!(choose(&sets, &far, &[2, 4, 7], &alike), 1);
         // With nothing to be gained, nothing is added.
         let same: Vec<f64> = base.iter().map(|e| e - 0.01).collect();
-        assert_eq!(choose(&[&base, &same], &[2, 4], &alike), 0);
+        assert_eq!(choose(&[&base, &same], &far, &[2, 4], &alike), 0);
     }
 }
