@@ -277,10 +277,11 @@ fn in_one_group(candidate: &Ranked) -> Option<String> {
         return None;
     }
     Some(format!(
-        "These records cannot tell {}@{} from {}. To tell them apart: {}",
+        "These records cannot tell {}@{} from {}: one of them acts with probability {:.2}. To tell them apart: {}",
         candidate.effect,
         candidate.axis,
         candidate.equivalent.join(", "),
+        candidate.group_probability,
         candidate.separating_experiment
     ))
 }

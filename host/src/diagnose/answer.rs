@@ -64,6 +64,8 @@ pub struct Ranked {
     pub equivalent: Vec<String>,
     /// How likely it is that it acts, by the records: 0 to 1.
     pub probability: f64,
+    /// How likely it is that it or one of its equivalents acts: 0 to 1.
+    pub group_probability: f64,
     /// Held-out drop of the squared residual, in units of its variance.
     pub score: f64,
     /// Relative error on its axis without it, on held-out blocks.
@@ -244,7 +246,16 @@ fn ranked(
         interval: intervals.get(index).copied().flatten(),
     });
     let (before, after) = (decision.errors[0], looked.score.error);
-    let chance = decision.chances.iter().find(|(b, _)| *b == bound);
+    let like = |other: &&LookedAt| {
+        let name = other.hypothesis.added()[0].entry.about.name;
+        equivalent.contains(&name)
+    };
+    let singles = decision.singles.iter().map(|(single, _)| single);
+    let group: Vec<Bound> = singles
+        .filter(like)
+        .map(|other| other.hypothesis.added()[0])
+        .chain([bound])
+        .collect();
     Ranked {
         effect: bound.entry.about.name.into(),
         axis: if both {
@@ -253,7 +264,8 @@ fn ranked(
             study.axes[bound.axis].name.clone()
         },
         equivalent: equivalent.iter().map(|e| (*e).to_string()).collect(),
-        probability: chance.map_or(0.0, |(_, chance)| *chance),
+        probability: decision.chances.any_of(&[bound]),
+        group_probability: decision.chances.any_of(&group),
         score: decision.rows as f64 * (1.0 - (after / before).powi(2)),
         error_before: before,
         error_after: after,
@@ -310,14 +322,14 @@ pub(super) fn in_words_probabilities(
     data: f64,
 ) -> BTreeMap<String, f64> {
     let mut out = BTreeMap::new();
-    let nothing: f64 = decisions.iter().map(|d| d.nothing).product();
-    let known: f64 = decisions.iter().map(|d| 1.0 - d.unknown).product();
+    let nothing: f64 = decisions.iter().map(|d| d.chances.nothing).product();
+    let known: f64 = decisions.iter().map(|d| 1.0 - d.chances.unknown).product();
     out.insert("none".into(), nothing * (1.0 - data));
     out.insert("unknown".into(), (1.0 - known) * (1.0 - data));
     out.insert("data".into(), data);
-    for (bound, chance) in decisions.iter().flat_map(|d| &d.chances) {
+    for (bound, chance) in decisions.iter().flat_map(|d| d.chances.each()) {
         let other: &mut f64 = out.entry(bound.name(axes)).or_insert(0.0);
-        *other = other.max(*chance);
+        *other = other.max(chance);
     }
     out
 }

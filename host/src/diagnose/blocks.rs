@@ -9,7 +9,7 @@ use std::ops::Range;
 /// How many parts the blocks are dealt into; each is judged with values found on the others.
 const TURNS: usize = 6;
 /// Fewer rows than this make no block.
-const MIN_ROWS: usize = 20;
+const MIN_ROWS: usize = 8;
 /// Of a record's mean power, this part is added to every row's, so that rest has blocks too.
 const REST: f64 = 0.1;
 /// The largest force has to stand out by this factor from the blocks' median to be left out by itself.

@@ -1,16 +1,13 @@
 //! The decision on one axis: the simplest hypothesis that no other beats by more than chance, how likely each effect is, and what is left.
 
 use super::bench::Bench;
+use super::chances::{Chances, Rivals, mean_and_error};
 use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use super::learner::{Inputs, Knows, Taken};
 use super::rank::{Field, Looked, look, rank};
 use crate::model::effects::Bound;
-use rand::rngs::StdRng;
-use rand::{RngExt, SeedableRng};
 
-/// Choices on blocks drawn with replacement, of which the probabilities are shares.
-const DRAWS: usize = 300;
 /// Steps in which a hypothesis is found anew without one of its effects.
 const STEPS: usize = 8;
 /// One effect is as good as the other where the forces that they explain agree to this, as a correlation.
@@ -35,11 +32,8 @@ pub(super) struct Decision {
     pub(super) singles: Vec<(Looked, Vec<&'static str>)>,
     /// Everything that was looked at.
     pub(super) looked: Vec<Looked>,
-    /// Probability of every effect,
-    pub(super) chances: Vec<(Bound, f64)>,
-    /// that nothing is missing, and that something is that has no name.
-    pub(super) nothing: f64,
-    pub(super) unknown: f64,
+    /// How likely every effect is, that nothing is missing, and that something is that has no name.
+    pub(super) chances: Chances,
     /// Rows of the axis.
     pub(super) rows: usize,
     /// Of the base: its rank, and its log errors.
@@ -86,45 +80,10 @@ impl Taken {
     }
 
     /// Log error power that the learner gains, block by block.
-    fn gains(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(super) fn gains(&self) -> impl Iterator<Item = f64> + '_ {
         let pairs = self.before.iter().zip(&self.after);
         pairs.map(|(before, after)| ((before + 1e-7) / (after + 1e-7)).ln())
     }
-}
-
-fn mean_and_error(values: &[f64]) -> (f64, f64) {
-    let count = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    (mean, (square / (count - 1.0).max(1.0) / count).sqrt())
-}
-
-/// The simplest of hypotheses that loses to the best by no more than chance, or by less than every model of a real joint is wrong by; with
-/// blocks weighted. `powers` are those of the errors on blocks in turn.
-fn choose(errors: &[&[f64]], powers: &[f64], numbers: &[usize], weights: &[f64]) -> usize {
-    let whole: f64 = weights.iter().sum();
-    let mean = |values: &mut dyn Iterator<Item = f64>| {
-        values.zip(weights).map(|(v, w)| v * w).sum::<f64>() / whole
-    };
-    let means: Vec<f64> = errors
-        .iter()
-        .map(|e| mean(&mut e.iter().copied()))
-        .collect();
-    let best = (0..errors.len()).min_by(|a, b| means[*a].total_cmp(&means[*b]));
-    let Some(best) = best else { return 0 };
-    let good = (0..errors.len()).filter(|&at| {
-        let behind = means[at] - means[best];
-        let pairs = errors[at].iter().zip(errors[best]);
-        let square = mean(&mut pairs.map(|(a, b)| (a - b - behind).powi(2)));
-        let chance = (square / whole).sqrt().max(CRITERIA.least_difference);
-        behind <= chance || powers[at] - powers[best] < CRITERIA.least_share.powi(2)
-    });
-    let simplest = good.min_by(|a, b| {
-        numbers[*a]
-            .cmp(&numbers[*b])
-            .then(means[*a].total_cmp(&means[*b]))
-    });
-    simplest.unwrap_or(best)
 }
 
 /// Decides on an axis, beside a base.
@@ -136,16 +95,13 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         .iter()
         .filter(|l| l.hypothesis.added().is_empty() || (l.sound && helps(l, &base)))
         .collect();
-    let errors: Vec<&[f64]> = sound
-        .iter()
-        .map(|l| l.score.log_errors.as_slice())
-        .collect();
-    let numbers: Vec<usize> = sound.iter().map(|l| l.score.numbers).collect();
-    let judged = base.score.log_errors.len();
-    let powers: Vec<f64> = sound.iter().map(|l| l.score.error.powi(2)).collect();
-    let chosen = choose(&errors, &powers, &numbers, &vec![1.0; judged]);
+    let rivals = Rivals::of(&sound);
+    let alike = vec![1.0; base.score.log_errors.len()];
+    let good = rivals.good(&alike);
+    let chosen = rivals.simplest(&good, &alike);
     let inputs = Inputs::new(full, axes);
     let (decided, taken) = pruned(field, &inputs, sound[chosen].clone(), &base);
+    let as_good: Vec<Bound> = rivals.sole(&good);
     let design = full.design(&decided.hypothesis, &decided.parts);
     let left = full.solved(&design).1;
     let square = left.iter().map(|e| e * e).sum::<f64>() / left.len().max(1) as f64;
@@ -156,10 +112,8 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         hypothesis: decided.hypothesis.clone(),
         taken,
         follows: None,
-        singles: singles(full, &looked, &base, &decided),
-        chances: Vec::new(),
-        nothing: 0.0,
-        unknown: 0.0,
+        singles: singles(full, &looked, &base, &decided, &as_good),
+        chances: Chances::default(),
         rows: full.measured.len(),
         looked: Vec::new(),
         base_rank: base.score.rank,
@@ -170,7 +124,14 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         .filter(|bound| !decided.hypothesis.added().contains(bound))
         .copied()
         .collect();
-    decision.chance(full, &sound, [&base, &decided], &weak);
+    let block_of: Vec<usize> = full.blocks.folds.iter().flatten().copied().collect();
+    decision.chances = Chances::draw(
+        &rivals,
+        (&block_of, full.blocks.rows.len()),
+        &decision.taken,
+        [&base, &decided],
+        &weak,
+    );
     if decision.unnamed() > 0.0 {
         let powers = Knows::ALL.map(|knows| {
             let taken = inputs.taken(full, &design, knows, true);
@@ -234,12 +195,14 @@ fn pruned(
     }
 }
 
-/// Hypotheses of one effect, best first, each with the others that explain the same.
+/// Hypotheses of one effect, best first, each with the others that explain the same; those that are `as_good` as the best one cannot be told
+/// from each other either.
 fn singles(
     bench: &Bench<'_>,
     looked: &[Looked],
     base: &Looked,
     decided: &Looked,
+    as_good: &[Bound],
 ) -> Vec<(Looked, Vec<&'static str>)> {
     let alone = |l: &&Looked| l.hypothesis.added().len() == 1;
     let mut singles: Vec<Looked> = looked.iter().filter(alone).cloned().collect();
@@ -278,87 +241,14 @@ fn singles(
         dot(a, b) / (dot(a, a) * dot(b, b)).sqrt().max(f64::MIN_POSITIVE)
     };
     let named = singles.iter().enumerate().map(|(at, single)| {
-        let same = (0..singles.len())
-            .filter(|&other| other != at && like(&explained[at], &explained[other]) > LIKENESS);
+        let bound = |at: usize| singles[at].hypothesis.added()[0];
+        let good = |at: usize| as_good.contains(&bound(at));
+        let same = (0..singles.len()).filter(|&other| {
+            let alike = like(&explained[at], &explained[other]) > LIKENESS;
+            other != at && (alike || (good(at) && good(other)))
+        });
         let names = same.map(|other| singles[other].hypothesis.added()[0].entry.about.name);
         (single.clone(), names.collect())
     });
     named.collect()
-}
-
-impl Decision {
-    /// Probabilities: the same choice on blocks drawn with replacement. `weak` are effects that explained next to nothing.
-    fn chance(
-        &mut self,
-        bench: &Bench<'_>,
-        sets: &[&Looked],
-        [base, decided]: [&Looked; 2],
-        weak: &[Bound],
-    ) {
-        let errors: Vec<&[f64]> = sets.iter().map(|l| l.score.log_errors.as_slice()).collect();
-        let powers: Vec<f64> = sets.iter().map(|l| l.score.error.powi(2)).collect();
-        let numbers: Vec<usize> = sets.iter().map(|l| l.score.numbers).collect();
-        let block_of: Vec<usize> = bench.blocks.folds.iter().flatten().copied().collect();
-        let count = bench.blocks.rows.len();
-        let mut rng = StdRng::seed_from_u64(0);
-        let gains: Vec<f64> = self.taken.gains().collect();
-        for _ in 0..DRAWS {
-            let mut drawn = vec![0.0; count];
-            for _ in 0..count {
-                drawn[rng.random_range(0..count)] += 1.0;
-            }
-            let weights: Vec<f64> = block_of.iter().map(|&block| drawn[block]).collect();
-            let chosen = sets[choose(&errors, &powers, &numbers, &weights)];
-            let power = |values: &mut dyn Iterator<Item = f64>| {
-                values.zip(&weights).map(|(v, w)| v * w).sum::<f64>() / weights.iter().sum::<f64>()
-            };
-            let gain = power(&mut gains.iter().copied());
-            let of = |looked: &Looked| power(&mut looked.score.log_errors.iter().map(|e| e.exp()));
-            let named = (of(base) - of(decided)).max(0.0);
-            let left = self.taken.before.iter().zip(&self.taken.after);
-            let unnamed = power(&mut left.map(|(a, b)| a - b)).max(0.0);
-            let added = chosen.hypothesis.added().iter();
-            let added: Vec<&Bound> = added.filter(|bound| !weak.contains(bound)).collect();
-            if gain > CRITERIA.least_difference
-                && unnamed.sqrt() > CRITERIA.least_share
-                && unnamed > CRITERIA.unknown * named
-            {
-                self.unknown += 1.0;
-            } else if added.is_empty() {
-                self.nothing += 1.0;
-            }
-            for bound in added {
-                match self.chances.iter_mut().find(|(b, _)| b == bound) {
-                    Some((_, chance)) => *chance += 1.0,
-                    None => self.chances.push((*bound, 1.0)),
-                }
-            }
-        }
-        let shares = self.chances.iter_mut().map(|(_, chance)| chance);
-        let shares = shares.chain([&mut self.unknown, &mut self.nothing]);
-        shares.for_each(|chance| *chance /= DRAWS as f64);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::choose;
-
-    #[test]
-    fn the_simplest_is_chosen_that_loses_by_no_more_than_chance() {
-        let base: Vec<f64> = (0..24).map(|b| -3.0 + 0.2 * f64::from(b % 5)).collect();
-        let law: Vec<f64> = base.iter().map(|e| e - 1.0).collect();
-        let pairs = law.iter().enumerate();
-        let wider: Vec<f64> = pairs
-            .map(|(b, e)| e - 0.02 + 0.1 * ((b % 3) as f64 - 1.0))
-            .collect();
-        let sets = [base.as_slice(), &law, &wider];
-        let alike = vec![1.0; 24];
-        let far = [1.0, 0.1, 0.01];
-        // One law is clearly better than none; what wins by less than chance does not win.
-        assert_eq!(choose(&sets, &far, &[2, 4, 7], &alike), 1);
-        // With nothing to be gained, nothing is added.
-        let same: Vec<f64> = base.iter().map(|e| e - 0.01).collect();
-        assert_eq!(choose(&[&base, &same], &far, &[2, 4], &alike), 0);
-    }
 }

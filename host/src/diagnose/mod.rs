@@ -8,6 +8,7 @@ mod base;
 mod bench;
 mod blocks;
 mod bounded;
+mod chances;
 mod collect;
 mod criteria;
 mod decide;

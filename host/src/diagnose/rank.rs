@@ -5,6 +5,7 @@ use super::bench::{Bench, Score};
 use super::collect::Library;
 use super::criteria::CRITERIA;
 use super::hypothesis::{Hypothesis, Part};
+use crate::fit::effects::are_enough;
 use rayon::prelude::*;
 use std::collections::HashSet;
 
@@ -134,6 +135,7 @@ fn added(field: &Field<'_, '_>, hypothesis: &Hypothesis, most: usize) -> Vec<Hyp
         })
         .map(|(_, promise)| promise)
         .map(|promise| hypothesis.with(promise.bound, promise.values))
+        .filter(|wider| are_enough(field.full.records, &wider.members))
         .collect()
 }
 

@@ -82,7 +82,7 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     for decision in &mut search.decisions {
         // No draw of blocks takes away what stands above the noise.
         if unmeasured[decision.axis] > CRITERIA.unknown * decision.named() {
-            (decision.unknown, decision.nothing) = (1.0, 0.0);
+            (decision.chances.unknown, decision.chances.nothing) = (1.0, 0.0);
         }
     }
     notes.extend(in_notes(&search, &names, &unmeasured, study));
@@ -248,7 +248,9 @@ fn unmeasured(
         return noise * noise;
     }
     let stands_out = left > CRITERIA.above_noise * noise && above.sqrt() > share;
-    if stands_out && (floor.at_rest || floor.ends) {
+    // Where the noise was not seen at rest, it may be larger; but not by more than all that has a name.
+    let named = decision.named();
+    if stands_out && (floor.at_rest || floor.ends || (named > 0.0 && above > named)) {
         above
     } else {
         0.0

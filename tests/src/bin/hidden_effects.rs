@@ -6,7 +6,8 @@ use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use jointwatch_tests::hidden::cases::{Case, Options};
 use jointwatch_tests::hidden::catalogue::{BY_NAME, SUBJECTS, without_law};
-use jointwatch_tests::hidden::judge::{Judgement, describe, diagnose};
+use jointwatch_tests::hidden::judge::{Judgement, Truth, diagnose_folder};
+use jointwatch_tests::hidden::machine::MachineCase;
 use jointwatch_tests::hidden::{study, table};
 use jointwatch_tests::program;
 use rayon::prelude::*;
@@ -29,6 +30,9 @@ struct Asked {
     /// Hide two effects in each joint.
     #[arg(long)]
     two: bool,
+    /// Joints in a testing machine: imposed motion, displacement and force alone, other rates, sizes and drives.
+    #[arg(long, conflicts_with_all = ["tolerances", "two"])]
+    machine: bool,
     /// Hide this one in every joint.
     #[arg(long, value_name = "EFFECT", value_parser = PossibleValuesParser::new(hideable()))]
     only: Option<String>,
@@ -69,25 +73,39 @@ fn hideable() -> Vec<&'static str> {
     std::iter::once("none").chain(subjects).collect()
 }
 
+/// Draws a case and writes it into a folder.
+fn written(asked: &Asked, number: usize, folder: &Path) -> Result<Truth, String> {
+    let in_words = |e: std::io::Error| format!("case {number} cannot be written: {e}");
+    fs::create_dir_all(folder).map_err(in_words)?;
+    if asked.machine {
+        let drawn = MachineCase::draw(asked.seed, number, asked.only.as_deref())?;
+        drawn.write(folder).map_err(in_words)?;
+        return Ok(drawn.truth());
+    }
+    let drawn = Case::draw(&asked.options(), number)?;
+    study::write(&drawn, folder).map_err(in_words)?;
+    if asked.keep.is_some() {
+        study::write_truth(&drawn, folder).map_err(in_words)?;
+    }
+    Ok(Truth::of(&drawn))
+}
+
 /// Draws, writes and judges one case.
 fn case(asked: &Asked, number: usize, scratch: &Path) -> Result<Judgement, String> {
-    let drawn = Case::draw(&asked.options(), number)?;
-    let in_words = |e: std::io::Error| format!("case {number} cannot be written: {e}");
     let folder = asked
         .keep
         .as_deref()
         .unwrap_or(scratch)
         .join(format!("case-{number:04}"));
+    let truth = written(asked, number, &folder)?;
     if asked.write_only {
-        fs::create_dir_all(&folder).map_err(in_words)?;
-        study::write(&drawn, &folder).map_err(in_words)?;
-        study::write_truth(&drawn, &folder).map_err(in_words)?;
-        println!("case {number}: {}", describe(&drawn));
+        println!("case {number}: {}", truth.case);
         return Ok(Judgement::default());
     }
-    let judgement = diagnose(&drawn, &folder, asked.keep.is_some()).map_err(in_words)?;
+    let judgement = diagnose_folder(&truth, &folder);
     if asked.keep.is_none() {
-        fs::remove_dir_all(&folder).map_err(in_words)?;
+        fs::remove_dir_all(&folder)
+            .map_err(|e| format!("case {number} cannot be cleared away: {e}"))?;
     }
     let mark = if judgement.right { "right" } else { "NOT  " };
     println!(
@@ -121,11 +139,16 @@ fn main() -> Result<(), String> {
         .collect();
     if !asked.write_only {
         println!(
-            "\n{} cases, seed {}{}{}\n",
+            "\n{} cases, seed {}{}{}{}\n",
             judged.len(),
             asked.seed,
             if asked.tolerances {
                 ", with instrument tolerances"
+            } else {
+                ""
+            },
+            if asked.machine {
+                ", in a testing machine"
             } else {
                 ""
             },

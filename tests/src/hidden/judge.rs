@@ -1,7 +1,7 @@
 //! Diagnosing a case as a user would, from its files alone, and holding the verdict against what was hidden.
 
 use super::cases::Case;
-use super::catalogue::Kind;
+use super::catalogue::{Kind, Subject};
 use super::study::{axis_name, write, write_truth};
 use crate::program::run;
 use jointwatch_shared::effect::{EFFECTS, Entry};
@@ -32,14 +32,61 @@ impl Expected {
     }
 }
 
-/// What a case deserves to hear.
-pub fn expected(case: &Case) -> Expected {
-    if case.hidden.is_empty() {
-        Expected::Nothing
-    } else if case.hidden.iter().any(|h| h.subject.kind == Kind::Outside) {
-        Expected::Unknown
-    } else {
-        Expected::Effect
+/// What is hidden in a study, as a verdict is held against it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Truth {
+    /// Every hidden effect.
+    pub hidden: Vec<Named>,
+    /// The verdict that it deserves.
+    pub expected: Expected,
+    /// The axis of the first of them.
+    pub axis: Option<&'static str>,
+    /// What the case is, in a line.
+    pub case: String,
+}
+
+impl Truth {
+    /// What is hidden in a joint of which these are the hidden subjects with their axes.
+    pub fn new(hidden: &[(&Subject, usize)], case: String) -> Self {
+        Self {
+            expected: if hidden.is_empty() {
+                Expected::Nothing
+            } else if hidden.iter().any(|(s, _)| s.kind == Kind::Outside) {
+                Expected::Unknown
+            } else {
+                Expected::Effect
+            },
+            axis: hidden.first().map(|(_, axis)| axis_name(*axis)),
+            hidden: hidden
+                .iter()
+                .map(|(subject, axis)| Named::hidden(subject, *axis))
+                .collect(),
+            case,
+        }
+    }
+
+    /// What is hidden in a case.
+    pub fn of(case: &Case) -> Self {
+        let hidden: Vec<(&Subject, usize)> =
+            case.hidden.iter().map(|h| (h.subject, h.axis)).collect();
+        Self::new(&hidden, describe(case))
+    }
+
+    /// Whether something that a verdict gives a probability is so; an equivalent effect counts.
+    fn holds(&self, said: &str) -> bool {
+        match said {
+            "none" => self.expected == Expected::Nothing,
+            "unknown" => self.expected == Expected::Unknown,
+            "data" => false,
+            effect => {
+                let (effect, axis) = effect.split_once('@').unwrap_or((effect, "both"));
+                let said = Named {
+                    effect: effect.into(),
+                    axis: axis.into(),
+                };
+                self.hidden.iter().any(|truth| truth.is_or_equals(&said))
+            }
+        }
     }
 }
 
@@ -61,13 +108,12 @@ impl Named {
         })
     }
 
-    /// The hidden effect of a case.
-    fn hidden(case: &Case, index: usize) -> Self {
-        let hidden = &case.hidden[index];
-        let both = hidden.subject.acts_on_both;
+    /// A hidden subject on its axis.
+    fn hidden(subject: &Subject, axis: usize) -> Self {
+        let both = subject.acts_on_both;
         Self {
-            effect: hidden.subject.name.into(),
-            axis: if both { "both" } else { axis_name(hidden.axis) }.into(),
+            effect: subject.name.into(),
+            axis: if both { "both" } else { axis_name(axis) }.into(),
         }
     }
 
@@ -111,6 +157,12 @@ pub struct Verdict {
     pub found: Vec<Named>,
     /// Candidates for the first of them.
     pub ranked: Vec<Named>,
+    /// What the first candidate cannot be told from by these records.
+    pub alike: Vec<String>,
+    /// Everything that is given a probability.
+    pub probabilities: Vec<(String, f64)>,
+    /// How likely it is, as stated, that the first candidate or one of those acts.
+    pub of_group: Option<f64>,
     /// Axis, relative validation error before and after adding, and noise floor, where the verdict has them.
     pub errors: Vec<(String, [Option<f64>; 3])>,
 }
@@ -145,6 +197,19 @@ impl Verdict {
             word: word.ok_or("the verdict is none of the four words")?.into(),
             found: names("found")?,
             ranked: names("ranked")?,
+            alike: value["ranked"][0]["equivalent"]
+                .as_array()
+                .into_iter()
+                .flatten()
+                .filter_map(|name| Some(name.as_str()?.to_owned()))
+                .collect(),
+            probabilities: value["probabilities"]
+                .as_object()
+                .into_iter()
+                .flatten()
+                .filter_map(|(said, chance)| Some((said.clone(), chance.as_f64()?)))
+                .collect(),
+            of_group: value["ranked"][0]["group_probability"].as_f64(),
             errors: axes
                 .map(|axis| {
                     let of = |key: &str| value.get(key)?.get(axis)?.as_f64();
@@ -170,6 +235,13 @@ pub struct Judgement {
     pub in_first_two: bool,
     /// As `in_first_two`, an equivalent effect counted as right.
     pub in_first_two_or_equivalent: bool,
+    /// As `right_or_equivalent`, or the first candidate is on the right axis and the verdict says that these records cannot tell it from the
+    /// right one.
+    pub in_told_group: bool,
+    /// Every probability that was stated, and whether what it was stated of is so.
+    pub stated: Vec<(f64, bool)>,
+    /// The same of the first candidate with those that it cannot be told from.
+    pub of_group: Option<(f64, bool)>,
     /// The verdict was "unknown".
     pub unknown: bool,
     /// The verdict was "effect".
@@ -195,7 +267,7 @@ pub fn describe(case: &Case) -> String {
             let shares = &case.hidden[i].shares;
             format!(
                 "{} {:.1} % ({:.2} % beyond the base)",
-                Named::hidden(case, i),
+                Named::hidden(case.hidden[i].subject, case.hidden[i].axis),
                 100.0 * shares.whole,
                 100.0 * shares.visible
             )
@@ -214,14 +286,11 @@ pub fn describe(case: &Case) -> String {
 }
 
 /// Holds a verdict against the truth.
-pub fn judge(case: &Case, verdict: &Verdict) -> Judgement {
-    let expected = expected(case);
-    let truths: Vec<Named> = (0..case.hidden.len())
-        .map(|i| Named::hidden(case, i))
-        .collect();
+pub fn judge(truth: &Truth, verdict: &Verdict) -> Judgement {
+    let truths = &truth.hidden;
     let effect = verdict.word == "effect";
-    let rated = |same: &dyn Fn(&Named, &Named) -> bool, places: usize| match expected {
-        Expected::Nothing | Expected::Unknown => verdict.word == expected.word(),
+    let rated = |same: &dyn Fn(&Named, &Named) -> bool, places: usize| match truth.expected {
+        Expected::Nothing | Expected::Unknown => verdict.word == truth.expected.word(),
         Expected::Effect if truths.len() == 1 => {
             let mut first = verdict.ranked.iter().take(places);
             effect && first.any(|said| same(&truths[0], said))
@@ -234,27 +303,34 @@ pub fn judge(case: &Case, verdict: &Verdict) -> Judgement {
     };
     let strict = |truth: &Named, said: &Named| truth.is(said);
     let loose = |truth: &Named, said: &Named| truth.is_or_equals(said);
-    let axis = case.hidden.first().map(|h| axis_name(h.axis));
-    let errors = verdict
-        .errors
-        .iter()
-        .find(|(name, _)| Some(name.as_str()) == axis);
+    let told = |truth: &Named, said: &Named| {
+        loose(truth, said) || (verdict.alike.contains(&truth.effect) && truth.on_axis_of(said))
+    };
+    let mut errors = verdict.errors.iter();
+    let errors = errors.find(|(name, _)| Some(name.as_str()) == truth.axis);
     let ratio = |above: usize, below: usize| {
         let (_, errors) = errors?;
         Some(errors[above]? / errors[below]?)
     };
-    let said: Vec<String> = verdict
-        .ranked
-        .iter()
-        .take(3)
-        .map(Named::to_string)
-        .collect();
+    let ranked = verdict.ranked.iter().take(3);
+    let ranked: Vec<String> = ranked.map(Named::to_string).collect();
     let found: Vec<String> = verdict.found.iter().map(Named::to_string).collect();
     Judgement {
         right: rated(&strict, 1),
         right_or_equivalent: rated(&loose, 1),
         in_first_two: rated(&strict, 2),
         in_first_two_or_equivalent: rated(&loose, 2),
+        in_told_group: rated(&told, 1),
+        stated: verdict
+            .probabilities
+            .iter()
+            .map(|(said, chance)| (*chance, truth.holds(said)))
+            .collect(),
+        of_group: verdict.of_group.map(|chance| {
+            let first = verdict.ranked.first();
+            let is = |t: &Named| first.is_some_and(|said| told(t, said));
+            (chance, truths.iter().any(is))
+        }),
         unknown: verdict.word == "unknown",
         effect,
         error_over_floor: ratio(1, 2),
@@ -263,22 +339,22 @@ pub fn judge(case: &Case, verdict: &Verdict) -> Judgement {
             "{}; found [{}]; ranked [{}]",
             verdict.word,
             found.join(", "),
-            said.join(", ")
+            ranked.join(", ")
         ),
-        ..unjudged(case)
+        ..unjudged(truth)
     }
 }
 
 /// What holds before anything was said.
-fn unjudged(case: &Case) -> Judgement {
-    let names: Vec<&str> = case.hidden.iter().map(|h| h.subject.name).collect();
+fn unjudged(truth: &Truth) -> Judgement {
+    let names: Vec<&str> = truth.hidden.iter().map(|h| h.effect.as_str()).collect();
     Judgement {
         subject: match names.as_slice() {
             [] => "none".into(),
             names => names.join(" + "),
         },
-        expected: Some(expected(case)),
-        case: describe(case),
+        expected: Some(truth.expected),
+        case: truth.case.clone(),
         ..Default::default()
     }
 }
@@ -294,36 +370,29 @@ pub fn diagnose(case: &Case, folder: &Path, keep_truth: bool) -> std::io::Result
     if keep_truth {
         write_truth(case, folder)?;
     }
+    Ok(diagnose_folder(&Truth::of(case), folder))
+}
+
+/// Runs `identify` and `diagnose` on the study in a folder, on one thread, and judges what they say.
+pub fn diagnose_folder(truth: &Truth, folder: &Path) -> Judgement {
     let mut seconds = [0.0; 2];
-    let commands: [&[&str]; 2] = [
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "physical",
-            "-o",
-            "model.json",
-        ],
-        &[
-            "diagnose",
-            "study.toml",
-            "model.json",
-            "--json",
-            "verdict.json",
-        ],
+    let commands = [
+        "identify study.toml --model physical -o model.json --threads 1",
+        "diagnose study.toml model.json --json verdict.json --threads 1",
     ];
     for (command, seconds) in commands.iter().zip(&mut seconds) {
+        let words: Vec<&str> = command.split(' ').collect();
         let begin = Instant::now();
-        let output = run(folder, &[*command, &["--threads", "1"]].concat());
+        let output = run(folder, &words);
         *seconds = begin.elapsed().as_secs_f64();
         if !output.status.success() {
             let message = String::from_utf8_lossy(&output.stderr);
             let message = message.lines().next().unwrap_or("no message").to_owned();
-            return Ok(Judgement {
-                said: format!("{} failed: {message}", command[0]),
+            return Judgement {
+                said: format!("{} failed: {message}", words[0]),
                 identify_s: *seconds,
-                ..unjudged(case)
-            });
+                ..unjudged(truth)
+            };
         }
     }
     let text = fs::read_to_string(folder.join("verdict.json"));
@@ -331,17 +400,17 @@ pub fn diagnose(case: &Case, folder: &Path, keep_truth: bool) -> std::io::Result
         .map_err(|e| e.to_string())
         .and_then(|text| Verdict::read(&text));
     let judgement = match verdict {
-        Ok(verdict) => judge(case, &verdict),
+        Ok(verdict) => judge(truth, &verdict),
         Err(message) => Judgement {
             said: format!("verdict.json breaks the contract: {message}"),
-            ..unjudged(case)
+            ..unjudged(truth)
         },
     };
-    Ok(Judgement {
+    Judgement {
         identify_s: seconds[0],
         diagnose_s: seconds[1],
         ..judgement
-    })
+    }
 }
 
 #[cfg(test)]
@@ -380,7 +449,7 @@ mod tests {
         let mut case = case("jenkins");
         case.hidden[0].axis = 0;
         let judged = |word: &str, ranked: &[(&str, &str)]| {
-            let j = judge(&case, &verdict(word, ranked));
+            let j = judge(&Truth::of(&case), &verdict(word, ranked));
             [j.right, j.right_or_equivalent, j.in_first_two, j.unknown]
         };
         assert_eq!(
@@ -401,7 +470,7 @@ mod tests {
             [false, false, false, true]
         );
         assert_eq!(judged("none", &[]), [false; 4]);
-        let j = judge(&case, &verdict("effect", &[("jenkins", "x")]));
+        let j = judge(&Truth::of(&case), &verdict("effect", &[("jenkins", "x")]));
         assert!((j.error_over_floor.unwrap() - 1.5).abs() < 1e-12);
         assert!((j.error_drop.unwrap() - 4.0).abs() < 1e-12);
     }
@@ -409,13 +478,25 @@ mod tests {
     #[test]
     fn healthy_joints_and_outsiders_have_verdicts_of_their_own() {
         let healthy = case("none");
-        assert!(judge(&healthy, &verdict("none", &[])).right);
-        assert!(!judge(&healthy, &verdict("effect", &[("coulomb", "x")])).right);
-        assert!(!judge(&healthy, &verdict("data", &[])).right);
+        assert!(judge(&Truth::of(&healthy), &verdict("none", &[])).right);
+        assert!(
+            !judge(
+                &Truth::of(&healthy),
+                &verdict("effect", &[("coulomb", "x")])
+            )
+            .right
+        );
+        assert!(!judge(&Truth::of(&healthy), &verdict("data", &[])).right);
         let outside = case("unmeasured force");
-        assert!(judge(&outside, &verdict("unknown", &[])).right);
-        assert!(!judge(&outside, &verdict("effect", &[("mains_hum", "x")])).right);
-        assert!(!judge(&outside, &verdict("none", &[])).right);
+        assert!(judge(&Truth::of(&outside), &verdict("unknown", &[])).right);
+        assert!(
+            !judge(
+                &Truth::of(&outside),
+                &verdict("effect", &[("mains_hum", "x")])
+            )
+            .right
+        );
+        assert!(!judge(&Truth::of(&outside), &verdict("none", &[])).right);
     }
 
     #[test]

@@ -6,6 +6,7 @@ pub mod catalogue;
 pub mod drive;
 pub mod judge;
 pub mod laws;
+pub mod machine;
 pub mod rig;
 pub mod sensors;
 pub mod strength;

@@ -157,7 +157,7 @@ pub fn write_truth(case: &Case, folder: &Path) -> io::Result<()> {
         .collect();
     let truth = json!({
         "effects": effects,
-        "expected_verdict": super::judge::expected(case).word(),
+        "expected_verdict": super::judge::Truth::of(case).expected.word(),
         "snr_db": case.snr_db,
         "instrument_tolerances": case.tolerances.is_some(),
     });

@@ -47,6 +47,42 @@ fn line(name: &str, of: &[&Judgement]) -> String {
     )
 }
 
+/// What was said with which probability, and how often it was so.
+fn calibration(of: &[&Judgement]) -> String {
+    let single = of.iter().flat_map(|j| j.stated.clone()).collect();
+    let groups = of.iter().filter_map(|j| j.of_group).collect();
+    calibrated("stated probabilities", single)
+        + &calibrated("the same of groups that cannot be told apart", groups)
+}
+
+fn calibrated(of_what: &str, stated: Vec<(f64, bool)>) -> String {
+    let mut text = format!("{of_what}:");
+    let mut off = 0.0;
+    for [low, high] in [[0.01, 0.1], [0.1, 0.5], [0.5, 0.9], [0.9, 1.01]] {
+        let inside = stated.iter().filter(|(p, _)| (low..high).contains(p));
+        let (count, said, held) = inside.fold((0, 0.0, 0), |(n, p, h), (chance, is)| {
+            (n + 1, p + chance, h + usize::from(*is))
+        });
+        off += (said - held as f64).abs();
+        let mean = percent_of(said, count);
+        let _ = write!(
+            text,
+            " {count} of {mean} on average, {} so;",
+            percent(held, count)
+        );
+    }
+    let _ = writeln!(text, " error {}", percent_of(off, stated.len()));
+    text
+}
+
+fn percent_of(sum: f64, count: usize) -> String {
+    if count == 0 {
+        "–".into()
+    } else {
+        format!("{:.1} %", 100.0 * sum / count as f64)
+    }
+}
+
 /// The table in Markdown, the sums below it, and the failures; cases in the order of their numbers.
 pub fn report(judged: &[(usize, Judgement)], seed: u64) -> String {
     let mut text = String::from(
@@ -75,11 +111,16 @@ pub fn report(judged: &[(usize, Judgement)], seed: u64) -> String {
         of(Expected::Unknown),
         of(Expected::Effect),
     );
-    let sums: [(&str, &[&Judgement], Question); 9] = [
+    let sums: [(&str, &[&Judgement], Question); 10] = [
         ("known effects, right first", &known, |j| j.right),
         ("known effects, right or equivalent first", &known, |j| {
             j.right_or_equivalent
         }),
+        (
+            "known effects, right or told as not to be told apart",
+            &known,
+            |j| j.in_told_group,
+        ),
         ("known effects, right in the first two", &known, |j| {
             j.in_first_two
         }),
@@ -106,6 +147,7 @@ pub fn report(judged: &[(usize, Judgement)], seed: u64) -> String {
             percent(n, of.len())
         );
     }
+    let _ = write!(text, "{}", calibration(&all));
     let after = median(known.iter().filter_map(|j| j.error_over_floor));
     let _ = writeln!(
         text,
@@ -130,6 +172,8 @@ pub fn report(judged: &[(usize, Judgement)], seed: u64) -> String {
     for (case, j) in wrong {
         let mark = if j.right_or_equivalent {
             " (equivalent)"
+        } else if j.in_told_group {
+            " (told as alike)"
         } else if j.in_first_two {
             " (second)"
         } else {

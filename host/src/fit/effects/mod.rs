@@ -8,7 +8,7 @@ pub(crate) mod starts;
 pub(crate) mod unknowns;
 
 pub use projection::Stopped;
-pub(crate) use solution::{AnotherStart, Solution, solve, solve_also_from, solved_at};
+pub(crate) use solution::{AnotherStart, Solution, are_enough, solve, solve_also_from, solved_at};
 
 use super::inertia::Inertia;
 use super::polynomial::check_records;

@@ -10,7 +10,7 @@ use crate::text::error::{Error, Result};
 use jointwatch_shared::base::terms::InSi;
 
 /// Thinned rows that are wanted for each parameter.
-const ROWS_PER_PARAMETER: usize = 10;
+const ROWS_PER_PARAMETER: usize = 5;
 /// How often the axes are weighed against each other anew.
 const WEIGHINGS: usize = 2;
 /// A force that varies by less than this part of its size never changes: logs have nine digits at most.
@@ -246,18 +246,23 @@ fn residual_weights(records: &Records<'_>, residual: &[f64]) -> Vec<f64> {
 
 fn check_rows(records: &Records<'_>, terms: &[Bound], shapes: &[ShapeUnknown]) -> Result<()> {
     let linear: usize = terms.iter().map(|t| records.count(t)).sum();
-    let searched: usize = shapes.iter().map(|s| s.places.len()).sum();
-    let parameters = linear + searched;
-    let tied: usize = shapes.iter().map(|s| s.places.len() - 1).sum();
-    let unknown = parameters - tied + records.accelerations.iter().flatten().count();
+    let inertias = records.accelerations.iter().flatten().count();
+    let unknown = linear + shapes.len() + inertias;
     let rows = records.rows_per_axis();
-    if rows < ROWS_PER_PARAMETER * unknown {
+    if records.measured.len() < ROWS_PER_PARAMETER * unknown {
         return Err(Error::data(format!(
             "{rows} independent rows (what is left behind the low-pass) are too few for {unknown} parameters: record longer, or \
              name fewer effects in [base] terms"
         )));
     }
     Ok(())
+}
+
+/// Whether the records are long enough for terms of one axis.
+pub(crate) fn are_enough(records: &Records<'_>, terms: &[Bound]) -> bool {
+    let linear: usize = terms.iter().map(|t| records.count(t)).sum();
+    let unknown = linear + unknowns::shapes(terms, &records.references).len() + 1;
+    records.rows_per_axis() >= ROWS_PER_PARAMETER * unknown
 }
 
 fn check_forces(records: &Records<'_>, axes: &[Axis]) -> Result<()> {

@@ -1,0 +1,234 @@
+//! Which sets of effects the blocks cannot tell apart, which of them is taken, and how likely each effect is.
+//!
+//! Blocks are drawn with replacement, and with each draw every set that loses to the best by no more than chance has a part in it: of two such
+//! sets the one with a number more has half the part. A set that holds another one of them has none, for it says nothing new.
+
+use super::criteria::CRITERIA;
+use super::learner::Taken;
+use super::rank::Looked;
+use crate::model::effects::Bound;
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+/// Draws of blocks.
+const DRAWS: usize = 300;
+/// Part of a set that has a number more than another one that is as good.
+const PER_NUMBER: f64 = 0.5;
+
+/// Mean and its standard error.
+pub(super) fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    (mean, (square / (count - 1.0).max(1.0) / count).sqrt())
+}
+
+/// Sets of effects that are held against each other, the base among them.
+pub(super) struct Rivals<'a> {
+    sets: Vec<&'a [Bound]>,
+    errors: Vec<&'a [f64]>,
+    powers: Vec<f64>,
+    numbers: Vec<usize>,
+}
+
+impl<'a> Rivals<'a> {
+    /// Reads them.
+    pub(super) fn of(looked: &[&'a Looked]) -> Self {
+        let all = || looked.iter().copied();
+        Self {
+            sets: all().map(|l| l.hypothesis.added()).collect(),
+            errors: all().map(|l| l.score.log_errors.as_slice()).collect(),
+            powers: all().map(|l| l.score.error.powi(2)).collect(),
+            numbers: all().map(|l| l.score.numbers).collect(),
+        }
+    }
+
+    fn mean(&self, at: usize, weights: &[f64]) -> f64 {
+        let pairs = self.errors[at].iter().zip(weights);
+        pairs.map(|(e, w)| e * w).sum::<f64>() / weights.iter().sum::<f64>()
+    }
+
+    /// Those that lose to the best by no more than chance, or by less than every model of a real joint is wrong by; with blocks weighted.
+    pub(super) fn good(&self, weights: &[f64]) -> Vec<usize> {
+        let whole: f64 = weights.iter().sum();
+        let all = 0..self.errors.len();
+        let means: Vec<f64> = all.clone().map(|at| self.mean(at, weights)).collect();
+        let Some(best) = all.clone().min_by(|a, b| means[*a].total_cmp(&means[*b])) else {
+            return Vec::new();
+        };
+        let good = all.filter(|&at| {
+            let behind = means[at] - means[best];
+            let pairs = self.errors[at].iter().zip(self.errors[best]);
+            let square = pairs.zip(weights);
+            let square: f64 = square.map(|((a, b), w)| w * (a - b - behind).powi(2)).sum();
+            let chance = (square / whole / whole)
+                .sqrt()
+                .max(CRITERIA.least_difference);
+            behind <= chance || self.powers[at] - self.powers[best] < CRITERIA.least_share.powi(2)
+        });
+        good.collect()
+    }
+
+    /// The simplest of some.
+    pub(super) fn simplest(&self, of: &[usize], weights: &[f64]) -> usize {
+        let order = |at: &usize| (self.numbers[*at], self.mean(*at, weights));
+        let simplest = of.iter().min_by(|a, b| {
+            let ((m, x), (n, y)) = (order(a), order(b));
+            m.cmp(&n).then(x.total_cmp(&y))
+        });
+        simplest.copied().unwrap_or(0)
+    }
+
+    /// Of some, those that hold no other one of them, with the part that each has.
+    fn parts(&self, of: &[usize]) -> Vec<(usize, f64)> {
+        let holds = |a: usize, b: usize| {
+            self.sets[b].len() < self.sets[a].len()
+                && self.sets[b]
+                    .iter()
+                    .all(|bound| self.sets[a].contains(bound))
+        };
+        let new = of.iter().filter(|&&a| !of.iter().any(|&b| holds(a, b)));
+        let least = new.clone().map(|&a| self.numbers[a]).min().unwrap_or(0);
+        let parts: Vec<(usize, f64)> = new
+            .map(|&a| (a, PER_NUMBER.powi((self.numbers[a] - least) as i32)))
+            .collect();
+        let whole: f64 = parts.iter().map(|(_, part)| part).sum();
+        parts
+            .into_iter()
+            .map(|(a, part)| (a, part / whole))
+            .collect()
+    }
+
+    /// Effects that stand alone in one of these sets.
+    pub(super) fn sole(&self, of: &[usize]) -> Vec<Bound> {
+        let sets = of.iter().map(|&at| self.sets[at]);
+        sets.filter(|set| set.len() == 1)
+            .map(|set| set[0])
+            .collect()
+    }
+}
+
+/// What is how likely, as shares of all draws.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Chances {
+    /// Sets of effects.
+    votes: Vec<(Vec<Bound>, f64)>,
+    /// That nothing is missing.
+    pub(super) nothing: f64,
+    /// That something is missing that has no name.
+    pub(super) unknown: f64,
+}
+
+impl Chances {
+    /// Draws; `blocks` are the block that each log error belongs to, and how many blocks there are. `weak` are effects that were taken out again,
+    /// for they explain next to nothing.
+    pub(super) fn draw(
+        rivals: &Rivals<'_>,
+        (block_of, count): (&[usize], usize),
+        taken: &Taken,
+        [base, decided]: [&Looked; 2],
+        weak: &[Bound],
+    ) -> Self {
+        let mut chances = Self::default();
+        let mut rng = StdRng::seed_from_u64(0);
+        let gains: Vec<f64> = taken.gains().collect();
+        let each = 1.0 / DRAWS as f64;
+        for _ in 0..DRAWS {
+            let mut drawn = vec![0.0; count];
+            for _ in 0..count {
+                drawn[rng.random_range(0..count)] += 1.0;
+            }
+            let weights: Vec<f64> = block_of.iter().map(|&block| drawn[block]).collect();
+            let power = |values: &mut dyn Iterator<Item = f64>| {
+                values.zip(&weights).map(|(v, w)| v * w).sum::<f64>() / weights.iter().sum::<f64>()
+            };
+            let gain = power(&mut gains.iter().copied());
+            let of = |looked: &Looked| power(&mut looked.score.log_errors.iter().map(|e| e.exp()));
+            let named = (of(base) - of(decided)).max(0.0);
+            let left = taken.before.iter().zip(&taken.after);
+            let unnamed = power(&mut left.map(|(a, b)| a - b)).max(0.0);
+            let unknown = gain > CRITERIA.least_difference
+                && unnamed.sqrt() > CRITERIA.least_share
+                && unnamed > CRITERIA.unknown * named;
+            chances.unknown += if unknown { each } else { 0.0 };
+            for (at, part) in rivals.parts(&rivals.good(&weights)) {
+                let set = rivals.sets[at].iter().filter(|bound| !weak.contains(bound));
+                let set: Vec<Bound> = set.copied().collect();
+                if set.is_empty() && !unknown {
+                    chances.nothing += part * each;
+                }
+                match chances.votes.iter_mut().find(|(known, _)| *known == set) {
+                    Some((_, votes)) => *votes += part * each,
+                    None => chances.votes.push((set, part * each)),
+                }
+            }
+        }
+        chances
+    }
+
+    /// That one of some effects acts.
+    pub(super) fn any_of(&self, bounds: &[Bound]) -> f64 {
+        let votes = self.votes.iter();
+        let with = votes.filter(|(set, _)| set.iter().any(|bound| bounds.contains(bound)));
+        with.map(|(_, part)| part).sum::<f64>().min(1.0)
+    }
+
+    /// Every effect that has a chance, with it.
+    pub(super) fn each(&self) -> Vec<(Bound, f64)> {
+        let mut all: Vec<Bound> = Vec::new();
+        for bound in self.votes.iter().flat_map(|(set, _)| set) {
+            if !all.contains(bound) {
+                all.push(*bound);
+            }
+        }
+        let each = all.into_iter();
+        each.map(|bound| (bound, self.any_of(&[bound]))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Rivals;
+    use crate::model::effects::Bound;
+    use jointwatch_shared::effect::Entry;
+
+    fn bound(name: &str) -> Bound {
+        Bound {
+            entry: Entry::named(name).expect("an effect of the library"),
+            axis: 0,
+        }
+    }
+
+    #[test]
+    fn the_simplest_is_chosen_that_loses_by_no_more_than_chance() {
+        let base: Vec<f64> = (0..24).map(|b| -3.0 + 0.2 * f64::from(b % 5)).collect();
+        let law: Vec<f64> = base.iter().map(|e| e - 1.0).collect();
+        let pairs = law.iter().enumerate();
+        let wider: Vec<f64> = pairs
+            .map(|(b, e)| e - 0.02 + 0.1 * ((b % 3) as f64 - 1.0))
+            .collect();
+        let sets = [vec![], vec![bound("dahl")], vec![bound("bouc_wen")]];
+        let rivals = |errors: &[&'static [f64]]| Rivals {
+            sets: sets.iter().map(|s| &**s.clone().leak()).collect(),
+            errors: errors.to_vec(),
+            powers: vec![1.0, 0.1, 0.01],
+            numbers: vec![2, 4, 6],
+        };
+        let leak = |v: &Vec<f64>| -> &'static [f64] { v.clone().leak() };
+        let alike = vec![1.0; 24];
+        // One law is clearly better than none; what wins by less than chance does not win.
+        let clear = rivals(&[leak(&base), leak(&law), leak(&wider)]);
+        let good = clear.good(&alike);
+        assert_eq!(good, [1, 2]);
+        assert_eq!(clear.simplest(&good, &alike), 1);
+        // Two numbers more: a quarter of the part.
+        let parts = clear.parts(&good);
+        assert!((parts[0].1 - 0.8).abs() < 1e-12 && (parts[1].1 - 0.2).abs() < 1e-12);
+        // With nothing to be gained, nothing is added, and nothing else has a part.
+        let same: Vec<f64> = base.iter().map(|e| e - 0.01).collect();
+        let none = rivals(&[leak(&base), leak(&same), leak(&same)]);
+        let good = none.good(&alike);
+        assert_eq!(none.simplest(&good, &alike), 0);
+        assert_eq!(none.parts(&good), [(0, 1.0)]);
+    }
+}
