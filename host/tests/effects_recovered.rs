@@ -102,6 +102,7 @@ fn truth(entry: &'static Entry, references: &References, random: &mut ChaCha8Rng
         relative * unit
     });
     InSi {
+        input: None,
         entry,
         axis: 0,
         values: values.collect(),
@@ -124,6 +125,7 @@ fn owners(hidden: &InSi, references: &References, random: &mut ChaCha8Rng) -> Ve
             *references
         };
         let mut owner = InSi {
+            input: None,
             axis,
             ..truth(entry, &seen, random)
         };
@@ -154,6 +156,7 @@ fn forces(terms: &[InSi], motion: &Motion) -> Vec<Vec<f64>> {
 
 fn found(fit: &EffectsFit) -> Vec<InSi> {
     let term = |found: &jointwatch::fit::effects::FoundTerm| InSi {
+        input: None,
         entry: found.bound.entry,
         axis: found.bound.axis as u8,
         values: found.values.clone(),
@@ -169,6 +172,7 @@ fn every_effect_of_the_joint_is_found_again_in_a_noisy_force() {
     let base: Vec<InSi> = (0..2_u8)
         .flat_map(|axis| {
             let term = |name: &str, value: f64| InSi {
+                input: None,
                 entry: Entry::named(name).unwrap(),
                 axis,
                 values: vec![value],
@@ -199,6 +203,7 @@ fn every_effect_of_the_joint_is_found_again_in_a_noisy_force() {
         };
         let rows = states[0].len();
         let mut motion = Motion {
+            inputs: Vec::new(),
             record: 0,
             first_row: 0,
             sample_rate_hz: RATE,
@@ -226,6 +231,7 @@ fn every_effect_of_the_joint_is_found_again_in_a_noisy_force() {
         let bounds: Vec<Bound> = terms
             .iter()
             .map(|term| Bound {
+                input: None,
                 entry: term.entry,
                 axis: usize::from(term.axis),
             })

@@ -56,6 +56,7 @@ fn study(convention: Convention, accelerometer: bool) -> Study {
         INERTIA * a + GROUND_STIFFNESS * b + GROUND_DAMPING * v + sign * restoring_force(t)
     };
     Study {
+        inputs: Vec::new(),
         name: "analytic".to_owned(),
         path: PathBuf::from("study.toml"),
         sample_rate_hz: RATE,
@@ -70,6 +71,7 @@ fn study(convention: Convention, accelerometer: bool) -> Study {
             encoder_step: None,
         }],
         records: vec![Record {
+            inputs: Vec::new(),
             file: "analytic".to_owned(),
             role: Role::Train,
             first_row: 0,

@@ -385,6 +385,7 @@ fn term(entry: &'static Entry, axis: u8, p: &[f64; MAX_PARAMETERS]) -> InSi {
     let scales = if axis == 0 { SCALES } else { SCALES.swapped() };
     let listed = entry.parameters().iter().zip(parameters(entry, p));
     InSi {
+        input: None,
         entry,
         axis,
         values: listed

@@ -320,6 +320,7 @@ fn record(columns: Vec<Vec<f64>>) -> Record {
         force: columns[6 + i].clone(),
     };
     Record {
+        inputs: Vec::new(),
         file: "live".into(),
         role: Role::Validate,
         first_row: 0,

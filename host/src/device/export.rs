@@ -88,6 +88,12 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
             term.entry.about.name
         )));
     }
+    if let Some((term, input)) = effects.iter().find_map(|t| Some((t, t.input?))) {
+        return Err(Error::data(format!(
+            "{}*{input} follows the input {input:?}, and the device has no channel for inputs: learn a model without it for export",
+            term.entry.about.name
+        )));
+    }
     let corrections = file.corrections()?;
     let model = match &file.base {
         Base::Polynomial(polynomial) => {

@@ -47,7 +47,7 @@ pub(super) fn absorbed(
     for ((bound, _), shares) in found.iter().zip(shares) {
         for (axis, share) in study.axes.iter().zip(shares) {
             absorbed.extend(share.map(|share| Absorbed {
-                effect: bound.entry.about.name.into(),
+                effect: bound.effect(),
                 axis: axis.name.clone(),
                 share,
             }));
@@ -67,9 +67,8 @@ fn by_residual(
     let left: Vec<Motion> = training
         .iter()
         .map(|motion| {
-            let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
             let mut left = (*motion).clone();
-            let forces = left.force.iter_mut().zip(model.predict(&states)?);
+            let forces = left.force.iter_mut().zip(model.predict_motion(motion)?);
             for ((force, predicted), axis) in forces.zip(&study.axes) {
                 let sign = axis.restoring_force.sign();
                 let pairs = force.iter_mut().zip(predicted);

@@ -67,7 +67,7 @@ pub struct Added {
 /// the model does without it; a study that is not the model's.
 pub fn add(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Added> {
     model.check_fits(study)?;
-    let terms = wider(model, effects)?;
+    let terms = wider(study, model, effects)?;
     let prepared = Prepared::with_filters(study, model.filters.clone())?;
     model.check_motion(study, &prepared.motions)?;
     let before = compare::compare_motions(study, model, &prepared.motions)?;
@@ -126,10 +126,11 @@ pub fn add(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Added
 }
 
 /// The model's terms, without those that are special cases of what is added, and those to be added.
-fn wider(model: &ModelFile, effects: &[String]) -> Result<Vec<Bound>> {
+fn wider(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Vec<Bound>> {
     let names: Vec<&str> = model.axes.iter().map(|a| a.name.as_str()).collect();
     let mut terms: Vec<String> = model.effects.iter().map(|e| e.name()).collect();
     for bound in Bound::parse_all(effects, &names)? {
+        study.check_input(&bound.name(&names), bound.input)?;
         if terms.contains(&bound.name(&names)) {
             return Err(Error::data(format!(
                 "the model has {} already: its value is found anew whenever something is added",
@@ -174,7 +175,10 @@ fn learnt_with(
     let mut known = model.effects_in_si()?;
     known.retain(|old| {
         let mut kept = terms.iter();
-        kept.any(|term| term.entry == old.entry && term.axis == usize::from(old.axis))
+        kept.any(|term| {
+            let same = term.entry == old.entry && term.input == old.input;
+            same && term.axis == usize::from(old.axis)
+        })
     });
     let values: Vec<Vec<f64>> = known.into_iter().map(|effect| effect.values).collect();
     let (known, added) = terms.split_at(values.len());
@@ -260,6 +264,7 @@ pub(crate) fn held_out_errors(
         .into_iter()
         .map(|term| {
             let bound = Bound {
+                input: term.input,
                 entry: term.entry,
                 axis: usize::from(term.axis),
             };

@@ -174,7 +174,7 @@ pub(super) fn in_words_found(added: &[Bound], axes: &[&str]) -> Vec<Found> {
             None => axes[bound.axis],
         };
         found.push(Found {
-            effect: bound.entry.about.name.into(),
+            effect: bound.effect(),
             axis: axis.into(),
         });
     }
@@ -221,7 +221,7 @@ pub(super) fn in_words_ranked(
 fn ranked(
     decision: &Decision,
     looked: &LookedAt,
-    equivalent: &[&str],
+    equivalent: &[String],
     (records, base, values): (&Records<'_>, &[Bound], &[Vec<f64>]),
     study: &Study,
 ) -> Ranked {
@@ -239,17 +239,11 @@ fn ranked(
     let parameters = listed.map(|(index, (parameter, value))| CandidateParameter {
         name: parameter.name.into(),
         value: *value,
-        unit: parameter
-            .dimension
-            .unit(kind(bound.axis), kind(1 - bound.axis))
-            .to_string(),
+        unit: bound.unit(parameter, kind(bound.axis), kind(1 - bound.axis)),
         interval: intervals.get(index).copied().flatten(),
     });
     let (before, after) = (decision.errors[0], looked.score.error);
-    let like = |other: &&LookedAt| {
-        let name = other.hypothesis.added()[0].entry.about.name;
-        equivalent.contains(&name)
-    };
+    let like = |other: &&LookedAt| equivalent.contains(&other.hypothesis.added()[0].effect());
     let singles = decision.singles.iter().map(|(single, _)| single);
     let group: Vec<Bound> = singles
         .filter(like)
@@ -257,13 +251,13 @@ fn ranked(
         .chain([bound])
         .collect();
     Ranked {
-        effect: bound.entry.about.name.into(),
+        effect: bound.effect(),
         axis: if both {
             "both".into()
         } else {
             study.axes[bound.axis].name.clone()
         },
-        equivalent: equivalent.iter().map(|e| (*e).to_string()).collect(),
+        equivalent: equivalent.to_vec(),
         probability: decision.chances.any_of(&[bound]),
         group_probability: decision.chances.any_of(&group),
         score: decision.rows as f64 * (1.0 - (after / before).powi(2)),

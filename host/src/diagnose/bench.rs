@@ -161,6 +161,7 @@ impl<'a> Bench<'a> {
         let within = |name: &'static str, most: f64| {
             let entry = Entry::named(name)?;
             let bound = Bound {
+                input: None,
                 entry,
                 axis: self.axis,
             };
@@ -200,6 +201,18 @@ impl<'a> Bench<'a> {
         columns.collect()
     }
 
+    /// An effect's shapes as they start, all its parameters in SI.
+    pub(super) fn middle(&self, bound: &Bound) -> Vec<f64> {
+        let mut values = vec![0.0; bound.entry.parameters().len()];
+        for unknown in shapes(&[*bound], &self.records.references) {
+            let start = unknown.shape.starts.first().copied().unwrap_or(1.0);
+            for (_, index) in &unknown.places {
+                values[*index] = unknown.clamp(start * unknown.reference);
+            }
+        }
+        values
+    }
+
     /// The columns of an effect at these values.
     pub(super) fn part(&self, bound: &Bound, values: &[f64]) -> Part {
         let rows = rows_of(self.records, self.axis);
@@ -207,8 +220,12 @@ impl<'a> Bench<'a> {
         let mut bounds = Vec::new();
         for parameter in bound.entry.parameters() {
             match parameter.role {
-                Role::Linear { positive } => bounds.push([
-                    if positive { 0.0 } else { f64::NEG_INFINITY },
+                Role::Linear { .. } => bounds.push([
+                    if bound.is_positive(&parameter) {
+                        0.0
+                    } else {
+                        f64::NEG_INFINITY
+                    },
                     f64::INFINITY,
                 ]),
                 Role::SizePerRecord => bounds.extend(

@@ -170,7 +170,7 @@ impl Chances {
     pub(super) fn any_of(&self, bounds: &[Bound]) -> f64 {
         let votes = self.votes.iter();
         let with = votes.filter(|(set, _)| set.iter().any(|bound| bounds.contains(bound)));
-        with.map(|(_, part)| part).sum::<f64>().min(1.0)
+        with.map(|(_, part)| part).sum::<f64>().clamp(0.0, 1.0)
     }
 
     /// Every effect that has a chance, with it.
@@ -194,6 +194,7 @@ mod tests {
 
     fn bound(name: &str) -> Bound {
         Bound {
+            input: None,
             entry: Entry::named(name).expect("an effect of the library"),
             axis: 0,
         }
@@ -209,7 +210,10 @@ mod tests {
             .collect();
         let sets = [vec![], vec![bound("dahl")], vec![bound("bouc_wen")]];
         let rivals = |errors: &[&'static [f64]]| Rivals {
-            sets: sets.iter().map(|s| &**s.clone().leak()).collect(),
+            sets: sets
+                .iter()
+                .map(|s: &Vec<Bound>| &*s.clone().leak())
+                .collect(),
             errors: errors.to_vec(),
             powers: vec![1.0, 0.1, 0.01],
             numbers: vec![2, 4, 6],

@@ -11,7 +11,7 @@ use crate::fit::effects::unknowns::{ShapeUnknown, is_physical, shapes};
 use crate::fit::normal_equations::Cholesky;
 use crate::model::effects::Bound;
 use faer::Mat;
-use jointwatch_shared::effect::{Acts, EFFECTS};
+use jointwatch_shared::effect::{Acts, EFFECTS, Subsystem};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -51,13 +51,22 @@ pub(super) fn candidates(
     bench: &Bench<'_>,
     axes: usize,
     known: &[Bound],
+    inputs: &[&'static str],
     without: &[String],
 ) -> Vec<Bound> {
     let axis = bench.axis;
+    let bound = |entry, axis, input| Bound { entry, axis, input };
     let bounds = EFFECTS.iter().filter_map(|entry| match entry.acts {
-        Acts::OwnAxis => Some(Bound { entry, axis }),
-        Acts::BothAxes => (axes == 2).then_some(Bound { entry, axis: 0 }),
+        Acts::OwnAxis => Some(bound(entry, axis, None)),
+        Acts::BothAxes => (axes == 2).then_some(bound(entry, 0, None)),
     });
+    // Every force of the joint may follow an input that changes.
+    let of_joint = EFFECTS
+        .iter()
+        .filter(|entry| entry.acts == Acts::OwnAxis && entry.subsystem == Subsystem::Plant);
+    let following =
+        of_joint.flat_map(|entry| inputs.iter().map(move |i| bound(entry, axis, Some(*i))));
+    let bounds = bounds.chain(following);
     // A wrong inertia shows where one is stated, and is not all that there is of force.
     let inertia = bench.records.inertias[axis].is_some_and(|inertia| inertia > 0.0);
     bounds

@@ -29,7 +29,7 @@ pub(super) struct Decision {
     /// The inputs with which it takes most of that, and the parts of the error's power that it takes at each step.
     pub(super) follows: Option<Knows>,
     /// Hypotheses of one effect, best first, with those that explain the same.
-    pub(super) singles: Vec<(Looked, Vec<&'static str>)>,
+    pub(super) singles: Vec<(Looked, Vec<String>)>,
     /// Everything that was looked at.
     pub(super) looked: Vec<Looked>,
     /// How likely every effect is, that nothing is missing, and that something is that has no name.
@@ -203,7 +203,7 @@ fn singles(
     base: &Looked,
     decided: &Looked,
     as_good: &[Bound],
-) -> Vec<(Looked, Vec<&'static str>)> {
+) -> Vec<(Looked, Vec<String>)> {
     let alone = |l: &&Looked| l.hypothesis.added().len() == 1;
     let mut singles: Vec<Looked> = looked.iter().filter(alone).cloned().collect();
     let order = |a: &Looked, b: &Looked| {
@@ -247,7 +247,7 @@ fn singles(
             let alike = like(&explained[at], &explained[other]) > LIKENESS;
             other != at && (alike || (good(at) && good(other)))
         });
-        let names = same.map(|other| singles[other].hypothesis.added()[0].entry.about.name);
+        let names = same.map(|other| singles[other].hypothesis.added()[0].effect());
         (single.clone(), names.collect())
     });
     named.collect()

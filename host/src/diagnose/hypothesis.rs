@@ -53,9 +53,21 @@ impl Hypothesis {
         &self.members[self.base..]
     }
 
-    /// With one more effect.
-    pub(super) fn with(&self, bound: Bound, values: Vec<f64>) -> Self {
+    /// With one more effect. One that differs from a member by what it follows has the shapes of that.
+    pub(super) fn with(&self, bound: Bound, mut values: Vec<f64>) -> Self {
         let mut wider = self.clone();
+        if let Some(twin) = self
+            .members
+            .iter()
+            .position(|member| member.is_twin(&bound))
+        {
+            let listed = bound.entry.parameters().iter().zip(&mut values);
+            for ((parameter, value), other) in listed.zip(&self.values[twin]) {
+                if !parameter.is_linear() {
+                    *value = *other;
+                }
+            }
+        }
         wider.members.push(bound);
         wider.values.push(values);
         wider

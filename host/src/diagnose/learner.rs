@@ -1,7 +1,7 @@
 //! What a learner without physics can still take away from what a model leaves, on blocks that it has not seen.
 //!
 //! Its inputs grow: the states of all axes; then memory (travel since the last reversal, where that was, the swing before it, the largest
-//! excursion); then states of moments ago; then the time in the record. The step at which the error falls is the kind of what is missing,
+//! excursion); then states of moments ago; then the inputs of the study; then the time in the record. The step at which the error falls is the kind of what is missing,
 //! whatever its law.
 
 use super::bench::Bench;
@@ -24,12 +24,19 @@ pub(super) enum Knows {
     States,
     Memory,
     Delays,
+    Inputs,
     Time,
 }
 
 impl Knows {
     /// Every step, in order.
-    pub(super) const ALL: [Self; 4] = [Self::States, Self::Memory, Self::Delays, Self::Time];
+    pub(super) const ALL: [Self; 5] = [
+        Self::States,
+        Self::Memory,
+        Self::Delays,
+        Self::Inputs,
+        Self::Time,
+    ];
 
     /// What the remainder follows, as it stands in answers.
     pub(super) fn word(self) -> &'static str {
@@ -37,6 +44,7 @@ impl Knows {
             Self::States => "states",
             Self::Memory => "memory",
             Self::Delays => "delays",
+            Self::Inputs => "inputs",
             Self::Time => "time",
         }
     }
@@ -47,6 +55,7 @@ impl Knows {
             Self::States => "displacement and velocity of the same moment",
             Self::Memory => "the way since the last reversal and the largest excursion",
             Self::Delays => "the displacements of the last moments",
+            Self::Inputs => "the inputs",
             Self::Time => "the time since the record began",
         }
     }
@@ -103,6 +112,10 @@ impl Inputs {
             for column in [displacement, velocity] {
                 series.push((Knows::Delays, delayed(column, &records.rows, late)));
             }
+        }
+        for name in records.inputs() {
+            let column = slice(bench.axis, records.of_input(bench.axis, name));
+            series.push((Knows::Inputs, column));
         }
         let time = records.of_motion(bench.axis, None, |m| m.time_s);
         series.push((Knows::Time, slice(bench.axis, time)));

@@ -13,10 +13,18 @@ use crate::model::effects::Bound;
 use crate::signal::motion::Motion;
 use crate::study::Axis;
 use crate::text::error::Result;
-use jointwatch_shared::effect::Acts;
+use jointwatch_shared::effect::{Acts, Entry};
 
 /// Rows of all records together on which shapes are searched for; hypotheses are judged on all of them.
 const MAX_SEARCHED: usize = 20_000;
+
+/// Lags behind which an input may act, ms.
+const LAGS_MS: [f64; 20] = [
+    1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 70.0, 100.0, 150.0, 200.0, 300.0,
+    500.0, 1000.0, 2000.0, 5000.0,
+];
+/// The longest lag that a record shows, beside its length.
+const LONGEST_LAG: f64 = 0.2;
 
 /// A model with its values.
 pub(super) struct Model {
@@ -172,6 +180,40 @@ fn of_axis(axis: usize, terms: &[Bound], values: &[Vec<f64>]) -> Hypothesis {
     }
 }
 
+/// An input behind the lag at which forces that follow it explain most beside a base: a spring, a damper and dry friction.
+fn behind_lag(bench: &Bench<'_>, base: &Hypothesis, input: &'static str) -> &'static str {
+    let parts = bench.parts(base, &[]);
+    let left = |input: &'static str| {
+        let mut design = bench.design(base, &parts);
+        for name in ["stiffness", "viscous", "coulomb"] {
+            let Some(entry) = Entry::named(name) else {
+                continue;
+            };
+            let bound = Bound {
+                entry,
+                axis: bench.axis,
+                input: Some(input),
+            };
+            design.extend(bench.part(&bound, &bench.middle(&bound)).columns);
+        }
+        bench.solved(&design).1.iter().map(|e| e * e).sum::<f64>()
+    };
+    let at_once = left(input);
+    let longest_s = bench.records.longest_s();
+    let lags = LAGS_MS
+        .into_iter()
+        .filter(|ms| 1e-3 * ms < LONGEST_LAG * longest_s);
+    let tried = lags.map(|ms| {
+        let lagged = Bound::kept_input(&format!("{input}~{ms}ms"));
+        (lagged, left(lagged))
+    });
+    let best = tried.min_by(|a, b| a.1.total_cmp(&b.1));
+    match best {
+        Some((lagged, left)) if (at_once / left).ln() > CRITERIA.least_difference => lagged,
+        _ => input,
+    }
+}
+
 /// The decision on one axis, beside all terms that are known.
 fn on_axis(
     given: &Given<'_>,
@@ -185,9 +227,13 @@ fn on_axis(
     let full = Bench::new(records, axis, &base, zero_per_record);
     let part = excerpt.map(|excerpt| Bench::new(excerpt, axis, &base, zero_per_record));
     let searched = part.as_ref().unwrap_or(&full);
-    let mut candidates = candidates(searched, given.axes.len(), terms, given.without);
+    let inputs = searched.records.inputs().into_iter();
+    let inputs: Vec<&'static str> = inputs
+        .map(|name| behind_lag(searched, &base, name))
+        .collect();
+    let mut candidates = candidates(searched, given.axes.len(), terms, &inputs, given.without);
     if zero_per_record {
-        candidates.retain(|bound| bound.entry.about.name != "preload");
+        candidates.retain(|bound| bound.effect() != "preload");
     }
     let parts = searched.parts(&base, &[]);
     let own = searched.solved(&searched.design(&base, &parts)).1;
@@ -208,10 +254,11 @@ fn zeros_differ(records: &Records<'_>, axis: usize, hypothesis: &Hypothesis) -> 
     if records.rows.len() < 2 {
         return false;
     }
-    let Some(preload) = jointwatch_shared::effect::Entry::named("preload") else {
+    let Some(preload) = Entry::named("preload") else {
         return false;
     };
     let preload = Bound {
+        input: None,
         entry: preload,
         axis,
     };

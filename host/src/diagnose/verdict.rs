@@ -18,6 +18,7 @@ use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
 use crate::model::effects::Bound;
 use crate::model::file::{AxisError, Base, JudgedOn, ModelFile};
+use crate::model::time_history::with_lag;
 use crate::signal::mixed_acceleration;
 use crate::signal::motion::Motion;
 use crate::study::{AxisKind, Study};
@@ -290,6 +291,17 @@ fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) 
             errors[0],
             errors[1]
         ));
+    }
+    for bound in &search.found {
+        if let Some((input, lag_s)) = bound.input.map(with_lag)
+            && lag_s > 0.0
+        {
+            notes.push(format!(
+                "{}: the force follows {input} behind a lag of about {:.0} ms",
+                bound.name(names),
+                1e3 * lag_s
+            ));
+        }
     }
     for (axis, zeros) in search.zeros.iter().enumerate() {
         if let Some(apart) = zeros {

@@ -169,6 +169,7 @@ mod tests {
                 .collect()
         };
         Motion {
+            inputs: Vec::new(),
             record,
             first_row: 0,
             sample_rate_hz: 1000.0,

@@ -260,8 +260,7 @@ impl Forces {
 }
 
 fn evaluate(model: &ModelFile, motion: &Motion, band: &[f64]) -> Result<Vec<Forces>> {
-    let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
-    let predicted = model.predict(&states)?;
+    let predicted = model.predict_motion(motion)?;
     let forces = model
         .axes
         .iter()

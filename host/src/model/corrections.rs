@@ -138,7 +138,11 @@ pub fn of_device(model: &Model) -> Vec<EffectTerm> {
             ("mains_hum", &[amplitude, frequency_hz]),
         ] {
             if let Some(entry) = Entry::named(effect).filter(|_| values[0] != 0.0) {
-                let bound = Bound { entry, axis };
+                let bound = Bound {
+                    entry,
+                    axis,
+                    input: None,
+                };
                 all.push(EffectTerm::new(&bound, &names, &kinds, values, &[]));
             }
         }

@@ -1,13 +1,16 @@
 //! The physical effects of a model on the host: how they stand in `model.json`, and which axis each is bound to.
 
 use super::ModelAxis;
+use crate::model::time_history::with_lag;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use crate::text::table::Table;
 use jointwatch_shared::base::{Model, axis, terms::InSi};
-use jointwatch_shared::effect::about::Parameter;
+use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Subsystem};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
 
 /// One effect of a model, with the values that were found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,11 +57,11 @@ impl EffectTerm {
             |(index, (parameter, &value)): (usize, (&Parameter, &f64))| ParameterValue {
                 name: parameter.name.into(),
                 value,
-                unit: parameter.dimension.unit(own, other).to_string(),
+                unit: bound.unit(parameter, own, other),
                 interval: intervals.get(index).copied().flatten(),
             };
         Self {
-            effect: bound.entry.about.name.into(),
+            effect: bound.effect(),
             axis: (bound.entry.acts == Acts::OwnAxis).then(|| names[bound.axis].into()),
             parameters: listed.map(parameter).collect(),
         }
@@ -74,6 +77,7 @@ impl EffectTerm {
             let bound = Bound {
                 entry: term.entry,
                 axis: usize::from(term.axis),
+                input: term.input,
             };
             Self::new(&bound, &names, &kinds, &term.values, &[])
         };
@@ -118,6 +122,7 @@ impl EffectTerm {
             )));
         }
         Ok(InSi {
+            input: bound.input,
             entry: bound.entry,
             axis: bound.axis as u8,
             values: self.parameters.iter().map(|p| p.value).collect(),
@@ -184,19 +189,56 @@ pub struct Bound {
     pub entry: &'static Entry,
     /// The axis, from 0; 0 for an effect on both.
     pub axis: usize,
+    /// The name of the input that its force is proportional to; none for one that follows the motion alone.
+    pub input: Option<&'static str>,
+}
+
+/// A name that is kept for as long as the program runs, once however often it is met, so that a [`Bound`] stays a few words.
+fn kept(name: &str) -> &'static str {
+    static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+    let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = names.get(name) {
+        return known;
+    }
+    let new: &'static str = Box::leak(name.into());
+    names.insert(new);
+    new
+}
+
+/// Takes `effect*input` apart; `effect * input(name)` is the same.
+fn apart(text: &str) -> (&str, Option<&str>) {
+    match text.split_once('*') {
+        None => (text.trim(), None),
+        Some((effect, input)) => {
+            let input = input.trim();
+            let inner = input
+                .strip_prefix("input(")
+                .and_then(|i| i.strip_suffix(')'));
+            (effect.trim(), Some(inner.unwrap_or(input).trim()))
+        }
+    }
 }
 
 impl Bound {
-    /// Reads `effect@axis`, or `effect` for one that acts on both axes.
+    /// Reads `effect@axis`, or `effect` for one that acts on both axes; `effect*input@axis` or `effect@axis * input(name)` for one whose force
+    /// is proportional to an input of the study; `effect*input~10ms@axis` where the input acts behind a first-order lag.
     ///
     /// # Errors
     /// One sentence: an effect that is not known (with the nearest that is), an axis that does not exist, is missing, or is too
     /// much, an effect on two axes where there is one.
     pub fn parse(text: &str, axes: &[&str]) -> Result<Self> {
         let (name, axis) = match text.split_once('@') {
-            Some((name, axis)) => (name.trim(), Some(axis.trim())),
-            None => (text.trim(), None),
+            Some((name, axis)) => (name, Some(axis)),
+            None => (text, None),
         };
+        let ((name, input), (axis, behind)) = (
+            apart(name),
+            match axis.map(apart) {
+                None => (None, None),
+                Some((axis, input)) => (Some(axis), input),
+            },
+        );
+        let input = input.or(behind);
         let known: Vec<&str> = EFFECTS.iter().map(|e| e.about.name).collect();
         let Some(entry) = Entry::named(name) else {
             return Err(Error::data(format!(
@@ -232,7 +274,61 @@ impl Bound {
                     ))
                 })?,
         };
-        Ok(Self { entry, axis })
+        if let Some(input) = input {
+            let follows = entry.acts == Acts::OwnAxis && entry.subsystem == Subsystem::Plant;
+            if input.is_empty() || !follows {
+                return Err(Error::data(format!(
+                    "{text:?}: only an effect of the joint on one axis can follow an input: write \"effect*input@axis\""
+                )));
+            }
+            if with_lag(input).0.contains('~') {
+                return Err(Error::data(format!(
+                    "{text:?}: the lag behind which an input acts is written in milliseconds, as in {name}*voltage~10ms"
+                )));
+            }
+        }
+        Ok(Self {
+            entry,
+            axis,
+            input: input.map(kept),
+        })
+    }
+
+    /// The name of an input as bounds hold it.
+    pub(crate) fn kept_input(name: &str) -> &'static str {
+        kept(name)
+    }
+
+    /// The effect's name, with the input that it follows: `coulomb`, `coulomb*voltage`.
+    pub fn effect(&self) -> String {
+        match self.input {
+            None => self.entry.about.name.into(),
+            Some(input) => format!("{}*{input}", self.entry.about.name),
+        }
+    }
+
+    /// The unit of one of its parameters on axes of these kinds: `N`, or `N per voltage` where the force follows an input.
+    pub fn unit(
+        &self,
+        parameter: &Parameter,
+        own: axis::AxisKind,
+        other: axis::AxisKind,
+    ) -> String {
+        let unit = parameter.dimension.unit(own, other);
+        match self.input.filter(|_| parameter.is_linear()) {
+            None => unit.to_string(),
+            Some(input) => format!("{unit} per {input}"),
+        }
+    }
+
+    /// Whether a parameter that its force is proportional to has to be positive: one that follows an input may fall with it.
+    pub fn is_positive(&self, parameter: &Parameter) -> bool {
+        self.input.is_none() && matches!(parameter.role, Role::Linear { positive: true })
+    }
+
+    /// Whether the other one is the same effect on the same axis, whatever inputs they follow: then they share their shapes.
+    pub fn is_twin(&self, other: &Self) -> bool {
+        self.entry == other.entry && self.axis == other.axis && self.input != other.input
     }
 
     /// Reads a list of terms, each of which may stand only once.
@@ -269,20 +365,24 @@ impl Bound {
     /// Whether a model cannot have both on the same axis.
     pub fn rules_out(&self, other: &Self) -> bool {
         let never = |a: &Self, b: &Self| a.entry.never_with.contains(&b.entry.about.name);
-        let both = self.axis == other.axis && (never(self, other) || never(other, self));
+        let both = self.axis == other.axis
+            && self.input == other.input
+            && (never(self, other) || never(other, self));
         both || self.replaces(other) || other.replaces(self)
     }
 
     /// Whether the other one is this one with special strengths, so that adding this one takes it out of a model.
     pub fn replaces(&self, other: &Self) -> bool {
-        self.axis == other.axis && self.entry.replaces.contains(&other.entry.about.name)
+        self.axis == other.axis
+            && self.input == other.input
+            && self.entry.replaces.contains(&other.entry.about.name)
     }
 
     /// `effect@axis`, or the effect's name alone when it acts on both axes.
     pub fn name(&self, axes: &[&str]) -> String {
         match self.entry.acts {
             Acts::BothAxes => self.entry.about.name.into(),
-            Acts::OwnAxis => format!("{}@{}", self.entry.about.name, axes[self.axis]),
+            Acts::OwnAxis => format!("{}@{}", self.effect(), axes[self.axis]),
         }
     }
 }

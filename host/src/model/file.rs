@@ -3,7 +3,7 @@
 use crate::model::check_states;
 use crate::model::corrections::{Corrections, of_the_joint};
 use crate::model::mains_hum;
-use crate::model::time_history::{TimeHistory, add_forces};
+use crate::model::time_history::{TimeHistory, add_forces, with_lag};
 use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
 use crate::signal::motion::{self, Filters, Motion};
 use crate::study::{Record, Study};
@@ -300,14 +300,31 @@ impl ModelFile {
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when the states are not those of the model's inputs.
     pub fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
+        self.predict_with(states, &[])
+    }
+
+    /// The same along a record, whose inputs some effects may follow.
+    ///
+    /// # Errors
+    /// As [`ModelFile::predict`]; an input that the record has not.
+    pub fn predict_motion(&self, motion: &Motion) -> Result<Vec<Vec<f64>>> {
+        let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
+        self.predict_with(&states, &motion.inputs)
+    }
+
+    fn predict_with(
+        &self,
+        states: &[&[f64]],
+        inputs: &[(String, Vec<f64>)],
+    ) -> Result<Vec<Vec<f64>>> {
         let mut forces = self.base.predict(states)?;
         let effects = of_the_joint(&self.effects_in_si()?);
+        check_inputs(&effects, |name| {
+            inputs.iter().any(|(known, _)| known == name)
+        })?;
         let period_s = 1.0 / self.filters.sample_rate_hz;
-        add_forces(
-            &effects,
-            &TimeHistory::of_states(states, period_s),
-            &mut forces,
-        );
+        let history = TimeHistory::of_states(states, period_s).with_inputs(inputs);
+        add_forces(&effects, &history, &mut forces);
         Ok(forces)
     }
 
@@ -320,7 +337,19 @@ impl ModelFile {
             "the model",
             self.axes.iter().map(|a| (a.name.as_str(), a.kind)),
             self.filters.sample_rate_hz,
-        )
+        )?;
+        check_inputs(&self.effects_in_si()?, |name| study.has_input(name))
+    }
+}
+
+/// Refuses effects that follow an input which is not there.
+fn check_inputs(effects: &[InSi], is_there: impl Fn(&str) -> bool) -> Result<()> {
+    let mut followed = effects.iter().filter_map(|e| Some(with_lag(e.input?).0));
+    match followed.find(|name| !is_there(name)) {
+        None => Ok(()),
+        Some(name) => Err(Error::data(format!(
+            "the model follows the input {name:?}, which is not there: name its column in study.toml with [[input]], name = {name:?}"
+        ))),
     }
 }
 
@@ -359,8 +388,7 @@ impl ModelFile {
             return Ok(record);
         }
         let motion = motion::motion(study, index, &record, &self.filters)?;
-        let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
-        let predicted = self.predict(&states)?;
+        let predicted = self.predict_motion(&motion)?;
         for term in &corrections.lines {
             let axis = usize::from(term.axis);
             let of = &self.axes[axis];

@@ -43,6 +43,7 @@ pub(crate) fn part_of(
     let values = term.entry.parameters().iter().zip(&term.values);
     let unit = values.map(|(p, &v)| if p.is_per_record() { 1.0 } else { v });
     let unit = InSi {
+        input: None,
         values: unit.collect(),
         ..term.clone()
     };
@@ -156,6 +157,7 @@ mod tests {
     #[test]
     fn a_line_is_taken_out_whatever_its_phase_and_nothing_else() {
         let term = InSi {
+            input: None,
             entry: hum(),
             axis: 1,
             values: vec![7.0, 50.1],

@@ -14,8 +14,41 @@ pub struct TimeHistory<'a> {
     states: Vec<&'a [f64]>,
     /// Time between rows, s.
     period_s: f64,
+    /// Inputs of the study, by name.
+    inputs: &'a [(String, Vec<f64>)],
     /// What effects of the instrument need besides; none where there are no such effects.
     instruments: Option<Instruments<'a>>,
+}
+
+/// What a force is multiplied by, row by row: 1, or an input.
+pub(crate) struct Factor<'a>(Option<Cow<'a, [f64]>>);
+
+impl Factor<'_> {
+    pub(crate) fn at(&self, row: usize) -> f64 {
+        let series = self.0.as_ref();
+        series.map_or(1.0, |series| series.get(row).copied().unwrap_or(0.0))
+    }
+}
+
+/// The name of an input, and the time constant of the first-order lag behind which it acts, s: `voltage~10ms` is `voltage` and 0.01.
+pub(crate) fn with_lag(input: &str) -> (&str, f64) {
+    let parts = input.split_once('~');
+    let lag = parts.and_then(|(name, lag)| {
+        let ms: f64 = lag.strip_suffix("ms")?.parse().ok()?;
+        (ms > 0.0).then_some((name, 1e-3 * ms))
+    });
+    lag.unwrap_or((input, 0.0))
+}
+
+/// A series behind a first-order lag, which begins at rest.
+fn lagged(series: &[f64], lag_s: f64, period_s: f64) -> Vec<f64> {
+    let keep = (-period_s / lag_s).exp();
+    let mut state = series.first().copied().unwrap_or(0.0);
+    let step = |value: &f64| {
+        state = value + keep * (state - value);
+        state
+    };
+    series.iter().map(step).collect()
 }
 
 #[derive(Clone, Debug)]
@@ -36,8 +69,15 @@ impl<'a> TimeHistory<'a> {
         Self {
             states: states.to_vec(),
             period_s,
+            inputs: &[],
             instruments: None,
         }
+    }
+
+    /// The same with inputs.
+    pub(crate) fn with_inputs(mut self, inputs: &'a [(String, Vec<f64>)]) -> Self {
+        self.inputs = inputs;
+        self
     }
 
     /// A record with everything that was measured; `conventions` has one entry per axis.
@@ -49,6 +89,7 @@ impl<'a> TimeHistory<'a> {
         Self {
             states: slices(&motion.states),
             period_s,
+            inputs: &motion.inputs,
             instruments: Some(Instruments {
                 acceleration: slices(&motion.acceleration),
                 force_rate: force.iter().map(|f| rate(f, period_s)).collect(),
@@ -105,6 +146,26 @@ impl<'a> TimeHistory<'a> {
     /// Velocity of an axis, m/s or rad/s.
     pub fn velocity(&self, axis: usize) -> &'a [f64] {
         self.states[2 * axis + 1]
+    }
+
+    /// Every input with its name.
+    pub(crate) fn inputs(&self) -> &'a [(String, Vec<f64>)] {
+        self.inputs
+    }
+
+    /// An input, behind its lag, as a factor of forces; 1 where none is named, 0 where the record has none of this name.
+    pub(crate) fn input(&self, name: Option<&str>) -> Factor<'a> {
+        let Some(name) = name else {
+            return Factor(None);
+        };
+        let (name, lag_s) = with_lag(name);
+        let found = self.inputs.iter().find(|(known, _)| known == name);
+        let series = found.map_or(&[][..], |(_, series)| series);
+        Factor(Some(if lag_s > 0.0 {
+            lagged(series, lag_s, self.period_s).into()
+        } else {
+            series.into()
+        }))
     }
 
     /// Time between rows, s.
@@ -240,6 +301,7 @@ pub fn add_forces(terms: &[InSi], history: &TimeHistory<'_>, forces: &mut [Vec<f
     for term in terms.iter().filter(|term| !term.entry.is_per_record()) {
         let parameters = law_parameters(term.entry, &term.values);
         let axis = usize::from(term.axis);
+        let factor = history.input(term.input);
         history.along(
             term.entry.real,
             &parameters,
@@ -247,9 +309,9 @@ pub fn add_forces(terms: &[InSi], history: &TimeHistory<'_>, forces: &mut [Vec<f
             0.0,
             |v| v,
             |row, [own, other]| {
-                forces[axis][row] += own;
+                forces[axis][row] += own * factor.at(row);
                 if let Some(force) = forces.get_mut(1 - axis) {
-                    force[row] += other;
+                    force[row] += other * factor.at(row);
                 }
             },
         );

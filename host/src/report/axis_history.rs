@@ -39,8 +39,7 @@ impl AxisHistory {
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the states are not those of the model's inputs.
 pub fn histories(model: &ModelFile, motion: &Motion) -> Result<Vec<AxisHistory>> {
-    let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
-    let predicted = model.predict(&states)?;
+    let predicted = model.predict_motion(motion)?;
     let band = &model.filters.band;
     let half = band.len() / 2;
     let axes = model.axes.iter().zip(predicted).enumerate();

@@ -37,6 +37,8 @@ pub struct Motion {
     pub force: Vec<Vec<f64>>,
     /// What the known spring and damper to ground take of the applied force, per axis; none where there is neither.
     pub ground: Vec<Option<Vec<f64>>>,
+    /// Inputs of the study with their names, in their own units, wide-band.
+    pub inputs: Vec<(String, Vec<f64>)>,
 }
 
 impl Motion {
@@ -70,6 +72,13 @@ impl Motion {
             states: cut(&self.states),
             acceleration: cut(&self.acceleration),
             force: cut(&self.force),
+            inputs: {
+                let inputs = self.inputs.iter();
+                let cut = |(name, s): &(String, Vec<f64>)| {
+                    (name.clone(), s[start..start + count].to_vec())
+                };
+                inputs.map(cut).collect()
+            },
             ground: {
                 let ground = self.ground.iter();
                 let cut =
@@ -94,6 +103,13 @@ impl Motion {
             states: thin(&self.states),
             acceleration: thin(&self.acceleration),
             force: thin(&self.force),
+            inputs: {
+                let inputs = self.inputs.iter();
+                let thin = |(name, s): &(String, Vec<f64>)| {
+                    (name.clone(), s.iter().step_by(step).copied().collect())
+                };
+                inputs.map(thin).collect()
+            },
             ground: {
                 let ground = self.ground.iter();
                 let thin = |g: &Option<Vec<f64>>| {
@@ -160,6 +176,11 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
         acceleration: Vec::new(),
         force: Vec::new(),
         ground: Vec::new(),
+        inputs: record
+            .inputs
+            .iter()
+            .map(|(name, s)| (name.clone(), s[half..s.len() - half].to_vec()))
+            .collect(),
     };
     for (axis, channels) in study.axes.iter().zip(&record.axes) {
         let inner = |series: &[f64]| series[half..series.len() - half].to_vec();

@@ -135,6 +135,7 @@ impl Rig<'_> {
         let plain = (self.take)(None)?;
         let references = references(&plain, bound.axis);
         let mut term = InSi {
+            input: None,
             entry: bound.entry,
             axis: bound.axis as u8,
             values: starting_values(&bound, &references),

@@ -91,6 +91,7 @@ pub(super) fn quantise(columns: &mut [Vec<f64>]) {
 /// The columns of a log as a study's record.
 pub(super) fn record(file: &str, role: Role, columns: &[Vec<f64>], axes: usize) -> Record {
     Record {
+        inputs: Vec::new(),
         file: file.into(),
         role,
         first_row: 0,

@@ -227,6 +227,7 @@ pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
         }
     }
     let study = Study {
+        inputs: Vec::new(),
         name: "simulated rig".into(),
         path: PathBuf::from("study.toml"),
         sample_rate_hz: options.sample_rate_hz,

@@ -21,6 +21,8 @@ pub(crate) struct Description {
     #[serde(default)]
     pub(crate) axis: Vec<AxisEntry>,
     #[serde(default)]
+    pub(crate) input: Vec<InputEntry>,
+    #[serde(default)]
     pub(crate) record: Vec<RecordEntry>,
     #[serde(default)]
     pub(crate) base: Base,
@@ -43,6 +45,19 @@ pub(crate) struct AxisEntry {
     pub(crate) ground_stiffness: Option<Spanned<f64>>,
     pub(crate) ground_damping: Option<Spanned<f64>>,
     pub(crate) encoder_step: Option<Spanned<f64>>,
+}
+
+/// One `[[input]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct InputEntry {
+    pub(crate) name: Spanned<String>,
+    pub(crate) column: String,
+    /// Said, not converted: parameters are per this unit.
+    #[serde(default)]
+    pub(crate) unit: String,
+    pub(crate) scale: Option<f64>,
+    pub(crate) offset: Option<f64>,
 }
 
 /// One `[[record]]`.

@@ -21,6 +21,7 @@ pub mod time;
 mod units;
 
 use crate::text::error::{Error, Result};
+use crate::text::nearest::suggestion;
 use std::path::PathBuf;
 
 /// Translation (m, N, kg) or rotation (rad, N·m, kg·m²).
@@ -129,6 +130,17 @@ pub struct Record {
     pub rows: usize,
     /// One entry per axis of the study.
     pub axes: Vec<Channels>,
+    /// The study's inputs with their names, each in its own unit.
+    pub inputs: Vec<(String, Vec<f64>)>,
+}
+
+/// A further column of the records, such as a voltage, a temperature or a pressure, that forces of the joint may follow.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// Its name in effects: `coulomb*voltage@x`.
+    pub name: String,
+    /// Its unit, as the study states it; empty where it states none.
+    pub unit: String,
 }
 
 /// A study, read and checked.
@@ -144,6 +156,8 @@ pub struct Study {
     pub band_hz: Option<f64>,
     /// One or two axes.
     pub axes: Vec<Axis>,
+    /// Further columns that forces may follow.
+    pub inputs: Vec<Input>,
     /// The records, in the order of study.toml.
     pub records: Vec<Record>,
     /// `[base] terms`, as written.
@@ -153,6 +167,32 @@ pub struct Study {
 }
 
 impl Study {
+    /// Whether it names an input.
+    pub fn has_input(&self, name: &str) -> bool {
+        self.inputs.iter().any(|input| input.name == name)
+    }
+
+    /// Refuses an effect that follows an input which the study does not name.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`], one sentence.
+    pub(crate) fn check_input(&self, effect: &str, input: Option<&str>) -> Result<()> {
+        let input = input.and_then(|name| name.split('~').next());
+        let Some(input) = input.filter(|name| !self.has_input(name)) else {
+            return Ok(());
+        };
+        let known: Vec<&str> = self.inputs.iter().map(|i| i.name.as_str()).collect();
+        let what = if known.is_empty() {
+            format!("name its column with [[input]], name = {input:?}, column = …")
+        } else {
+            suggestion(input, &known)
+        };
+        Err(Error::data(format!(
+            "{}: {effect} follows an input {input:?} that the study does not name: {what}",
+            self.path.display()
+        )))
+    }
+
     /// Refuses this study for something learnt from another joint: other axes, or records at another rate.
     ///
     /// `learnt` is what was learnt, as it stands in the sentence; `axes` are its axes and `sample_rate_hz` its rate.

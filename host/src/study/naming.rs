@@ -39,6 +39,7 @@ pub(crate) const QUANTITIES: [Quantity; 8] = [
 /// Whole words, and words that are long enough to be told inside another.
 fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str]) {
     match quantity {
+        Quantity::Input => (&[], &[]),
         Quantity::Time => (
             &[
                 "t", "tout", "time", "zeit", "temps", "uhrzeit", "x_value", "sec", "seconds",

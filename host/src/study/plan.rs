@@ -74,6 +74,8 @@ pub(crate) struct Plan {
     pub(crate) wanted: Vec<Wanted>,
     pub(crate) time: Option<Calibrated>,
     pub(crate) axes: Vec<AxisPlan>,
+    /// With their names.
+    pub(crate) inputs: Vec<(String, Calibrated)>,
 }
 
 impl Plan {
@@ -85,8 +87,9 @@ impl Plan {
             let single = single.into_iter().flatten();
             lists.into_iter().flatten().chain(single)
         });
+        let inputs = self.inputs.iter().map(|(_, channel)| channel);
         let mut notes = Vec::new();
-        for channel in self.time.iter().chain(axes) {
+        for channel in self.time.iter().chain(axes).chain(inputs) {
             let note = channel.check_unit(request, log)?;
             notes.extend(note.filter(|note| !notes.contains(note)));
         }
@@ -138,11 +141,13 @@ pub(crate) fn plan(source: &Source<'_>, said: &Description) -> Result<(Plan, Vec
         axes.push(axis(entry));
     }
     check_terms(source, said, &axes)?;
+    let inputs = inputs(source, said, &mut wanted)?;
     Ok((
         Plan {
             wanted,
             time,
             axes: plans,
+            inputs,
         },
         axes,
     ))
@@ -193,6 +198,7 @@ fn axis(entry: &AxisEntry) -> Axis {
 fn check_terms(source: &Source<'_>, said: &Description, axes: &[Axis]) -> Result<()> {
     for term in &said.base.terms {
         if let Some((_, axis)) = term.get_ref().split_once('@')
+            && let axis = axis.split('*').next().unwrap_or(axis).trim()
             && axis != "both"
             && axes.iter().all(|a| a.name != axis)
         {
@@ -210,6 +216,45 @@ fn check_terms(source: &Source<'_>, said: &Description, axes: &[Axis]) -> Result
     Ok(())
 }
 
+/// The columns of the inputs, their names checked.
+fn inputs(
+    source: &Source<'_>,
+    said: &Description,
+    wanted: &mut Vec<Wanted>,
+) -> Result<Vec<(String, Calibrated)>> {
+    let mut all = Vec::new();
+    for (index, entry) in said.input.iter().enumerate() {
+        let name = entry.name.get_ref();
+        let odd = |c: char| !(c.is_alphanumeric() || c == '_');
+        if name.is_empty() || name.contains(odd) {
+            return Err(source.wrong(
+                &entry.name,
+                format!(
+                    "an input cannot be called {name:?}, because effects that follow it are written effect*input@axis; use one word of \
+                     letters, digits and _"
+                ),
+            ));
+        }
+        if said.input[..index].iter().any(|e| e.name.get_ref() == name) {
+            return Err(source.wrong(
+                &entry.name,
+                format!("the input {name:?} is there twice; give each its own name"),
+            ));
+        }
+        let table = ChannelTable {
+            column: entry.column.clone(),
+            unit: None,
+            scale: entry.scale,
+            offset: entry.offset,
+            optional: false,
+        };
+        let start = entry.name.span().start;
+        let channels = calibrate(source, start, "input", &[table], Quantity::Input, wanted)?;
+        all.extend(channels.into_iter().map(|channel| (name.clone(), channel)));
+    }
+    Ok(all)
+}
+
 fn positive(source: &Source<'_>, key: &str, value: Option<&Spanned<f64>>) -> Result<()> {
     match value {
         Some(v) if !(v.get_ref().is_finite() && *v.get_ref() > 0.0) => Err(source.wrong(
@@ -225,7 +270,7 @@ fn positive(source: &Source<'_>, key: &str, value: Option<&Spanned<f64>>) -> Res
 
 fn check_axis(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
     let name = entry.name.get_ref();
-    let odd = |c: char| c.is_whitespace() || c == '@' || c == ',';
+    let odd = |c: char| c.is_whitespace() || ['@', '*', ','].contains(&c);
     if name.is_empty() || name == "both" || name.contains(odd) {
         return Err(source.wrong(
             &entry.name,

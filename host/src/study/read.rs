@@ -65,6 +65,14 @@ impl Study {
             sample_rate_hz,
             band_hz: said.band_hz.as_ref().map(|b| *b.get_ref()),
             axes,
+            inputs: said
+                .input
+                .iter()
+                .map(|entry| super::Input {
+                    name: entry.name.get_ref().clone(),
+                    unit: entry.unit.clone(),
+                })
+                .collect(),
             records,
             base_terms: said
                 .base
@@ -76,8 +84,33 @@ impl Study {
             path: path.clone(),
         };
         check::constant_channels(&study, &plan)?;
-        Ok(study)
+        let notes = constant_inputs(&study);
+        Ok(Self {
+            notes: [study.notes.clone(), notes].concat(),
+            ..study
+        })
     }
+}
+
+/// A sentence for every input that is the same in all rows of all records.
+fn constant_inputs(study: &Study) -> Vec<String> {
+    let of = |name: &str| {
+        let records = study.records.iter().flat_map(|r| &r.inputs);
+        let rows = records
+            .filter(|(known, _)| known == name)
+            .flat_map(|(_, s)| s);
+        rows.copied().collect::<Vec<f64>>()
+    };
+    let inputs = study.inputs.iter();
+    let constant = inputs.filter(|input| of(&input.name).windows(2).all(|p| p[0] == p[1]));
+    constant
+        .map(|input| {
+            format!(
+                "the input {:?} is the same in all rows, so nothing can be told of what follows it: log runs with other values",
+                input.name
+            )
+        })
+        .collect()
 }
 
 /// A study without a name is called after its folder.
@@ -309,6 +342,19 @@ fn record(
         first_row: request.rows.map_or(0, |[first, _]| first),
         rows: axes[0].force.len(),
         axes,
+        inputs: plan
+            .inputs
+            .iter()
+            .filter_map(|(name, input)| {
+                let series = input.series(log)?;
+                let series = if gaps.is_empty() {
+                    series
+                } else {
+                    time::bridge(&series, &gaps)
+                };
+                Some((name.clone(), series))
+            })
+            .collect(),
     };
     Ok((record, notes))
 }

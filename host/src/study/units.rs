@@ -16,6 +16,8 @@ pub(crate) enum Quantity {
     Acceleration(AxisKind),
     /// N or N·m.
     Force(AxisKind),
+    /// Whatever an input is in: it is not converted.
+    Input,
 }
 
 const INCH: f64 = 0.0254;
@@ -116,6 +118,7 @@ impl Quantity {
             Self::Acceleration(Rotation) => ANGULAR_ACCELERATION,
             Self::Force(Translation) => FORCE,
             Self::Force(Rotation) => TORQUE,
+            Self::Input => &[],
         }
     }
 
@@ -123,6 +126,9 @@ impl Quantity {
     ///
     /// `scaled` tells whether the channel states a scale, without which a volt or a count means nothing.
     pub(crate) fn factor(self, unit: &str, scaled: bool) -> Result<f64, String> {
+        if self == Self::Input {
+            return Ok(1.0);
+        }
         let plain = normalised(unit);
         if BARE.contains(&plain.as_str()) {
             return if scaled {
@@ -156,6 +162,7 @@ impl Quantity {
             Self::Acceleration(AxisKind::Rotation) => "angular acceleration",
             Self::Force(AxisKind::Translation) => "force",
             Self::Force(AxisKind::Rotation) => "torque",
+            Self::Input => "input",
         }
     }
 }

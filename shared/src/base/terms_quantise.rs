@@ -22,6 +22,8 @@ pub struct InSi {
     pub entry: &'static Entry,
     /// The axis that it is bound to, from 0.
     pub axis: u8,
+    /// The name of the input that its force is proportional to; none for one that follows the motion alone. Models of a device have none.
+    pub input: Option<&'static str>,
     /// Its parameters in SI, in the order in which the effect lists them.
     pub values: Vec<f64>,
 }
@@ -231,6 +233,7 @@ impl Terms {
                 parameter.as_law_takes_it(value.to_f64() * scale)
             });
             InSi {
+                input: None,
                 entry: term.entry,
                 axis: term.axis,
                 values: values.collect(),

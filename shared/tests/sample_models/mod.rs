@@ -109,6 +109,7 @@ pub(crate) fn effects(axes: usize, seed: u64) -> Vec<InSi> {
     let known = known.filter(|e| e.subsystem == Subsystem::Plant && e.tag <= LAST_SAMPLED);
     let allowed = known.filter(|entry| axes == 2 || !entry.needs_two_axes());
     let term = |(number, entry): (usize, &'static Entry)| InSi {
+        input: None,
         entry,
         axis: match entry.acts {
             Acts::OwnAxis => (number % axes) as u8,

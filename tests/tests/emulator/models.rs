@@ -66,6 +66,7 @@ fn effects(axes: usize) -> Vec<InSi> {
             assert_eq!(entry.parameters().len(), values.len(), "{name}");
             let axis = at;
             terms.push(InSi {
+                input: None,
                 entry,
                 axis,
                 values,
@@ -85,6 +86,7 @@ fn effects(axes: usize) -> Vec<InSi> {
             0.5 * phi,
         ];
         terms.push(InSi {
+            input: None,
             entry,
             axis: 0,
             values,
@@ -109,6 +111,7 @@ fn in_the_middle(entry: &'static Entry, header: &Header) -> InSi {
         size * parameter.dimension.scale(&references)
     };
     InSi {
+        input: None,
         entry,
         axis: 0,
         values: entry.parameters().iter().map(value).collect(),
@@ -147,6 +150,7 @@ pub(crate) fn with_memory(base: Model) -> Model {
         panic!("two axes");
     };
     let dahl = InSi {
+        input: None,
         entry: Entry::named("dahl").expect("an effect of the table"),
         axis: 0,
         values: vec![11.0, 0.05 * x.displacement.half_range],

@@ -139,6 +139,31 @@ impl<'a> Records<'a> {
         self
     }
 
+    /// Names of the inputs that change in these records.
+    pub(crate) fn inputs(&self) -> Vec<&'static str> {
+        let all = self.histories.iter().flat_map(TimeHistory::inputs);
+        let mut names: Vec<&'static str> = Vec::new();
+        for (name, series) in all {
+            let first = series.first().copied().unwrap_or(0.0);
+            let changes = series.iter().any(|v| *v != first);
+            let bound = Bound::kept_input(name);
+            if changes && !names.contains(&bound) {
+                names.push(bound);
+            }
+        }
+        names
+    }
+
+    /// An input along the rows of an axis, as a column of that axis is.
+    pub(crate) fn of_input(&self, axis: usize, name: &'static str) -> Vec<f64> {
+        let parts = self.histories.iter().map(|history| {
+            let factor = history.input(Some(name));
+            let series: Vec<f64> = (0..history.rows()).map(|row| factor.at(row)).collect();
+            self.thinned(&series)
+        });
+        self.on_axis(axis, parts.flatten().collect())
+    }
+
     /// A series along one record, low-passed and thinned out as the forces are.
     pub(crate) fn thinned(&self, series: &[f64]) -> Vec<f64> {
         apply_every(series, self.taps, self.every)
@@ -315,15 +340,16 @@ impl<'a> Records<'a> {
     ) -> Vec<f64> {
         let law = bound.entry.real;
         self.column(bound, only, |history, own, other| {
+            let factor = history.input(bound.input);
             history.along(
                 law,
                 parameters,
                 bound.axis,
                 phase,
                 |v| v,
-                |_, [f, g]| {
-                    own.push(f);
-                    other.push(g);
+                |row, [f, g]| {
+                    own.push(f * factor.at(row));
+                    other.push(g * factor.at(row));
                 },
             );
         })
@@ -359,10 +385,18 @@ impl<'a> Records<'a> {
         let along = |parameters: &Parameters<Dual>, only: Option<usize>, phase: f64| {
             self.column(bound, only, |history, own, other| {
                 let axis = bound.axis;
-                history.along(law, parameters, axis, phase, Dual::constant, |_, [f, g]| {
-                    own.push(f.slope);
-                    other.push(g.slope);
-                });
+                let factor = history.input(bound.input);
+                history.along(
+                    law,
+                    parameters,
+                    axis,
+                    phase,
+                    Dual::constant,
+                    |row, [f, g]| {
+                        own.push(f.slope * factor.at(row));
+                        other.push(g.slope * factor.at(row));
+                    },
+                );
             })
         };
         let own_size = bound.entry.parameters().iter();

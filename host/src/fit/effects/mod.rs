@@ -37,6 +37,7 @@ impl FoundTerm {
     /// The effect in numbers.
     pub fn in_si(&self) -> InSi {
         InSi {
+            input: self.bound.input,
             entry: self.bound.entry,
             axis: self.bound.axis as u8,
             values: self.values.clone(),
@@ -144,7 +145,9 @@ pub(crate) fn assemble(
         for (index, (parameter, &value)) in bound.entry.parameters().iter().zip(values).enumerate()
         {
             let (interval, doubt) = match parameter.role {
-                Role::Linear { positive } => of_linear(value, positive, linear.next()),
+                Role::Linear { .. } => {
+                    of_linear(value, bound.is_positive(parameter), linear.next())
+                }
                 Role::SizePerRecord => {
                     let count = problem.records.count(bound);
                     let start = columns_before(problem, term);

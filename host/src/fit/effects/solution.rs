@@ -39,6 +39,7 @@ impl Solution {
     pub(crate) fn in_si(&self, terms: &[Bound], axes: &[Axis]) -> (Vec<InSi>, Vec<f64>) {
         let values = terms.iter().zip(&self.solved.values);
         let in_si = values.map(|(bound, values)| InSi {
+            input: bound.input,
             entry: bound.entry,
             axis: bound.axis as u8,
             values: values.clone(),

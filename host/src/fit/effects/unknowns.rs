@@ -40,6 +40,8 @@ pub(crate) fn shapes(terms: &[Bound], references: &References) -> Vec<ShapeUnkno
                     continue;
                 };
                 let owner = shape.tie.and_then(|tie| owner(terms, bound, tie));
+                let twin = || terms[..term].iter().position(|t| t.is_twin(bound));
+                let owner = owner.or_else(|| twin().map(|twin| (twin, index)));
                 if owner.is_some() != tied {
                     continue;
                 }
@@ -103,9 +105,7 @@ pub(crate) fn is_physical(bound: &Bound, values: &[f64], records: &Records<'_>) 
     let entry = bound.entry;
     let parameters = entry.parameters();
     let mut listed = parameters.iter().zip(values);
-    let positive = listed.all(|(parameter, value)| {
-        !matches!(parameter.role, Role::Linear { positive: true }) || *value >= 0.0
-    });
+    let positive = listed.all(|(parameter, value)| !bound.is_positive(parameter) || *value >= 0.0);
     let at_most = |place: usize| match parameters[place].role {
         Role::Shape(shape) => {
             let unit = reference(bound, &parameters[place], &records.references);

@@ -149,6 +149,9 @@ pub(crate) fn base_terms(study: &Study) -> Result<(Vec<Bound>, Option<String>)> 
         sentence: format!("{}, [base] terms: {e}", study.path.display()),
         ..e
     })?;
+    for term in &bound {
+        study.check_input(&term.name(&axes), term.input)?;
+    }
     Ok((bound, proposed))
 }
 

@@ -91,7 +91,7 @@ pub(super) fn gather(asked: &Asked<'_>, version: &Version<'_>) -> Result<Candida
 }
 
 fn in_words(ranked: &Ranked, found: bool, axes: &[&str]) -> Candidate {
-    let about = Entry::named(&ranked.effect).map(|e| e.about);
+    let about = Entry::named(ranked.effect.split('*').next().unwrap_or_default()).map(|e| e.about);
     let [least, most] = ranked.error_drop_interval;
     let with = |drop: f64| ranked.error_before / drop.max(f64::MIN_POSITIVE);
     Candidate {
@@ -149,7 +149,8 @@ fn force(
     let law = term.in_si(&version.model.axes).ok()?;
     let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
     let mut forces = vec![vec![0.0; motion.rows()]; axes.len()];
-    let along = TimeHistory::of_states(&states, 1.0 / motion.sample_rate_hz);
+    let along =
+        TimeHistory::of_states(&states, 1.0 / motion.sample_rate_hz).with_inputs(&motion.inputs);
     add_forces(&[law], &along, &mut forces);
     let mut force = low_pass(&forces[axis], &version.model.filters.band);
     let history = &histories[axis];

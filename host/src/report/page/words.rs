@@ -208,7 +208,7 @@ pub(super) fn model(model: &ModelFile, axis: usize) -> ModelWords {
 }
 
 fn term(term: &EffectTerm) -> Term {
-    let about = Entry::named(&term.effect).map(|e| e.about);
+    let about = Entry::named(term.effect.split('*').next().unwrap_or_default()).map(|e| e.about);
     let value = |(at, p): (usize, &crate::model::ParameterValue)| {
         let known = about.and_then(|a| a.parameters.get(at));
         Value {

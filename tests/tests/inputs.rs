@@ -1,0 +1,222 @@
+//! Inputs: further columns of a study that a force may follow, at once or behind a lag.
+
+use jointwatch_tests::program::{fail, succeed};
+use serde_json::Value;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+const RATE_HZ: f64 = 1000.0;
+const STIFFNESS: f64 = 2000.0;
+const DAMPING: f64 = 30.0;
+const FRICTION: f64 = 4.0;
+const PER_VOLT: f64 = 6.0;
+const LAG_S: f64 = 0.02;
+
+/// A damper whose dry friction grows with a voltage, which acts behind a lag.
+fn record(seed: f64, constant: bool) -> String {
+    let mut text = String::from("t,x,F,U\n");
+    let mut behind = 1.0;
+    for row in 0..8000 {
+        let t = f64::from(row) / RATE_HZ;
+        let tones = [1.3, 2.9, 5.1, 8.7].map(|f| f * (1.0 + 0.02 * seed));
+        let wave = |f: &f64, shift: f64| (TAU * f * t + seed * f + shift).sin() / f;
+        let x: f64 = 4e-3 * tones.iter().map(|f| wave(f, 0.0)).sum::<f64>();
+        let v: f64 = 4e-3
+            * tones
+                .iter()
+                .map(|f| TAU * f * wave(f, TAU / 4.0))
+                .sum::<f64>();
+        let steps = (7.0 * t + seed).floor();
+        let volts = if constant {
+            1.0
+        } else {
+            1.0 + (12.9898 * steps).sin()
+        };
+        behind += (volts - behind) * (1.0 - (-1.0 / RATE_HZ / LAG_S).exp());
+        let friction = FRICTION + PER_VOLT * behind;
+        let noise = 0.02 * (7919.0 * f64::from(row) * (1.0 + seed)).sin();
+        let force = STIFFNESS * x + DAMPING * v + friction * (v / 1e-3).tanh() + noise;
+        writeln!(text, "{t:.3},{x:.9},{force:.6},{volts:.4}").unwrap();
+    }
+    text
+}
+
+fn study(folder: &Path, terms: &str, input: &str) {
+    let text = format!(
+        "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n{input}\n\
+         [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n\
+         [base]\nterms = [{terms}]\n"
+    );
+    fs::write(folder.join("study.toml"), text).unwrap();
+}
+
+const VOLTAGE: &str = "[[input]]\nname = \"voltage\"\ncolumn = \"U\"\nunit = \"V\"\n";
+
+fn written(constant: bool) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("one.csv"), record(0.3, constant)).unwrap();
+    fs::write(folder.path().join("two.csv"), record(1.7, constant)).unwrap();
+    folder
+}
+
+fn identify(folder: &Path) -> Value {
+    succeed(
+        folder,
+        &[
+            "identify",
+            "study.toml",
+            "--model",
+            "physical",
+            "-o",
+            "model.json",
+        ],
+    );
+    serde_json::from_str(&fs::read_to_string(folder.join("model.json")).unwrap()).unwrap()
+}
+
+fn value(model: &Value, effect: &str) -> f64 {
+    let effects = model["effects"].as_array().unwrap();
+    let effect = effects.iter().find(|e| e["effect"] == effect).unwrap();
+    effect["parameters"][0]["value"].as_f64().unwrap()
+}
+
+#[test]
+fn a_friction_that_follows_a_voltage_is_found_with_its_parts_and_its_lag() {
+    let folder = written(false);
+    let folder = folder.path();
+    study(
+        folder,
+        "\"stiffness@x\", \"viscous@x\", \"coulomb@x\", \"coulomb@x * input(voltage~20ms)\"",
+        VOLTAGE,
+    );
+    let model = identify(folder);
+    let near = |said: f64, truth: f64| (said / truth - 1.0).abs() < 0.02;
+    assert!(near(value(&model, "coulomb"), FRICTION), "{model}");
+    assert!(
+        near(value(&model, "coulomb*voltage~20ms"), PER_VOLT),
+        "{model}"
+    );
+    assert!(near(value(&model, "stiffness"), STIFFNESS), "{model}");
+    // The joint with and without its voltage: one shape for both parts.
+    let shape = |effect: &str| {
+        let effects = model["effects"].as_array().unwrap();
+        let effect = effects.iter().find(|e| e["effect"] == effect).unwrap();
+        effect["parameters"][1]["value"].as_f64().unwrap()
+    };
+    assert_eq!(shape("coulomb"), shape("coulomb*voltage~20ms"));
+
+    // Left out, it is found again, and the lag to the next of those that are tried.
+    study(
+        folder,
+        "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"",
+        VOLTAGE,
+    );
+    identify(folder);
+    succeed(
+        folder,
+        &[
+            "diagnose",
+            "study.toml",
+            "model.json",
+            "--json",
+            "verdict.json",
+            "--apply",
+            "-o",
+            "added.json",
+        ],
+    );
+    let verdict = fs::read_to_string(folder.join("verdict.json")).unwrap();
+    let verdict: Value = serde_json::from_str(&verdict).unwrap();
+    assert_eq!(verdict["verdict"], "effect", "{verdict}");
+    assert_eq!(
+        verdict["found"][0]["effect"], "coulomb*voltage~20ms",
+        "{verdict}"
+    );
+    let after = verdict["relative_error_after"]["x"].as_f64().unwrap();
+    assert!(after < 0.01, "{verdict}");
+
+    // The device reads no inputs, and says so.
+    let sentence = fail(folder, &["export", "added.json", "-o", "blob.bin"], 3);
+    assert!(
+        sentence.contains("voltage") && sentence.contains("device"),
+        "{sentence}"
+    );
+}
+
+#[test]
+fn an_input_that_is_wrong_is_told_in_a_sentence() {
+    let folder = written(true);
+    let folder = folder.path();
+    let refused = |terms: &str, input: &str, words: &[&str]| {
+        study(folder, terms, input);
+        let sentence = fail(
+            folder,
+            &[
+                "identify",
+                "study.toml",
+                "--model",
+                "physical",
+                "-o",
+                "model.json",
+            ],
+            3,
+        );
+        for word in words {
+            assert!(sentence.contains(word), "{word}: {sentence}");
+        }
+    };
+    let base = "\"stiffness@x\", \"viscous@x\"";
+    refused(
+        "\"stiffness@x\", \"coulomb*voltage@x\"",
+        "",
+        &["coulomb*voltage@x", "[[input]]"],
+    );
+    refused(
+        base,
+        "[[input]]\nname = \"voltage\"\ncolumn = \"W\"\n",
+        &["\"W\"", "one.csv"],
+    );
+    refused(
+        base,
+        "[[input]]\nname = \"two words\"\ncolumn = \"U\"\n",
+        &["two words", "line"],
+    );
+    refused(base, &VOLTAGE.repeat(2), &["voltage", "twice"]);
+    refused(
+        "\"stiffness@x\", \"time_delay*voltage@x\"",
+        VOLTAGE,
+        &["time_delay", "joint"],
+    );
+    refused("\"coulomb*voltage~fast@x\"", VOLTAGE, &["milliseconds"]);
+    // One that never changes is told, and nothing is made of it.
+    study(folder, base, VOLTAGE);
+    let said = succeed(
+        folder,
+        &[
+            "identify",
+            "study.toml",
+            "--model",
+            "physical",
+            "-o",
+            "model.json",
+        ],
+    );
+    assert!(
+        said.contains("voltage") && said.contains("same in all rows"),
+        "{said}"
+    );
+    succeed(
+        folder,
+        &[
+            "diagnose",
+            "study.toml",
+            "model.json",
+            "--json",
+            "verdict.json",
+        ],
+    );
+    let verdict = fs::read_to_string(folder.join("verdict.json")).unwrap();
+    assert!(!verdict.contains("*voltage"), "{verdict}");
+}
