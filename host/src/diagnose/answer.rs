@@ -100,7 +100,7 @@ pub struct Remainder {
     pub relative_error: f64,
     /// Part of its power that a learner without physics still takes away; 0 to 1.
     pub explainable: f64,
-    /// What it follows: `states`, `memory`, `delays` or `time`.
+    /// What it follows: `states`, `memory`, `delays`, `inputs` or `time`.
     pub follows: String,
 }
 
