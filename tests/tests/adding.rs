@@ -453,7 +453,7 @@ fn what_cannot_be_added_is_refused_and_nothing_is_overwritten() {
         ],
         3,
     );
-    assert!(error.contains("too few"), "{error}");
+    assert!(error.contains("longer record"), "{error}");
     assert_eq!(
         fs::read_to_string(folder.join("kept.json")).unwrap(),
         "kept"
