@@ -8,7 +8,8 @@ use jointwatch_tests::hidden::bodies::BOUND;
 use jointwatch_tests::hidden::cases::{Case, Options};
 use jointwatch_tests::hidden::catalogue::{BY_NAME, SUBJECTS};
 use jointwatch_tests::hidden::drive::{Drive, RATE_HZ};
-use jointwatch_tests::hidden::judge::diagnose;
+use jointwatch_tests::hidden::judge::{Expected, Judgement, diagnose, diagnose_folder};
+use jointwatch_tests::hidden::machine::MachineCase;
 use jointwatch_tests::hidden::rig::{Base, Chain, Rig, Run};
 use jointwatch_tests::hidden::study;
 use jointwatch_tests::program::{fail, succeed};
@@ -283,6 +284,28 @@ const OUTSIDE: [(&str, usize, Option<&str>); 5] = [
     ("friction that comes and goes", 0, None),
     ("unmeasured force", 0, None),
 ];
+
+/// Of joints in a testing machine, with rates from 200 Hz to 20 kHz and any drive, none of which was looked at while the decision was made.
+#[test]
+fn joints_in_a_testing_machine_are_named_or_grouped() {
+    let judged: Vec<Judgement> = (0..24)
+        .into_par_iter()
+        .map(|number| {
+            let case = MachineCase::draw(6021, number, None).unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            case.write(folder.path()).unwrap();
+            diagnose_folder(&case.truth(), folder.path())
+        })
+        .collect();
+    for j in &judged {
+        println!("{}: {}", j.case, j.said);
+    }
+    let of = |expected| judged.iter().filter(move |j| j.expected == Some(expected));
+    let known = of(Expected::Effect);
+    let missed = known.clone().filter(|j| !j.in_told_group).count();
+    assert!(missed <= known.count() / 10, "{missed} missed");
+    assert!(of(Expected::Nothing).all(|j| j.right));
+}
 
 #[test]
 fn of_a_law_outside_the_library_it_is_told_what_it_follows() {

@@ -14,6 +14,7 @@ use crate::assess::compare;
 use crate::assess::data_checks;
 use crate::assess::noise_floor::{self, Floor};
 use crate::diagnose::add;
+use crate::fit::effects::are_enough;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
 use crate::model::effects::Bound;
@@ -23,6 +24,7 @@ use crate::signal::mixed_acceleration;
 use crate::signal::motion::Motion;
 use crate::study::{AxisKind, Study};
 use crate::text::error::Result;
+use jointwatch_shared::effect::Entry;
 
 /// What is asked beside the question.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -89,7 +91,8 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     notes.extend(in_notes(&search, &names, &unmeasured, study));
     let found = in_words_found(&search.found, &names);
     let wrong = data_checks::check(study, &model.filters);
-    let serious = wrong.iter().any(|finding| finding.serious);
+    let short = too_short(&learnt, &base, &names);
+    let serious = wrong.iter().any(|finding| finding.serious) || !short.is_empty();
     let verdict = verdict(&search, &unmeasured, serious, found.is_empty());
     let per_axis = |values: &[f64]| -> PerAxis {
         let pairs = names.iter().zip(values);
@@ -139,9 +142,30 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
             Vec::new()
         },
         places: comparison.places,
-        data_problems: data_checks::sentences(wrong),
+        data_problems: [data_checks::sentences(wrong), short].concat(),
         notes,
     })
+}
+
+/// A sentence for every axis on which the records are too short to try an effect of two parameters beside the base.
+fn too_short(records: &Records<'_>, base: &[Bound], names: &[&str]) -> Vec<String> {
+    let rows = records.rows_per_axis();
+    let axes = names.iter().enumerate().filter(|&(axis, _)| {
+        let own = base.iter().filter(|term| term.acts_on(axis));
+        let least = Entry::named("coulomb").map(|entry| Bound {
+            entry,
+            axis,
+            input: None,
+        });
+        let terms: Vec<Bound> = own.copied().chain(least).collect();
+        !are_enough(records, &terms)
+    });
+    axes.map(|(_, name)| {
+        format!(
+            "axis {name}: {rows} independent rows (what is left behind the low-pass) are too few to try an effect beside the base: record longer"
+        )
+    })
+    .collect()
 }
 
 /// A sentence for every axis whose noise was not seen at rest.

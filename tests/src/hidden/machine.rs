@@ -169,14 +169,14 @@ fn rms<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     (sum / f64::max(count, 1.0)).sqrt()
 }
 
-/// A motion with its velocity, at every step.
-struct Path1 {
+/// An imposed motion with its velocity, at every step.
+struct Imposed {
     x: Vec<f64>,
     v: Vec<f64>,
     step_s: f64,
 }
 
-impl Path1 {
+impl Imposed {
     fn new(x: Vec<f64>, step_s: f64) -> Self {
         let last = x.len() - 1;
         let v = (0..=last).map(|i| {
@@ -219,6 +219,36 @@ impl Path1 {
             memory[0] += 0.5 * self.step_s * (slope + end);
         }
         force
+    }
+}
+
+/// Every value at a row.
+fn at_rows(values: &[f64]) -> Vec<f64> {
+    values.iter().step_by(STEPS).copied().collect()
+}
+
+/// A subject's form to suit a motion; its times follow the motion's own pace.
+fn form(subject: &Subject, scale: &Scale, long_s: f64, rng: &mut impl Rng) -> Option<Form> {
+    let base = Base {
+        spring: [0.0; 2],
+        damper: [0.0; 2],
+        gap: [scale.reach * rng.random_range(0.15..0.5); 2],
+        contact: [0.0; 2],
+        coupling: [0.0; 2],
+        lever: 0.0,
+        rounding: 0.0,
+    };
+    match subject.plant(0, &base, scale, long_s, rng) {
+        Planted::Law(Form::SpringDamper { .. }) => Some(Form::SpringDamper {
+            relaxation_s: scale.displacement / scale.velocity * rng.random_range(0.3..3.0),
+        }),
+        Planted::Law(Form::FrictionInBouts { edge, phase, .. }) => Some(Form::FrictionInBouts {
+            edge,
+            phase,
+            period_s: long_s / rng.random_range(2.0..6.0),
+        }),
+        Planted::Law(form) => Some(form),
+        Planted::Fault(_) => None,
     }
 }
 
@@ -270,27 +300,24 @@ impl MachineCase {
         let mut within = |low: f64, high: f64| low * (high / low).powf(rng.random::<f64>());
         let rate_hz = within(200.0, 20_000.0).round();
         let (reach, size) = (within(2e-5, 0.05), within(1.0, 1e5));
-        // Rows per cycle and cycles decide how long it takes; a record is some thousand to some ten thousand rows.
         let (per_cycle, cycles) = (within(40.0, 600.0), within(8.0, 40.0));
         let noise = [within(2e-5, 5e-4), within(25.0, 60.0)];
-        let bend = within(0.005, 0.02);
-        let wanted = within(0.04, 0.6);
+        let (bend, wanted) = (within(0.005, 0.02), within(0.04, 0.6));
         let rows = ((per_cycle * cycles) as usize).clamp(600, 30_000);
         let motion = *MOTIONS.choose(rng)?;
-        let step_s = 1.0 / rate_hz / STEPS as f64;
         let count = [1, 2, 3][rng.random_range(0..3)];
-        let levels = [1.0, 0.8, 0.9];
-        let paths: Vec<Path1> = (0..count)
-            .map(|record| {
+        let paths: Vec<Imposed> = [1.0, 0.8, 0.9]
+            .iter()
+            .take(count)
+            .map(|level| {
                 let cycles = cycles * rng.random_range(0.8..1.25);
-                let x = imposed(motion, cycles, rows, rng);
-                let scale = reach * levels[record];
-                Path1::new(x.into_iter().map(|v| v * scale).collect(), step_s)
+                let x = imposed(motion, cycles, rows, rng).into_iter();
+                let x = x.map(|v| v * reach * level).collect();
+                Imposed::new(x, 1.0 / rate_hz / STEPS as f64)
             })
             .collect();
-        let at_rows = |values: &[f64]| values.iter().step_by(STEPS).copied().collect::<Vec<f64>>();
-        let all = |of: &dyn Fn(&Path1) -> Vec<f64>| paths.iter().flat_map(of).collect::<Vec<f64>>();
-        let (x, v) = (all(&|p| at_rows(&p.x)), all(&|p| at_rows(&p.v)));
+        let x: Vec<f64> = paths.iter().flat_map(|p| at_rows(&p.x)).collect();
+        let v: Vec<f64> = paths.iter().flat_map(|p| at_rows(&p.v)).collect();
         let scale = Scale {
             displacement: rms(&x),
             reach,
@@ -306,89 +333,49 @@ impl MachineCase {
             };
             size * ((x / scale.displacement) * (1.0 + bent) + damping * v / scale.velocity)
         };
+        let healthy = paths.iter().map(|p| {
+            let rows = at_rows(&p.x).into_iter().zip(at_rows(&p.v));
+            rows.map(|(x, v)| base(x, v)).collect()
+        });
+        let healthy: Vec<Vec<f64>> = healthy.collect();
         let mut terms = vec!["stiffness@x", "viscous@x"];
         let mut columns = vec![x, v];
         if subject.is_none_or(|s| s.name != "preload") && rng.random() {
             terms.push("preload@x");
             columns.push(vec![1.0; columns[0].len()]);
         }
-        let form = match subject {
-            None => None,
+        let mut hidden: Vec<Vec<f64>> = match subject {
+            None => healthy.iter().map(|h| vec![0.0; h.len()]).collect(),
             Some(subject) => {
-                let gap = Base {
-                    spring: [0.0; 2],
-                    damper: [0.0; 2],
-                    gap: [reach * rng.random_range(0.15..0.5); 2],
-                    contact: [0.0; 2],
-                    coupling: [0.0; 2],
-                    lever: 0.0,
-                    rounding: 0.0,
-                };
-                let long = rows as f64 / rate_hz;
-                match subject.plant(0, &gap, &scale, long, rng) {
-                    // Its lag is meant for the rig; here it follows the motion's own pace.
-                    Planted::Law(Form::SpringDamper { .. }) => Some(Form::SpringDamper {
-                        relaxation_s: scale.displacement / scale.velocity
-                            * rng.random_range(0.3..3.0),
-                    }),
-                    Planted::Law(Form::FrictionInBouts { edge, phase, .. }) => {
-                        Some(Form::FrictionInBouts {
-                            edge,
-                            phase,
-                            period_s: long / rng.random_range(2.0..6.0),
-                        })
-                    }
-                    Planted::Law(form) => Some(form),
-                    Planted::Fault(_) => return None,
-                }
+                let form = form(subject, &scale, rows as f64 / rate_hz, rng)?;
+                let force = paths.iter().map(|path| {
+                    let unlogged = imposed(Motion::Random, 2.3 * cycles, rows, rng);
+                    path.force_of(form, &at_rows(&unlogged))
+                });
+                force.collect()
             }
         };
-        let unlogged: Vec<Vec<f64>> = (0..count)
-            .map(|_| at_rows(&imposed(Motion::Random, 2.3 * cycles, rows, rng)))
-            .collect();
-        let healthy: Vec<Vec<f64>> = paths
+        let strength = wanted * rms(healthy.iter().flatten()) / rms(hidden.iter().flatten());
+        if subject.is_some() {
+            hidden.iter_mut().flatten().for_each(|h| *h *= strength);
+        }
+        let records: Vec<Record> = paths
             .iter()
-            .map(|p| {
-                at_rows(&p.x)
-                    .iter()
-                    .zip(at_rows(&p.v))
-                    .map(|(x, v)| base(*x, v))
-                    .collect()
+            .zip(healthy)
+            .zip(&hidden)
+            .map(|((path, healthy), hidden)| Record {
+                displacement: at_rows(&path.x),
+                force: healthy.iter().zip(hidden).map(|(a, b)| a + b).collect(),
             })
             .collect();
-        let mut hidden: Vec<Vec<f64>> = match form {
-            None => healthy.iter().map(|h| vec![0.0; h.len()]).collect(),
-            Some(form) => paths
-                .iter()
-                .zip(&unlogged)
-                .map(|(path, unlogged)| path.force_of(form, unlogged))
-                .collect(),
-        };
-        let mut shares = [0.0; 2];
-        if form.is_some() {
-            let whole = rms(healthy.iter().flatten());
-            let own = rms(hidden.iter().flatten());
-            let strength = wanted * whole / own;
-            hidden.iter_mut().flatten().for_each(|h| *h *= strength);
-            let force: Vec<f64> = hidden.concat();
-            let sum = healthy.iter().flatten().zip(&force).map(|(a, b)| a + b);
-            let total = rms(&sum.collect::<Vec<f64>>());
-            let share = rms(&force) / total;
-            shares = [share, share * beyond(&columns, &force)];
-            if !(MIN_VISIBLE..1.0).contains(&shares[1]) {
-                return None;
-            }
-        }
-        let records = paths.iter().zip(healthy).zip(hidden);
-        Some(Self {
+        let hidden = hidden.concat();
+        let share = rms(&hidden) / rms(records.iter().flat_map(|r| &r.force));
+        let shares = [share, share * beyond(&columns, &hidden)];
+        let shows = (MIN_VISIBLE..1.0).contains(&shares[1]);
+        (shows || subject.is_none()).then_some(Self {
             rate_hz,
             motion,
-            records: records
-                .map(|((path, healthy), hidden)| Record {
-                    displacement: at_rows(&path.x),
-                    force: healthy.iter().zip(&hidden).map(|(a, b)| a + b).collect(),
-                })
-                .collect(),
+            records,
             hidden: subject,
             terms,
             noise,
