@@ -8,6 +8,7 @@ mod base;
 mod bench;
 mod blocks;
 mod bounded;
+pub mod changed;
 mod collect;
 mod criteria;
 mod decide;
