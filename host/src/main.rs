@@ -1,8 +1,7 @@
 //! The command line of Jointwatch: `jointwatch SUBCOMMAND`.
 
-use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    jointwatch::cli::run(jointwatch::cli::Cli::parse())
+    jointwatch::cli::run(jointwatch::cli::Cli::from_command_line())
 }

@@ -3,7 +3,7 @@
 
 The files are committed, so that the tests need no Python. To write them anew:
 
-    pip install numpy scipy nptdms pyuff openpyxl
+    pip install numpy scipy h5py nptdms asammdf pyuff openpyxl
     python3 tests/data/make_logs.py
 """
 import gzip
@@ -62,10 +62,34 @@ def numpy_files(columns):
 
 
 def matlab(columns):
+    import h5py
     import scipy.io
 
     scipy.io.savemat(HERE / "record.mat", dict(zip(NAMES, columns)), do_compression=True)
     scipy.io.savemat(HERE / "matrix.mat", {"t_s": columns[0], "log": np.column_stack(columns[1:])}, do_compression=True)
+
+
+    # As MATLAB's `save -v7.3` lays it out: 512 bytes of its own, each vector a row, in packed chunks.
+    path = HERE / "v73.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, column in zip(NAMES, columns):
+            data = file.create_dataset(name, data=column.reshape(1, -1), compression="gzip", chunks=(1, 250))
+            data.attrs["MATLAB_class"] = np.bytes_("double")
+    with open(path, "r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, written by h5py".ljust(124) + b"\x00\x02IM")
+    with h5py.File(HERE / "groups.h5", "w") as file:
+        file["run/t_s"] = columns[0]
+        file.create_dataset("run/log", data=np.column_stack(columns[1:]), chunks=(130, 2), compression="gzip", shuffle=True)
+
+
+def mdf(columns):
+    from asammdf import MDF, Signal
+
+    for name, compression in (("record.mf4", 1), ("transposed.mf4", 2)):
+        file = MDF(version="4.10")
+        signals = [Signal(samples=c, timestamps=columns[0], name=n, unit=u) for n, u, c in zip(NAMES[1:], UNITS[1:], columns[1:])]
+        file.append(signals, comment="rig 4")
+        file.save(HERE / name, overwrite=True, compression=compression)
 
 
 def labview(columns):
@@ -106,7 +130,7 @@ def main():
     HERE.mkdir(exist_ok=True)
     os.chdir(HERE)
     columns = record()
-    for write in (texts, workbook, numpy_files, matlab, labview, universal):
+    for write in (texts, workbook, numpy_files, matlab, mdf, labview, universal):
         write(columns)
     for path in sorted(HERE.iterdir()):
         print(f"{path.stat().st_size:8} {path.name}")

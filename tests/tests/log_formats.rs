@@ -18,6 +18,8 @@ struct Case {
     columns: &'static str,
 }
 
+/// As `asammdf` names them.
+const MEASURED: [&str; 4] = ["time", "x_m", "a_m_s2", "F_N"];
 const PLAIN: [&str; 4] = ["t_s", "x_m", "a_m_s2", "F_N"];
 
 const fn plain(file: &'static str) -> Case {
@@ -28,7 +30,7 @@ const fn plain(file: &'static str) -> Case {
     }
 }
 
-const EXACT: [Case; 11] = [
+const EXACT: [Case; 15] = [
     plain("record.csv"),
     plain("record.csv.gz"),
     plain("german.csv"),
@@ -52,6 +54,22 @@ const EXACT: [Case; 11] = [
         columns: "",
     },
     plain("record.tdms"),
+    plain("v73.mat"),
+    Case {
+        file: "groups.h5",
+        names: ["run/t_s", "run/log[1]", "run/log[2]", "run/log[3]"],
+        columns: "",
+    },
+    Case {
+        file: "record.mf4",
+        names: MEASURED,
+        columns: "",
+    },
+    Case {
+        file: "transposed.mf4",
+        names: MEASURED,
+        columns: "",
+    },
 ];
 
 /// A study of one record from these bytes, read.

@@ -9,7 +9,7 @@ use crate::signal::motion::{self, Motion};
 use crate::signal::statistics::peak;
 use crate::study::{Role, Study};
 use crate::text::error::Result;
-use crate::text::table::Table;
+use crate::text::table::{Table, percent};
 use crate::text::units::prefixed;
 use serde::Serialize;
 
@@ -141,8 +141,10 @@ pub fn say_summary(
         .iter()
         .map(|e| {
             format!(
-                "{} {:.3} % NMSE, relative error {:.4}",
-                e.axis, e.nmse_percent, e.relative_error
+                "{} {} NMSE, relative error {:.4}",
+                e.axis,
+                percent(e.nmse_percent),
+                e.relative_error
             )
         })
         .collect();
@@ -220,7 +222,7 @@ fn figures_table(records: &[&RecordFigures], model: &ModelFile) -> Table {
                 if figures.at_rest {
                     "rests".into()
                 } else {
-                    format!("{value:.3} %")
+                    percent(value)
                 }
             };
             table.row(vec![

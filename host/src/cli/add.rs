@@ -9,7 +9,7 @@ use crate::model::effects;
 use crate::model::file::{JudgedOn, ModelFile};
 use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
-use crate::text::table::Table;
+use crate::text::table::{Table, percent};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -110,8 +110,8 @@ fn say(console: &Console, added: &Added) -> Result<()> {
             table.row(vec![
                 change.file.clone(),
                 change.axis.clone(),
-                format!("{:.3} %", change.before_nmse_percent),
-                format!("{:.3} %", change.after_nmse_percent),
+                percent(change.before_nmse_percent),
+                percent(change.after_nmse_percent),
                 format!("{:.4}", change.before),
                 format!("{:.4}", change.after),
                 format!("{:.4}", change.noise_floor),

@@ -6,8 +6,8 @@ use super::report::Report;
 use super::staircase;
 use crate::diagnose::apply::{self, Applied};
 use crate::diagnose::{self, Asked, Diagnosis, Ranked, Verdict};
-use crate::model::effects;
 use crate::model::file::ModelFile;
+use crate::model::{EffectTerm, ParameterValue, corrections, effects};
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, quantity};
@@ -165,7 +165,7 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
         .map(|f| format!("{}@{}", f.effect, f.axis))
         .collect();
     let verdict = match diagnosis.verdict {
-        Verdict::Effect => format!("Missing: {}.{}", found.join(", "), beside(diagnosis)),
+        Verdict::Effect => format!("{}{}", told(diagnosis, &found), beside(diagnosis)),
         Verdict::None => "Nothing is missing.".into(),
         Verdict::Unknown => "Something is missing that is not in the library.".into(),
         Verdict::Data => "The data are at fault: what is said above of effects means nothing before they are put right.".into(),
@@ -187,6 +187,48 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
         console.say(format!("Note: {note}."))?;
     }
     Ok(())
+}
+
+/// What was found: effects of the joint are missing, faults of the instruments are said for what they are.
+fn told(diagnosis: &Diagnosis, found: &[String]) -> String {
+    let (instruments, joint): (Vec<_>, Vec<_>) = found
+        .iter()
+        .zip(&diagnosis.found)
+        .partition(|(_, f)| effects::is_correction(&f.effect));
+    let mut sentences = Vec::new();
+    if !joint.is_empty() {
+        let names: Vec<&str> = joint.iter().map(|(name, _)| name.as_str()).collect();
+        sentences.push(format!("Missing: {}.", names.join(", ")));
+    }
+    for (name, fault) in instruments {
+        let mut ranked = diagnosis.ranked.iter();
+        let ranked = ranked.find(|r| r.effect == fault.effect && r.axis == fault.axis);
+        let words = ranked
+            .map(as_a_term)
+            .map(|term| corrections::in_words(&[term]));
+        match words.as_deref() {
+            Some([words, ..]) => sentences.push(format!("Instrument: {words} ({name}).")),
+            _ => sentences.push(format!("Instrument: {name}.")),
+        }
+    }
+    sentences.join(" ")
+}
+
+/// A candidate as a model would hold it.
+fn as_a_term(candidate: &Ranked) -> EffectTerm {
+    let parameters = candidate.parameters.iter();
+    EffectTerm {
+        effect: candidate.effect.clone(),
+        axis: Some(candidate.axis.clone()),
+        parameters: parameters
+            .map(|p| ParameterValue {
+                name: p.name.clone(),
+                value: p.value,
+                unit: p.unit.clone(),
+                interval: None,
+            })
+            .collect(),
+    }
 }
 
 /// What is left beside what was found, in a sentence.

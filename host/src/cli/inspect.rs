@@ -10,7 +10,7 @@ use crate::model::{EffectTerm, effects};
 use crate::study::AxisKind;
 use crate::study::survey::{Survey, is_a_log};
 use crate::text::error::{Error, Result};
-use crate::text::table::{Table, significant};
+use crate::text::table::{Table, percent, significant};
 use clap::Args;
 use jointwatch_shared::base::axis::{Convention, InputRange};
 use jointwatch_shared::base::{Base as DeviceBase, Model};
@@ -106,7 +106,7 @@ fn axes_of_model(model: &ModelFile) -> Table {
             format!("{} {}", significant(axis.inertia), axis.kind.inertia_unit()),
             range(2 * index, axis.kind.displacement_unit()),
             range(2 * index + 1, axis.kind.velocity_unit()),
-            validation.map_or("none".into(), |v| format!("{:.3} %", v.nmse_percent)),
+            validation.map_or("none".into(), |v| percent(v.nmse_percent)),
         ]);
     }
     table
@@ -117,7 +117,7 @@ fn step_in_words(entry: &HistoryEntry) -> String {
     let errors: Vec<String> = entry
         .validation
         .iter()
-        .map(|e| format!("{} {:.3} %", e.axis, e.nmse_percent))
+        .map(|e| format!("{} {}", e.axis, percent(e.nmse_percent)))
         .collect();
     let errors = if errors.is_empty() {
         "no validation records".into()
@@ -196,7 +196,7 @@ fn blob_in_words(model: &Model) -> String {
             format!("{:.3e} {force}", output.force_per_lsb),
             format!("{:.2e} {force}", output.error_bound),
             axis.validation
-                .map_or("none".into(), |v| format!("{:.3} %", v.nmse_percent)),
+                .map_or("none".into(), |v| percent(v.nmse_percent.into())),
         ]);
     }
     text.push_str(&table.to_string());

@@ -1,12 +1,14 @@
 //! The command line: its subcommands, its global options, its exit codes.
 
 mod add;
+mod changed;
 mod compare;
 mod console;
 mod demo;
 mod diagnose;
 mod effects;
 mod emulate;
+mod examples;
 mod export;
 mod identify;
 mod identify_network;
@@ -24,10 +26,11 @@ mod sign;
 mod simulate;
 mod staircase;
 mod survey;
+mod terminal;
 mod upload;
 
 use crate::text::error::{Error, Result};
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, FromArgMatches, Parser, Subcommand};
 use console::Console;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -74,6 +77,8 @@ enum Command {
     /// Say which physical effect a model lacks, how sure that is, and where it fails; or that nothing is missing, that it
     /// is something unknown, or that the data are at fault.
     Diagnose(diagnose::Diagnose),
+    /// Say what is different in a joint since its model was made: parameters, effects, and the old model's error then and now.
+    Changed(changed::Change),
     /// Add physical effects to a model, find all values anew, and show the errors before and after.
     Add(add::Add),
     /// List the physical effects, or explain one: equation, parameters, what its absence looks like, its loop.
@@ -101,6 +106,20 @@ enum Command {
     Sign(sign::Sign),
     /// Put a signed model onto a device, over its serial port.
     Upload(upload::Upload),
+    /// Explain every key of study.toml, or print its JSON Schema for an editor.
+    Study(terminal::StudyKeys),
+    /// Write what a shell needs to complete commands and options, to standard output.
+    Completions(terminal::Completions),
+    /// Write man pages.
+    Manual(terminal::Manual),
+}
+
+impl Cli {
+    /// Reads the command line of this process, with examples in every help; ends the process where it is wrong or asks for help.
+    pub fn from_command_line() -> Self {
+        let matches = examples::command().get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
+    }
 }
 
 /// Runs the subcommand that was given.
@@ -112,6 +131,7 @@ fn perform(command: Command, console: &Console) -> Result<()> {
         Command::Identify(command) => command.run(console),
         Command::Compare(command) => command.run(console),
         Command::Diagnose(command) => command.run(console),
+        Command::Changed(command) => command.run(console),
         Command::Add(command) => command.run(console),
         Command::Effects(command) => command.run(console),
         Command::Export(command) => command.run(console),
@@ -122,6 +142,9 @@ fn perform(command: Command, console: &Console) -> Result<()> {
         Command::Keygen(command) => command.run(console),
         Command::Sign(command) => command.run(console),
         Command::Upload(command) => command.run(console),
+        Command::Study(command) => command.run(console),
+        Command::Completions(command) => command.run(console),
+        Command::Manual(command) => command.run(console),
         Command::Respond(command) => command.run(console),
         Command::Paper(command) => command.run(console),
     }

@@ -12,7 +12,7 @@ use crate::fit::errors::AT_REST_BELOW;
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
 use crate::text::output;
-use crate::text::table::Table;
+use crate::text::table::{Table, percent};
 use clap::Args;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::monitor::limits::Limits;
@@ -203,7 +203,7 @@ fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> Stri
             table.row(vec![
                 record.file.clone(),
                 axis.name.clone(),
-                unless_at_rest(format!("{:.3} %", figures.nmse_percent)),
+                unless_at_rest(percent(figures.nmse_percent)),
                 unless_at_rest(format!("{:.4}", figures.relative_error)),
                 format!(
                     "{} {}",

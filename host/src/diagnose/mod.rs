@@ -9,6 +9,7 @@ mod bench;
 mod blocks;
 mod bounded;
 mod chances;
+pub mod changed;
 mod collect;
 mod criteria;
 mod decide;

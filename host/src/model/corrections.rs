@@ -16,6 +16,7 @@ use crate::model::EffectTerm;
 use crate::model::effects::{Bound, is_correction};
 use crate::study::Record;
 use crate::text::error::{Error, Result};
+use crate::text::table::value_with_unit;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::axis::AxisKind;
 use jointwatch_shared::base::corrections::ForceCorrection;
@@ -192,8 +193,8 @@ pub fn in_words(effects: &[EffectTerm]) -> Vec<String> {
                 if value < 0.0 { "little" } else { "much" }
             ),
             "time_delay" => format!(
-                "the force channel of {axis} is {:.3} ms {}",
-                1e3 * value.abs(),
+                "the force channel of {axis} is {} {}",
+                value_with_unit(value.abs(), "s"),
                 if value < 0.0 { "early" } else { "late" }
             ),
             "crosstalk" if unit == "–" => format!(

@@ -4,7 +4,7 @@ use super::ModelAxis;
 use crate::model::time_history::with_lag;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
-use crate::text::table::Table;
+use crate::text::table::{Table, significant};
 use jointwatch_shared::base::{Model, axis, terms::InSi};
 use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Subsystem};
@@ -143,12 +143,12 @@ pub fn table(effects: &[EffectTerm]) -> Table {
         let mut name = effect.name();
         for parameter in &effect.parameters {
             let interval = parameter.interval.map_or("unknown".into(), |[low, high]| {
-                format!("{low:.4e} to {high:.4e}")
+                format!("{} to {}", significant(low), significant(high))
             });
             let mut row = vec![
                 std::mem::take(&mut name),
                 parameter.name.clone(),
-                format!("{:.5e}", parameter.value),
+                significant(parameter.value),
                 interval,
                 parameter.unit.clone(),
             ];
@@ -174,7 +174,7 @@ pub fn table_of_values(effects: &[EffectTerm]) -> Table {
             table.row(vec![
                 std::mem::take(&mut name),
                 parameter.name.clone(),
-                format!("{:.5e}", parameter.value),
+                significant(parameter.value),
                 parameter.unit.clone(),
             ]);
         }

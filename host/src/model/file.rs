@@ -6,7 +6,7 @@ use crate::model::mains_hum;
 use crate::model::time_history::{TimeHistory, add_forces, with_lag};
 use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
 use crate::signal::motion::{self, Filters, Motion};
-use crate::study::{Record, Study};
+use crate::study::{Record, Source, Study};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::output;
 use jointwatch_shared::base::terms::InSi;
@@ -193,6 +193,9 @@ pub struct ModelFile {
     pub validation: Vec<AxisError>,
     /// What was done to it, oldest first.
     pub history: Vec<HistoryEntry>,
+    /// The records it was learnt from and judged on, known by the hash of their files.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub records: Vec<Source>,
     /// Sample rate, bands and filters, with the numbers that the device holds.
     pub filters: Filters,
 }

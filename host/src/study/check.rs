@@ -70,7 +70,7 @@ fn traces(plan: &AxisPlan, records: &[Record], axis: usize) -> Vec<Trace> {
             .map(|r| span(&series(&r.axes[axis])))
             .collect(),
     };
-    let joined = |list: &[super::plan::Calibrated], sign: &str| {
+    let joined = |list: &[super::calibrated::Calibrated], sign: &str| {
         list.iter()
             .map(|c| c.column.as_str())
             .collect::<Vec<_>>()

@@ -16,7 +16,7 @@ use toml::Spanned;
 pub(crate) struct Description {
     pub(crate) name: Option<String>,
     pub(crate) sample_rate_hz: Option<Spanned<f64>>,
-    pub(crate) time: Option<Spanned<Channel>>,
+    pub(crate) time: Option<Spanned<Time>>,
     pub(crate) band_hz: Option<Spanned<f64>>,
     #[serde(default)]
     pub(crate) axis: Vec<AxisEntry>,
@@ -58,6 +58,8 @@ pub(crate) struct InputEntry {
     pub(crate) unit: String,
     pub(crate) scale: Option<f64>,
     pub(crate) offset: Option<f64>,
+    /// The column of its own time, where it was logged at another rate.
+    pub(crate) time: Option<String>,
 }
 
 /// One `[[record]]`.
@@ -90,6 +92,27 @@ pub(crate) struct ChannelTable {
     /// A column that a record may lack; it counts as 0 there.
     #[serde(default)]
     pub(crate) optional: bool,
+    /// The column of the times at which this one was sampled, where it has its own.
+    pub(crate) time: Option<String>,
+}
+
+/// The column of time and what its numbers mean.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TimeTable {
+    column: String,
+    unit: Option<String>,
+    scale: Option<f64>,
+    offset: Option<f64>,
+    resample_hz: Option<f64>,
+}
+
+/// `time`: a column's name or a table.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Time {
+    pub(crate) channel: ChannelTable,
+    /// The even rate to which all channels are brought, Hz.
+    pub(crate) resample_hz: Option<f64>,
 }
 
 /// A channel: a column's name or a table.
@@ -107,6 +130,43 @@ fn plain(column: &str) -> ChannelTable {
         scale: None,
         offset: None,
         optional: false,
+        time: None,
+    }
+}
+
+struct TheTime;
+
+impl<'de> Visitor<'de> for TheTime {
+    type Value = Time;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a column's name or { column = \"…\", unit = \"…\", resample_hz = … }")
+    }
+
+    fn visit_str<E: de::Error>(self, column: &str) -> std::result::Result<Time, E> {
+        Ok(Time {
+            channel: plain(column),
+            resample_hz: None,
+        })
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Time, A::Error> {
+        let table = TimeTable::deserialize(MapAccessDeserializer::new(map))?;
+        Ok(Time {
+            channel: ChannelTable {
+                unit: table.unit,
+                scale: table.scale,
+                offset: table.offset,
+                ..plain(&table.column)
+            },
+            resample_hz: table.resample_hz,
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for Time {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        deserializer.deserialize_any(TheTime)
     }
 }
 

@@ -22,6 +22,8 @@ pub(crate) struct Request<'a> {
     pub(crate) rows: Option<[usize; 2]>,
     /// Names of the columns when the file has no heading.
     pub(crate) columns: Option<&'a [String]>,
+    /// Whether cells may be empty and columns of different length: each channel then counts only where it has a value.
+    pub(crate) sparse: bool,
 }
 
 /// How a row is named in a message.
@@ -81,9 +83,16 @@ pub(crate) struct Log {
     /// Names of the columns that were left unread.
     pub(crate) unused: Vec<String>,
     pub(crate) numbering: Numbering,
+    /// SHA-256 of the file, in hexadecimal.
+    pub(crate) sha256: String,
 }
 
 impl Log {
+    /// How many rows the wanted column at `place` has; 0 where it is absent.
+    pub(crate) fn rows(&self, place: usize) -> usize {
+        self.values[place].as_ref().map_or(0, Vec::len)
+    }
+
     /// “row 17 (line of the file)”.
     pub(crate) fn row_name(&self, row: usize) -> String {
         match &self.numbering {

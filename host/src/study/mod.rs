@@ -3,6 +3,7 @@
 //! [`Study::read`] is the one way in. What a study may say, and every reason for which it is refused, stands in
 //! `docs/reference/study.md`.
 
+mod calibrated;
 mod check;
 pub(crate) mod description;
 pub mod draft;
@@ -15,6 +16,9 @@ mod open;
 mod plan;
 mod read;
 mod readers;
+mod resample;
+mod sampling;
+mod stretches;
 pub mod survey;
 pub(crate) mod symbols;
 pub mod time;
@@ -116,15 +120,31 @@ impl Channels {
     }
 }
 
-/// One log of one run.
+/// What was read of one `[[record]]`, and how.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Source {
+    /// The file as study.toml names it.
+    pub file: String,
+    /// What it is used for.
+    pub role: Role,
+    /// First row that was used, and the row after the last.
+    pub rows: [usize; 2],
+    /// SHA-256 of the file, as `sha256sum` prints it.
+    pub sha256: String,
+    /// What was done to its time: taken as even, bridged, split at gaps, resampled; one sentence each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub time: Vec<String>,
+}
+
+/// One log of one run, or one part of it between two gaps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// The file as study.toml names it.
     pub file: String,
     /// What it is used for.
     pub role: Role,
-    /// The row of the file (from 0, heading not counted) that became row 0 here; where samples were dropped and
-    /// bridged, later rows here run ahead of the file's.
+    /// The row of the file (from 0, heading not counted) that became row 0 here. Where samples were bridged or the log was
+    /// split at gaps, rows are counted as if none were missing; where it was resampled, at the new rate.
     pub first_row: usize,
     /// Rows of the record.
     pub rows: usize,
@@ -160,6 +180,8 @@ pub struct Study {
     pub inputs: Vec<Input>,
     /// The records, in the order of study.toml.
     pub records: Vec<Record>,
+    /// One entry per `[[record]]`; there are more records where logs were split at gaps. Empty for a study that was not read.
+    pub sources: Vec<Source>,
     /// `[base] terms`, as written.
     pub base_terms: Vec<String>,
     /// What the reader wants the user to know: bridged gaps, columns left unused, …; one sentence each.

@@ -7,29 +7,36 @@ use crate::text::error::Result;
 impl Request<'_> {
     /// Reads everything in the file that the request needs.
     pub(crate) fn table(&self) -> Result<Table> {
+        readers::read(self, &self.bytes()?)
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>> {
         if self.path.is_dir() {
             return Err(self.error("is a folder, not a log; name the file in it"));
         }
-        let bytes = std::fs::read(self.path).map_err(|e| {
+        std::fs::read(self.path).map_err(|e| {
             self.error(format!(
                 "cannot be read ({e}); check the path, which is relative to study.toml"
             ))
-        })?;
-        readers::read(self, &bytes)
+        })
     }
 
     /// Reads the columns that the study uses.
     pub(crate) fn read(&self) -> Result<Log> {
-        let mut table = self.table()?;
+        let bytes = self.bytes()?;
+        let mut table = readers::read(self, &bytes)?;
+        let sha256 = hexadecimal(&bytes);
         let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
         let places = self.locate(&names)?;
         let unused = self.unused(&names);
         let rows = self.common_rows(&table.columns, &places)?;
         if !table.cut {
             let range = self.range(rows)?;
-            for values in table.columns.iter_mut().filter_map(|c| c.values.as_mut()) {
-                values.truncate(range.end);
-                values.drain(..range.start.min(values.len()));
+            if self.rows.is_some() {
+                for values in table.columns.iter_mut().filter_map(|c| c.values.as_mut()) {
+                    values.truncate(range.end);
+                    values.drain(..range.start.min(values.len()));
+                }
             }
             table.numbering = Numbering::From(range.start + 1);
         }
@@ -47,6 +54,7 @@ impl Request<'_> {
             notes: table.notes,
             unused,
             numbering: table.numbering,
+            sha256,
         };
         self.check_finite(&log)?;
         Ok(log)
@@ -59,7 +67,7 @@ impl Request<'_> {
             let column = &columns[*place];
             let count = column.values.as_ref().map_or(0, Vec::len);
             let (rows, other) = *length.get_or_insert((count, &column.name));
-            if rows != count {
+            if rows != count && !self.sparse {
                 return Err(self.error(format!(
                     "has {rows} values in {other:?} but {count} in {:?}; store vectors of equal length",
                     column.name
@@ -69,11 +77,15 @@ impl Request<'_> {
         Ok(length.map_or(0, |(rows, _)| rows))
     }
 
+    fn is_bad(&self, value: f64) -> bool {
+        !(value.is_finite() || self.sparse && value.is_nan())
+    }
+
     fn check_finite(&self, log: &Log) -> Result<()> {
         for (wanted, values) in self.wanted.unwrap_or_default().iter().zip(&log.values) {
             let bad = values
                 .as_ref()
-                .and_then(|v| v.iter().position(|x| !x.is_finite()).map(|i| (i, v[i])));
+                .and_then(|v| v.iter().position(|x| self.is_bad(*x)).map(|i| (i, v[i])));
             if let Some((row, value)) = bad {
                 return Err(self.error_at(
                     &log.row_name(row),
@@ -86,4 +98,11 @@ impl Request<'_> {
         }
         Ok(())
     }
+}
+
+/// The SHA-256 of some bytes, as `sha256sum` prints it.
+fn hexadecimal(bytes: &[u8]) -> String {
+    use sha2::Digest;
+    let digits = sha2::Sha256::digest(bytes);
+    digits.iter().map(|byte| format!("{byte:02x}")).collect()
 }

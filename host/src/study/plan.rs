@@ -1,5 +1,6 @@
 //! What to read from every log and what it means, checked before any log is opened.
 
+use super::calibrated::{Calibrated, Columns, calibrate};
 use super::description::{AxisEntry, ChannelTable, Description, Source};
 use super::log::{Log, Request, Wanted};
 use super::units::Quantity;
@@ -8,57 +9,6 @@ use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use std::collections::HashSet;
 use toml::Spanned;
-
-/// One column turned into SI: (number · scale + offset) · factor.
-pub(crate) struct Calibrated {
-    /// Its place among [`Plan::wanted`].
-    place: usize,
-    pub(crate) column: String,
-    scale: f64,
-    offset: f64,
-    quantity: Quantity,
-    /// The unit that study.toml states, and how many SI units one of it is.
-    stated: Option<(String, f64)>,
-}
-
-impl Calibrated {
-    /// The column in SI; `None` where an optional column is absent.
-    pub(crate) fn series(&self, log: &Log) -> Option<Vec<f64>> {
-        let logged = log.values[self.place].as_ref()?;
-        let factor = match (&self.stated, &log.units[self.place]) {
-            (Some((_, factor)), _) => *factor,
-            (None, Some(unit)) => self.quantity.factor(unit, true).unwrap_or(1.0),
-            (None, None) => 1.0,
-        };
-        Some(
-            logged
-                .iter()
-                .map(|value| (value * self.scale + self.offset) * factor)
-                .collect(),
-        )
-    }
-
-    /// Holds the unit that the file states against the study's: a note where they differ, an error where the study states none
-    /// and the file's cannot be used.
-    fn check_unit(&self, request: &Request<'_>, log: &Log) -> Result<Option<String>> {
-        let Some(unit) = &log.units[self.place] else {
-            return Ok(None);
-        };
-        let found = self.quantity.factor(unit, true);
-        match (&self.stated, found) {
-            (None, Ok(_)) => Ok(None),
-            (None, Err(what)) => Err(request.error(format!(
-                "states for column {:?}: {what}; or write the right unit into study.toml, {{ column = {:?}, unit = … }}",
-                self.column, self.column
-            ))),
-            (Some((_, stated)), Ok(found)) if (found / stated - 1.0).abs() < 1e-9 => Ok(None),
-            (Some((stated, _)), _) => Ok(Some(format!(
-                "{}: column {:?} is in {unit} as the file says and in {stated} as study.toml says; the latter was used",
-                request.file, self.column
-            ))),
-        }
-    }
-}
 
 /// The channels of one axis.
 pub(crate) struct AxisPlan {
@@ -73,23 +23,32 @@ pub(crate) struct AxisPlan {
 pub(crate) struct Plan {
     pub(crate) wanted: Vec<Wanted>,
     pub(crate) time: Option<Calibrated>,
+    /// The even rate to which all channels are brought, Hz.
+    pub(crate) resample_hz: Option<f64>,
+    /// Columns of time of channels that have their own.
+    pub(crate) clocks: Vec<Calibrated>,
     pub(crate) axes: Vec<AxisPlan>,
     /// With their names.
     pub(crate) inputs: Vec<(String, Calibrated)>,
 }
 
 impl Plan {
-    /// Holds the units that a file states against those of the study; one note for each that differs.
-    pub(crate) fn check_units(&self, request: &Request<'_>, log: &Log) -> Result<Vec<String>> {
+    /// Every channel of every axis, and the inputs.
+    pub(crate) fn channels(&self) -> impl Iterator<Item = &Calibrated> {
         let axes = self.axes.iter().flat_map(|axis| {
             let lists = [&axis.displacement, &axis.velocity, &axis.force];
             let single = [&axis.body_position, &axis.acceleration];
             let single = single.into_iter().flatten();
             lists.into_iter().flatten().chain(single)
         });
-        let inputs = self.inputs.iter().map(|(_, channel)| channel);
+        axes.chain(self.inputs.iter().map(|(_, channel)| channel))
+    }
+
+    /// Holds the units that a file states against those of the study; one note for each that differs.
+    pub(crate) fn check_units(&self, request: &Request<'_>, log: &Log) -> Result<Vec<String>> {
+        let clocks = self.time.iter().chain(&self.clocks);
         let mut notes = Vec::new();
-        for channel in self.time.iter().chain(axes).chain(inputs) {
+        for channel in clocks.chain(self.channels()) {
             let note = channel.check_unit(request, log)?;
             notes.extend(note.filter(|note| !notes.contains(note)));
         }
@@ -107,22 +66,16 @@ pub(crate) fn plan(source: &Source<'_>, said: &Description) -> Result<(Plan, Vec
             said.axis.len()
         )));
     }
-    let mut wanted = Vec::new();
+    let mut columns = Columns::default();
     let time = match &said.time {
         Some(time) => {
-            let tables = std::slice::from_ref(&time.get_ref().0);
-            calibrate(
-                source,
-                time.span().start,
-                "time",
-                tables,
-                Quantity::Time,
-                &mut wanted,
-            )?
-            .pop()
+            let tables = std::slice::from_ref(&time.get_ref().channel);
+            let start = time.span().start;
+            calibrate(source, start, "time", tables, Quantity::Time, &mut columns)?.pop()
         }
         None => None,
     };
+    let resample_hz = said.time.as_ref().and_then(|t| t.get_ref().resample_hz);
     let mut axes = Vec::new();
     let mut plans = Vec::new();
     let mut names = HashSet::new();
@@ -137,15 +90,18 @@ pub(crate) fn plan(source: &Source<'_>, said: &Description) -> Result<(Plan, Vec
                 ),
             ));
         }
-        plans.push(axis_plan(source, entry, &mut wanted)?);
+        plans.push(axis_plan(source, entry, &mut columns)?);
         axes.push(axis(entry));
     }
     check_terms(source, said, &axes)?;
-    let inputs = inputs(source, said, &mut wanted)?;
+    check_clocks(source, said, &columns.clocks)?;
+    let inputs = inputs(source, said, &mut columns)?;
     Ok((
         Plan {
-            wanted,
+            wanted: columns.wanted,
             time,
+            resample_hz,
+            clocks: columns.clocks,
             axes: plans,
             inputs,
         },
@@ -176,6 +132,46 @@ fn check_rate(source: &Source<'_>, said: &Description) -> Result<()> {
         )));
     }
     Ok(())
+}
+
+/// Checks that channels with a time of their own can be put together.
+fn check_clocks(source: &Source<'_>, said: &Description, clocks: &[Calibrated]) -> Result<()> {
+    if let Some(time) = &said.time
+        && let Some(rate) = time.get_ref().resample_hz
+    {
+        if !(rate.is_finite() && rate > 0.0) {
+            return Err(source.wrong(
+                time,
+                format!(
+                    "resample_hz = {rate} must be a number above 0; correct it or leave it out"
+                ),
+            ));
+        }
+        if let Some(stated) = &said.sample_rate_hz {
+            return Err(source.wrong(
+                stated,
+                "sample_rate_hz says nothing where resample_hz sets the rate; leave one of them out",
+            ));
+        }
+        if let Some(rows) = said.record.iter().find_map(|r| r.rows.as_ref())
+            && !clocks.is_empty()
+        {
+            return Err(source.wrong(
+                rows,
+                "rows counts the rows of one clock, and these channels have several; leave rows out, or cut the log",
+            ));
+        }
+        return Ok(());
+    }
+    match clocks.first() {
+        None => Ok(()),
+        Some(clock) => Err(Error::data(format!(
+            "{}: a channel has its own time {:?}, so that all must be brought to one rate; write time = {{ column = …, \
+             resample_hz = … }}",
+            source.path.display(),
+            clock.column
+        ))),
+    }
 }
 
 /// What the description says of an axis.
@@ -220,7 +216,7 @@ fn check_terms(source: &Source<'_>, said: &Description, axes: &[Axis]) -> Result
 fn inputs(
     source: &Source<'_>,
     said: &Description,
-    wanted: &mut Vec<Wanted>,
+    columns: &mut Columns,
 ) -> Result<Vec<(String, Calibrated)>> {
     let mut all = Vec::new();
     for (index, entry) in said.input.iter().enumerate() {
@@ -247,9 +243,10 @@ fn inputs(
             scale: entry.scale,
             offset: entry.offset,
             optional: false,
+            time: entry.time.clone(),
         };
         let start = entry.name.span().start;
-        let channels = calibrate(source, start, "input", &[table], Quantity::Input, wanted)?;
+        let channels = calibrate(source, start, "input", &[table], Quantity::Input, columns)?;
         all.extend(channels.into_iter().map(|channel| (name.clone(), channel)));
     }
     Ok(all)
@@ -346,7 +343,7 @@ fn check_columns(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
     }
 }
 
-fn axis_plan(source: &Source<'_>, entry: &AxisEntry, wanted: &mut Vec<Wanted>) -> Result<AxisPlan> {
+fn axis_plan(source: &Source<'_>, entry: &AxisEntry, columns: &mut Columns) -> Result<AxisPlan> {
     check_columns(source, entry)?;
     let kind = entry.kind;
     let mut list = |key: &str, start: usize, tables: &[ChannelTable], quantity: Quantity| {
@@ -357,7 +354,7 @@ fn axis_plan(source: &Source<'_>, entry: &AxisEntry, wanted: &mut Vec<Wanted>) -
                 table.column
             )));
         }
-        calibrate(source, start, key, tables, quantity, wanted)
+        calibrate(source, start, key, tables, quantity, columns)
     };
     let velocity = match &entry.velocity {
         Some(v) => list(
@@ -406,74 +403,20 @@ fn axis_plan(source: &Source<'_>, entry: &AxisEntry, wanted: &mut Vec<Wanted>) -
     })
 }
 
-/// Converts the channels of one key, and notes their columns among the wanted.
-fn calibrate(
-    source: &Source<'_>,
-    start: usize,
-    key: &str,
-    tables: &[ChannelTable],
-    quantity: Quantity,
-    wanted: &mut Vec<Wanted>,
-) -> Result<Vec<Calibrated>> {
-    let mut list = Vec::new();
-    for table in tables {
-        let column = &table.column;
-        let wrong = |what: String| {
-            Error::data(format!(
-                "{}: {key}, column {column:?}: {what}",
-                source.at(start)
-            ))
-        };
-        let stated = match &table.unit {
-            Some(unit) => {
-                let factor = quantity.factor(unit, table.scale.is_some());
-                Some((unit.clone(), factor.map_err(&wrong)?))
-            }
-            None => None,
-        };
-        let scale = table.scale.unwrap_or(1.0);
-        let offset = table.offset.unwrap_or(0.0);
-        if !(scale.is_finite() && scale != 0.0 && offset.is_finite()) {
-            return Err(wrong(format!(
-                "scale = {scale} and offset = {offset} must be numbers, and the scale not 0; correct them or leave them out"
-            )));
-        }
-        let place = match wanted.iter().position(|w| w.column == *column) {
-            Some(place) => {
-                wanted[place].optional &= table.optional;
-                place
-            }
-            None => {
-                wanted.push(Wanted {
-                    column: column.clone(),
-                    optional: table.optional,
-                });
-                wanted.len() - 1
-            }
-        };
-        list.push(Calibrated {
-            place,
-            column: column.clone(),
-            scale,
-            offset,
-            quantity,
-            stated,
-        });
-    }
-    Ok(list)
-}
-
 impl AxisPlan {
-    /// The axis's channels of one log in SI, and the optional columns that the log lacks.
-    pub(crate) fn channels(&self, log: &Log, rows: usize) -> (Channels, Vec<String>) {
+    /// The axis's channels of one log, each as `series` gives it in SI, and the optional columns that the log lacks.
+    pub(crate) fn channels(
+        &self,
+        rows: usize,
+        series: impl Fn(&Calibrated) -> Option<Vec<f64>>,
+    ) -> (Channels, Vec<String>) {
         let required = |c: &Calibrated| {
-            c.series(log)
-                .expect("a column that is not optional was located before the log was read")
+            series(c).expect("a column that is not optional was located before the log was read")
         };
         let mut absent = Vec::new();
         let mut force = vec![0.0; rows];
         for part in &self.force {
-            match part.series(log) {
+            match series(part) {
                 Some(series) => force.iter_mut().zip(series).for_each(|(f, s)| *f += s),
                 None => absent.push(part.column.clone()),
             }

@@ -1,9 +1,11 @@
 //! Reading a study: description, plan, logs, time, checks.
 
+use super::calibrated::Calibrated;
 use super::description::{Description, RecordEntry, Source};
 use super::log::{Log, Request};
 use super::plan::{Plan, plan};
-use super::{Channels, Record, Role, Study, check, time};
+use super::sampling::Sampling;
+use super::{Record, Role, Study, check, time};
 use crate::text::error::{Error, Result, in_order};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -48,7 +50,7 @@ impl Study {
         let folder = path.parent().unwrap_or(Path::new(".")).to_owned();
         let mut notes = check_records(&source, &said, &folder)?;
         notes.extend(axis_notes(&plan, &axes));
-        let (sample_rate_hz, records) = read_records(&said, &plan, &folder, &mut notes)?;
+        let (sample_rate_hz, records, sources) = read_records(&said, &plan, &folder, &mut notes)?;
         if let Some(band) = &said.band_hz
             && *band.get_ref() >= 0.5 * sample_rate_hz
         {
@@ -74,6 +76,7 @@ impl Study {
                 })
                 .collect(),
             records,
+            sources,
             base_terms: said
                 .base
                 .terms
@@ -124,13 +127,19 @@ fn folder_name(folder: &Path) -> String {
 
 /// Roles and overlaps, before any log is opened.
 fn check_records(source: &Source<'_>, said: &Description, folder: &Path) -> Result<Vec<String>> {
-    if !said.record.iter().any(|r| r.role == Role::Train) {
+    if said.record.is_empty() {
         return Err(Error::data(format!(
-            "{}: no [[record]] has role = \"train\"; give that role to the records to learn from",
+            "{}: it names no log; add a [[record]] with file and role for each",
             source.path.display()
         )));
     }
     let mut notes = Vec::new();
+    if !said.record.iter().any(|r| r.role == Role::Train) {
+        notes.push(
+            "no record has role = \"train\", so nothing can be learnt from this study; compare, replay and changed can use it"
+                .to_owned(),
+        );
+    }
     if !said.record.iter().any(|r| r.role == Role::Validate) {
         notes.push(
             "no record has role = \"validate\", so nothing will show how good a model is on data it has not seen"
@@ -198,7 +207,7 @@ fn read_records(
     plan: &Plan,
     folder: &Path,
     notes: &mut Vec<String>,
-) -> Result<(f64, Vec<Record>)> {
+) -> Result<(f64, Vec<Record>, Vec<super::Source>)> {
     let paths: Vec<PathBuf> = said
         .record
         .iter()
@@ -214,166 +223,143 @@ fn read_records(
             wanted: Some(&plan.wanted),
             rows: entry.rows.as_ref().map(|r| *r.get_ref()),
             columns: entry.columns.as_deref(),
+            sparse: plan.resample_hz.is_some(),
         })
         .collect();
-    let logs: Vec<(Log, Option<Timing>)> = in_order(requests.par_iter().map(|request| {
+    let logs: Vec<(Log, Option<Sampling>)> = in_order(requests.par_iter().map(|request| {
         let log = request.read()?;
-        let timing = timing(request, &log, plan)?;
-        Ok((log, timing))
+        check_length(request, &log)?;
+        let sampling = Sampling::of(request, &log, plan)?;
+        Ok((log, sampling))
     }))?;
     note_unused(&requests, &logs, notes);
     let stated = said.sample_rate_hz.as_ref().map(|r| *r.get_ref());
-    let first = logs[0].1.as_ref().map(|t| t.rate);
+    let first = logs[0].1.as_ref().map(|t| t.rate_hz);
     let rate = stated
         .or(first)
         .expect("a study has a time column or a stated rate, which was checked with its plan");
-    let entries = requests.par_iter().zip(&logs).zip(&said.record);
-    let records: Vec<(Record, Vec<String>)> =
-        in_order(entries.map(|((request, (log, timing)), entry)| {
-            if let Some(timing) = timing
-                && (timing.rate / rate - 1.0).abs() > time::RATE_TOLERANCE
-            {
-                return Err(rate_differs(request, timing, rate, stated.is_some()));
-            }
-            record(request, log, timing.as_ref(), entry.role, plan, rate)
-        }))?;
-    Ok((
-        rate,
-        records
-            .into_iter()
-            .map(|(record, said)| {
-                notes.extend(said);
-                record
-            })
-            .collect(),
-    ))
-}
-
-/// The time column of one log.
-struct Timing {
-    column: String,
-    seconds: Vec<f64>,
-    rate: f64,
-    /// What to tell when the rows are even although their stamps are not.
-    even: Option<String>,
-}
-
-fn timing(request: &Request<'_>, log: &Log, plan: &Plan) -> Result<Option<Timing>> {
-    let rows = log.values.iter().flatten().next().map_or(0, Vec::len);
-    if rows < MIN_ROWS {
-        return Err(request.error(format!(
-            "gives {rows} rows, and a record needs at least {MIN_ROWS}; use a longer log or wider rows = […]"
-        )));
+    let column = plan.time.as_ref().map_or("", |t| &t.column);
+    let entries = requests.par_iter().zip(logs).zip(&said.record);
+    let read: Vec<Read> = in_order(entries.map(|((request, (log, sampling)), entry)| {
+        let sampling = sampling.unwrap_or_else(|| Sampling::stated(rate, rows_of(&log)));
+        if (sampling.rate_hz / rate - 1.0).abs() > time::RATE_TOLERANCE {
+            return Err(rate_differs(
+                request,
+                column,
+                sampling.rate_hz,
+                rate,
+                stated.is_some(),
+            ));
+        }
+        records(request, &log, &sampling, entry.role, plan)
+    }))?;
+    let mut records = Vec::new();
+    let mut sources = Vec::new();
+    for log in read {
+        records.extend(log.records);
+        sources.push(log.source);
+        notes.extend(log.notes);
     }
-    let Some(channel) = &plan.time else {
-        return Ok(None);
-    };
-    let seconds = channel
-        .series(log)
-        .expect("the column of time is not optional and was located before");
-    let column = channel.column.clone();
-    let even = || time::even_grid(request, &column, &seconds);
-    let strict = time::rate_of(request, log, &column, &seconds)
-        .and_then(|rate| time::gaps(request, log, &column, &seconds, rate).map(|_| rate));
-    let (rate, even) = match (strict, even) {
-        (Ok(rate), _) => (rate, None),
-        (Err(error), even) => match even() {
-            Some(even) => (even.rate_hz, Some(even.note)),
-            None => return Err(error),
-        },
-    };
-    Ok(Some(Timing {
-        column,
-        seconds,
-        rate,
-        even,
-    }))
+    Ok((rate, records, sources))
 }
 
-fn rate_differs(request: &Request<'_>, timing: &Timing, rate: f64, stated: bool) -> Error {
+/// Rows of a log whose columns are all of one length.
+fn rows_of(log: &Log) -> usize {
+    log.values.iter().flatten().next().map_or(0, Vec::len)
+}
+
+fn check_length(request: &Request<'_>, log: &Log) -> Result<()> {
+    let rows = rows_of(log);
+    if rows >= MIN_ROWS {
+        return Ok(());
+    }
+    Err(request.error(format!(
+        "gives {rows} rows, and a record needs at least {MIN_ROWS}; use a longer log or wider rows = […]"
+    )))
+}
+
+fn rate_differs(request: &Request<'_>, column: &str, found: f64, rate: f64, stated: bool) -> Error {
     let against = if stated {
         "study.toml states sample_rate_hz ="
     } else {
         "the first record has"
     };
     Error::data(format!(
-        "{}, column {:?}: the times run at {} Hz but {against} {rate}; correct the rate, the unit of time, or the log",
-        request.file, timing.column, timing.rate
+        "{}, column {column:?}: the times run at {found} Hz but {against} {rate}; correct the rate, the unit of time, or the log, or \
+         bring all records to one rate with time = {{ column = {column:?}, resample_hz = {} }}",
+        request.file,
+        found.min(rate)
     ))
 }
 
-fn record(
-    request: &Request<'_>,
-    log: &Log,
-    timing: Option<&Timing>,
-    role: Role,
-    plan: &Plan,
-    rate: f64,
-) -> Result<(Record, Vec<String>)> {
-    let mut notes = log.notes.clone();
-    notes.extend(plan.check_units(request, log)?);
-    let mut gaps = Vec::new();
-    notes.extend(timing.and_then(|t| t.even.clone()));
-    if let Some(t) = timing.filter(|t| t.even.is_none()) {
-        let (found, note) = time::gaps(request, log, &t.column, &t.seconds, rate)?;
-        gaps = found;
-        notes.extend(note);
-    }
-    let logged = log.values.iter().flatten().next().map_or(0, Vec::len);
-    let mut axes = Vec::new();
-    for axis in &plan.axes {
-        let (mut channels, absent) = axis.channels(log, logged);
-        notes.extend(absent.iter().map(|column| {
-            format!(
-                "{} has no column {column:?}, which is optional and counts as 0 there",
-                request.file
-            )
-        }));
-        if !gaps.is_empty() {
-            every(&mut channels, |series| {
-                *series = time::bridge(series, &gaps)
-            });
-        }
-        axes.push(channels);
-    }
-    let record = Record {
-        file: request.file.to_owned(),
-        role,
-        first_row: request.rows.map_or(0, |[first, _]| first),
-        rows: axes[0].force.len(),
-        axes,
-        inputs: plan
-            .inputs
-            .iter()
-            .filter_map(|(name, input)| {
-                let series = input.series(log)?;
-                let series = if gaps.is_empty() {
-                    series
-                } else {
-                    time::bridge(&series, &gaps)
-                };
-                Some((name.clone(), series))
-            })
-            .collect(),
-    };
-    Ok((record, notes))
+/// What one `[[record]]` gives.
+struct Read {
+    records: Vec<Record>,
+    source: super::Source,
+    notes: Vec<String>,
 }
 
-/// Does something to every series of an axis.
-fn every(channels: &mut Channels, mut change: impl FnMut(&mut Vec<f64>)) {
-    change(&mut channels.displacement_first);
-    change(&mut channels.force);
-    let rest = [
-        &mut channels.displacement_second,
-        &mut channels.velocity,
-        &mut channels.body_position,
-        &mut channels.acceleration,
-    ];
-    rest.into_iter().flatten().for_each(change);
+fn records(
+    request: &Request<'_>,
+    log: &Log,
+    sampling: &Sampling,
+    role: Role,
+    plan: &Plan,
+) -> Result<Read> {
+    let mut notes = log.notes.clone();
+    notes.extend(plan.check_units(request, log)?);
+    let done = sampling.done.iter();
+    notes.extend(done.map(|done| format!("{}: {done}", request.file)));
+    let first_row = request.rows.map_or(0, |[first, _]| first);
+    let mut records = Vec::new();
+    for (piece, (begins, rows)) in sampling.pieces().into_iter().enumerate() {
+        let mut axes = Vec::new();
+        for axis in &plan.axes {
+            let series = |channel: &Calibrated| sampling.series(piece, channel, log);
+            let (channels, absent) = axis.channels(rows, series);
+            axes.push(channels);
+            if piece > 0 {
+                continue;
+            }
+            notes.extend(absent.iter().map(|column| {
+                format!(
+                    "{} has no column {column:?}, which is optional and counts as 0 there",
+                    request.file
+                )
+            }));
+        }
+        let inputs = plan.inputs.iter().filter_map(|(name, channel)| {
+            Some((name.clone(), sampling.series(piece, channel, log)?))
+        });
+        records.push(Record {
+            file: request.file.to_owned(),
+            role,
+            first_row: first_row + begins,
+            rows,
+            axes,
+            inputs: inputs.collect(),
+        });
+    }
+    let source = super::Source {
+        file: request.file.to_owned(),
+        role,
+        rows: [first_row, first_row + rows_of(log)],
+        sha256: log.sha256.clone(),
+        time: sampling.done.clone(),
+    };
+    Ok(Read {
+        records,
+        source,
+        notes,
+    })
 }
 
 /// One note for all files that leave the same columns unread.
-fn note_unused(requests: &[Request<'_>], logs: &[(Log, Option<Timing>)], notes: &mut Vec<String>) {
+fn note_unused(
+    requests: &[Request<'_>],
+    logs: &[(Log, Option<Sampling>)],
+    notes: &mut Vec<String>,
+) {
     let mut said: Vec<(&[String], Vec<&str>)> = Vec::new();
     for (request, (log, _)) in requests.iter().zip(logs) {
         if log.unused.is_empty() {

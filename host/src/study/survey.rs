@@ -74,6 +74,7 @@ impl Survey {
             wanted: None,
             rows: None,
             columns,
+            sparse: false,
         };
         let mut headed = true;
         let mut table = match request(None).table() {
@@ -146,6 +147,7 @@ fn columns_of(path: &Path) -> Result<usize> {
             wanted: None,
             rows: Some([0, 1]),
             columns: Some(&names),
+            sparse: false,
         };
         if request.table().is_ok() {
             return Ok(count);

@@ -1,7 +1,4 @@
-//! The time column: is it even, does it agree with the stated rate, and which samples were dropped?
-
-use super::log::{Log, Request};
-use crate::text::error::Result;
+//! Time stamps: the even grid nearest to them, what they are rounded to, and how missing samples are bridged.
 
 /// Missing samples in a row that may be bridged.
 pub const LONGEST_GAP: usize = 5;
@@ -9,9 +6,6 @@ pub const LONGEST_GAP: usize = 5;
 pub const BRIDGED_SHARE: f64 = 1e-3;
 /// How far the time column may be from the stated sample rate, relative.
 pub const RATE_TOLERANCE: f64 = 1e-3;
-/// Jitter of a time stamp, in samples, above which the user is told.
-const JITTER_TOLD: f64 = 0.1;
-
 /// Samples that are missing after a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Gap {
@@ -20,155 +14,18 @@ pub(crate) struct Gap {
     pub(crate) missing: usize,
 }
 
-/// Samples per second that the time column speaks of: the steps counted in units of their median.
-///
-/// Refuses time that stands still or runs backwards.
-pub(crate) fn rate_of(request: &Request<'_>, log: &Log, column: &str, time: &[f64]) -> Result<f64> {
-    let mut steps = Vec::with_capacity(time.len());
-    for (i, pair) in time.windows(2).enumerate() {
-        let step = pair[1] - pair[0];
-        if step <= 0.0 {
-            let what = if step == 0.0 {
-                "is there twice"
-            } else {
-                "comes after a later one"
-            };
-            return Err(request.error_at(
-                &log.row_name(i + 1),
-                column,
-                format!(
-                    "the time {} s {what}; repair the log, or leave time out and state sample_rate_hz if the rows are even",
-                    pair[1]
-                ),
-            ));
-        }
-        steps.push(step);
-    }
-    let middle = steps.len() / 2;
-    let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
-    let median = *median;
-    // Counting whole steps over the whole record averages out stamps that were rounded.
-    let whole: f64 = time
-        .windows(2)
-        .map(|pair| ((pair[1] - pair[0]) / median).round())
-        .sum();
-    Ok(round_rate(whole / (time[time.len() - 1] - time[0])))
-}
-
-/// Finds the gaps, refuses what cannot be bridged, and says in a note what is not perfect.
-pub(crate) fn gaps(
-    request: &Request<'_>,
-    log: &Log,
-    column: &str,
-    time: &[f64],
-    rate: f64,
-) -> Result<(Vec<Gap>, Option<String>)> {
-    let mut gaps = Vec::new();
-    let mut jitter: f64 = 0.0;
-    for (i, pair) in time.windows(2).enumerate() {
-        let steps = (pair[1] - pair[0]) * rate;
-        let whole = steps.round();
-        jitter = jitter.max((steps - whole).abs());
-        if whole < 1.0 {
-            return Err(request.error_at(
-                &log.row_name(i + 1),
-                column,
-                format!(
-                    "only {:.3e} s after the row before, where {:.3e} s are expected; the log must be sampled evenly, \
-                     resample it or leave the row out with rows = […]",
-                    pair[1] - pair[0],
-                    1.0 / rate
-                ),
-            ));
-        }
-        if whole > 1.0 {
-            gaps.push(Gap {
-                after: i,
-                missing: whole as usize - 1,
-            });
-        }
-    }
-    let missing: usize = gaps.iter().map(|g| g.missing).sum();
-    let Some(longest) = gaps.iter().max_by_key(|g| g.missing).copied() else {
-        let note = (jitter > JITTER_TOLD).then(|| {
-            format!(
-                "{}: the times in column {column:?} jitter by up to {jitter:.2} of a sample; the rows are taken as even",
-                request.file
-            )
-        });
-        return Ok((gaps, note));
-    };
-    let found = format!(
-        "{missing} sample{} dropped in {} place{}, first after {}",
-        if missing == 1 { " was" } else { "s were" },
-        gaps.len(),
-        if gaps.len() == 1 { "" } else { "s" },
-        log.row_name(gaps[0].after)
-    );
-    let allowed = ((time.len() as f64 * BRIDGED_SHARE) as usize).max(LONGEST_GAP);
-    if longest.missing > LONGEST_GAP || missing > allowed {
-        return Err(request.error_at(
-            &log.row_name(longest.after),
-            column,
-            format!(
-                "{found}, {} in a row after this one; at most {LONGEST_GAP} in a row and {allowed} in all are bridged, so \
-                 take the even parts as records of their own with rows = […]",
-                longest.missing
-            ),
-        ));
-    }
-    let note = format!(
-        "{}, column {column:?}: {found}; bridged by interpolation",
-        request.file
-    );
-    Ok((gaps, Some(note)))
-}
-
-/// Rows that are even although their stamps are not: rounded, jittering, here and there doubled.
-pub(crate) struct Even {
-    pub(crate) rate_hz: f64,
-    /// What the user is told.
-    pub(crate) note: String,
-}
-
-/// Takes rows as even when no stamp is further from an even grid than half a period, or than the rounding of the stamps explains.
-pub(crate) fn even_grid(request: &Request<'_>, column: &str, time: &[f64]) -> Option<Even> {
-    let grid = Grid::of(time)?;
-    let rounded = quantum(time).unwrap_or(0.0);
-    let allowed = (0.5 * rounded * grid.rate_hz + 0.05).max(0.5);
-    let doubled = time.windows(2).filter(|w| w[1] <= w[0]).count();
-    (grid.jitter <= allowed).then(|| Even {
-        rate_hz: round_rate(grid.rate_hz),
-        note: format!(
-            "{}: the times in column {column:?} are up to {:.2} of a sample off an even grid{}{}; the rows are taken as even, at \
-             {} Hz",
-            request.file,
-            grid.jitter,
-            match doubled {
-                0 => String::new(),
-                1 => ", one of them no later than the one before".to_owned(),
-                n => format!(", {n} of them no later than the one before"),
-            },
-            if rounded * grid.rate_hz > 0.1 {
-                format!(" (they are rounded to {rounded:.2e} s)")
-            } else {
-                String::new()
-            },
-            round_rate(grid.rate_hz)
-        ),
-    })
-}
-
 /// The even grid nearest to all stamps.
-struct Grid {
-    rate_hz: f64,
+pub(crate) struct Grid {
+    pub(crate) rate_hz: f64,
     /// Largest distance of a stamp from it, in samples.
-    jitter: f64,
+    pub(crate) jitter: f64,
+    /// When row 0 is due, s.
+    pub(crate) start_s: f64,
 }
 
 impl Grid {
     /// By least squares of time over row.
-    fn of(time: &[f64]) -> Option<Self> {
+    pub(crate) fn of(time: &[f64]) -> Option<Self> {
         let count = time.len() as f64;
         let middle = 0.5 * (count - 1.0);
         let mean = time.iter().sum::<f64>() / count;
@@ -184,16 +41,32 @@ impl Grid {
             return None;
         }
         let off = rows.map(|(row, at)| (at - mean - (row as f64 - middle) * period).abs());
+        let jitter = off.fold(0.0, f64::max) / period;
         Some(Self {
-            rate_hz: 1.0 / period,
-            jitter: off.fold(0.0, f64::max) / period,
+            // No stamp moves the slope by more than its own jitter over the length.
+            rate_hz: round_rate(1.0 / period, jitter / count),
+            jitter,
+            start_s: mean - middle * period,
         })
+    }
+
+    /// Whether the rows may be taken as even: no stamp is further from the grid than half a period, or than its rounding explains.
+    pub(crate) fn is_even(&self, rounded_s: f64) -> bool {
+        let rounded = rounded_s * self.rate_hz;
+        // Rounding moves stamps within an interval of its own length, in which the grid lies somewhere. Where each stamp should be
+        // another one, a row whose stamp is that of its neighbour is not rounded but wrong.
+        let allowed = if rounded > 1.5 {
+            rounded
+        } else {
+            0.5 * rounded
+        };
+        self.jitter <= (allowed + 0.05).max(0.5)
     }
 }
 
 /// What the stamps are rounded to, when the steps of the last thousand are whole multiples of one. (Stamps of so many significant
 /// digits are coarsest at the end.)
-fn quantum(time: &[f64]) -> Option<f64> {
+pub(crate) fn quantum(time: &[f64]) -> Option<f64> {
     let last = &time[time.len().saturating_sub(1000)..];
     let steps = || last.windows(2).map(|w| (w[1] - w[0]).abs());
     let size = last.iter().fold(0.0_f64, |m, t| m.max(t.abs()));
@@ -208,14 +81,26 @@ fn quantum(time: &[f64]) -> Option<f64> {
     (least.is_finite() && differ && steps().all(whole)).then_some(least)
 }
 
-/// A rate within 1e-7 of a whole thousandth is meant to be that.
-fn round_rate(rate: f64) -> f64 {
-    let round = (rate * 1e3).round() / 1e3;
-    if (rate / round - 1.0).abs() < 1e-7 {
-        round
-    } else {
-        rate
-    }
+/// The roundest rate within a relative tolerance, or within 1e-7 of a whole thousandth: that is what was meant.
+pub(crate) fn round_rate(rate: f64, tolerance: f64) -> f64 {
+    let near = |unit: f64, tolerance: f64| {
+        let round = (rate / unit).round() * unit;
+        (round > 0.0 && (rate / round - 1.0).abs() < tolerance).then_some(round)
+    };
+    [1000.0, 100.0, 10.0, 1.0]
+        .into_iter()
+        .find_map(|unit| near(unit, tolerance))
+        .or_else(|| {
+            let round = (rate * 1e3).round() / 1e3;
+            ((rate / round - 1.0).abs() < 1e-7).then_some(round)
+        })
+        .unwrap_or(rate)
+}
+
+/// The middle one of some steps, of which there is at least one.
+pub(crate) fn median(mut steps: Vec<f64>) -> Option<f64> {
+    let middle = steps.len() / 2;
+    (!steps.is_empty()).then(|| *steps.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// The stamps of a log that is only looked at.
@@ -233,29 +118,28 @@ impl Stamps {
     pub(crate) fn of(seconds: &[f64]) -> Option<Self> {
         let grid = Grid::of(seconds)?;
         let even = Self {
-            rate_hz: round_rate(grid.rate_hz),
+            rate_hz: grid.rate_hz,
             jitter: grid.jitter,
             missing: 0,
             places: 0,
         };
-        let mut steps: Vec<f64> = seconds
+        let steps: Vec<f64> = seconds
             .windows(2)
             .map(|w| w[1] - w[0])
             .filter(|s| *s > 0.0)
             .collect();
-        let allowed = 0.5 * quantum(seconds).unwrap_or(0.0) * grid.rate_hz + 0.05;
-        if grid.jitter <= allowed.max(0.5) || steps.is_empty() {
+        if grid.is_even(quantum(seconds).unwrap_or(0.0)) {
             return Some(even);
         }
-        let middle = steps.len() / 2;
-        let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
-        let median = *median;
+        let Some(median) = median(steps.clone()) else {
+            return Some(even);
+        };
         let wholes = || steps.iter().map(|s| (s / median).round().max(1.0));
         let whole: f64 = wholes().sum();
         let rate = whole / (seconds[seconds.len() - 1] - seconds[0]);
         let off = |s: &f64| (s * rate - (s * rate).round().max(1.0)).abs();
         Some(Self {
-            rate_hz: round_rate(rate),
+            rate_hz: round_rate(rate, 0.0),
             jitter: steps.iter().map(off).fold(0.0, f64::max),
             missing: (whole as usize).saturating_sub(steps.len()),
             places: wholes().filter(|w| *w > 1.0).count(),

@@ -64,6 +64,50 @@ pub fn significant(value: f64) -> String {
     format!("{value:.*}", decimals.max(0) as usize)
 }
 
+/// A percentage with three digits behind the point, or three that count where it is small: `12.346 %`, `0.0000254 %`.
+pub fn percent(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0 %".to_owned(),
+        size if size >= 0.1 => format!("{value:.3} %"),
+        size if size >= 1e-6 => {
+            let decimals = 2 - size.log10().floor() as i32;
+            format!("{value:.*} %", decimals as usize)
+        }
+        _ => format!("{value:.2e} %"),
+    }
+}
+
+/// A value in its unit with five significant digits and the prefix that keeps it readable: `1394.2 N/m`, `1.5000 mm`.
+pub fn value_with_unit(value: f64, unit: &str) -> String {
+    let size = value.abs();
+    // Thousands of newtons per metre are what the field writes; from a million on a prefix helps.
+    let (prefix, factor) = match size {
+        _ if unit.is_empty() || unit == "–" || unit == "1" => ("", 1.0),
+        0.0 => ("", 1.0),
+        _ if size >= 1e9 => ("G", 1e-9),
+        _ if size >= 1e6 => ("M", 1e-6),
+        _ if size >= 0.1 => ("", 1.0),
+        _ if size >= 1e-4 => ("m", 1e3),
+        _ if size >= 1e-7 => ("µ", 1e6),
+        _ => ("n", 1e9),
+    };
+    let scaled = value * factor;
+    let digits = match scaled.abs() {
+        0.0 => "0".to_owned(),
+        size if (1e-4..1e6).contains(&size) => {
+            let decimals = 4 - size.log10().floor() as i32;
+            format!("{scaled:.*}", decimals.max(0) as usize)
+        }
+        _ => format!("{scaled:.4e}"),
+    };
+    match unit {
+        "" | "–" | "1" => digits,
+        // A prefix belongs to the first symbol, and kilogram has one already.
+        unit if unit.starts_with("kg") && !prefix.is_empty() => format!("{value:.4e} {unit}"),
+        unit => format!("{digits} {prefix}{unit}"),
+    }
+}
+
 /// A named value with its unit, as in a sentence: `slip_force 3.20000 N`; what has no unit goes without.
 pub fn quantity(name: &str, value: f64, unit: &str) -> String {
     let bare = format!("{name} {}", significant(value));
@@ -94,6 +138,36 @@ mod tests {
             "  axis    NMSE\n  x     1.25 %\n  phi   12.5 %"
         );
     }
+    #[test]
+    fn small_percentages_keep_their_digits() {
+        for (value, wanted) in [
+            (12.3456, "12.346 %"),
+            (0.848, "0.848 %"),
+            (2.54e-5, "0.0000254 %"),
+            (3.1e-9, "3.10e-9 %"),
+            (0.0, "0 %"),
+        ] {
+            assert_eq!(percent(value), wanted);
+        }
+    }
+
+    #[test]
+    fn values_have_units_and_no_exponents() {
+        for (value, unit, wanted) in [
+            (1394.43, "N/m", "1394.4 N/m"),
+            (14000.8, "N/m", "14001 N/m"),
+            (1.49994e-3, "m", "1.4999 mm"),
+            (62.5e-6, "s", "62.500 µs"),
+            (-0.25, "N", "-0.25000 N"),
+            (4.9e6, "N/m", "4.9000 MN/m"),
+            (0.0, "N", "0 N"),
+            (1.5, "–", "1.5000"),
+            (2e-3, "kg", "2.0000e-3 kg"),
+        ] {
+            assert_eq!(value_with_unit(value, unit), wanted);
+        }
+    }
+
     #[test]
     fn six_digits_are_kept_whatever_the_size() {
         for (value, wanted) in [

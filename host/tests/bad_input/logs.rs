@@ -385,7 +385,7 @@ fn dates_and_times_are_seconds() {
 }
 
 #[test]
-fn dropped_samples_are_bridged_when_few_and_refused_when_many() {
+fn dropped_samples_are_bridged_when_few_and_split_the_log_when_many() {
     let mut few = log();
     few.drain(101..104);
     let study = read(STUDY, &few.join("\n")).unwrap();
@@ -406,16 +406,21 @@ fn dropped_samples_are_bridged_when_few_and_refused_when_many() {
         assert!((a - b).abs() < 2e-3, "row {row}: {a} and {b}");
     }
     let mut long = log();
-    long.drain(101..110);
+    long.drain(50..59);
+    let split = read(STUDY, &long.join("\n")).unwrap();
+    assert_eq!(
+        (split.records[0].first_row, split.records[0].rows),
+        (58, 642)
+    );
+    let note = split.notes.iter().find(|n| n.contains("split")).unwrap();
+    assert!(
+        note.contains("one.csv") && note.contains("row 51 ") && note.contains("is left out"),
+        "{note}"
+    );
+    long.drain(301..310);
     refused(
         read(STUDY, &long.join("\n")),
-        &[
-            "one.csv",
-            "\"t_s\"",
-            "9 samples were dropped in 1 place",
-            "row 101 ",
-            "rows = ",
-        ],
+        &["one.csv", "\"t_s\"", "missing in 2 places", "resample_hz"],
     );
     let mut often = log();
     for row in [250, 200, 150] {

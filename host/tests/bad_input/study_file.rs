@@ -121,7 +121,16 @@ fn keys_values_and_toml() {
 
 #[test]
 fn records() {
-    said("role = \"train\"", "role = \"validate\"", &["train"]);
+    let none_to_learn = STUDY.replace("role = \"train\"", "role = \"validate\"");
+    let read_only = read(&none_to_learn, &log().join("\n")).unwrap();
+    assert!(
+        read_only
+            .notes
+            .iter()
+            .any(|n| n.contains("nothing can be learnt")),
+        "{:?}",
+        read_only.notes
+    );
     said(
         "two.csv",
         "one.csv",

@@ -96,12 +96,23 @@ pub struct FitResult {
     pub warnings: Vec<String>,
 }
 
+fn check_training(study: &Study) -> Result<()> {
+    if study.records.iter().any(|r| r.role == Role::Train) {
+        return Ok(());
+    }
+    Err(Error::data(format!(
+        "{}: no [[record]] has role = \"train\"; give that role to the records to learn from",
+        study.path.display()
+    )))
+}
+
 impl Prepared {
     /// Designs the filters for a study and applies them to all of its records.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when the study has no training record or a record is shorter than the filters.
     pub fn new(study: &Study) -> Result<Self> {
+        check_training(study)?;
         let filters = Filters::design(study)?;
         Self::with_filters(study, filters)
     }
@@ -111,13 +122,8 @@ impl Prepared {
     /// # Errors
     /// As [`Prepared::new`].
     pub fn with_filters(study: &Study, filters: Filters) -> Result<Self> {
+        check_training(study)?;
         let motions = motion::motions(study, &filters)?;
-        if study.records.iter().all(|r| r.role != Role::Train) {
-            return Err(Error::data(format!(
-                "{}: no record has role = \"train\", so there is nothing to learn from; give at least one",
-                study.path.display()
-            )));
-        }
         Ok(Self { filters, motions })
     }
 
@@ -181,6 +187,7 @@ impl Prepared {
             verification: Vec::new(),
             validation: Vec::new(),
             history: Vec::new(),
+            records: study.sources.clone(),
             filters: self.filters,
         };
         let evaluated = Evaluated::as_logged(study, &model, &self.motions)?;

@@ -13,7 +13,7 @@ use crate::diagnose::PerAxis;
 use crate::diagnose::add;
 use crate::report::axis_history::AxisHistory;
 use crate::report::staircase::Step;
-use crate::study::{Role, Study};
+use crate::study::{Record, Role, Study};
 use crate::text::date;
 use crate::text::error::Result;
 use rayon::prelude::*;
@@ -277,8 +277,11 @@ fn regions(study: &Study, versions: &[Version<'_>]) -> Vec<Region> {
                     .collect();
             }
             Extent::Time { file, from_s, to_s } => {
-                let record = study.records.iter().position(|r| &r.file == file)?;
-                let begins_s = study.records[record].first_row as f64 / study.sample_rate_hz;
+                // A log that was split at gaps is several records of one name.
+                let begins = |r: &Record| r.first_row as f64 / study.sample_rate_hz;
+                let mut records = study.records.iter();
+                let record = records.rposition(|r| &r.file == file && begins(r) <= *from_s)?;
+                let begins_s = begins(&study.records[record]);
                 region.stretch = Some((record, from_s - begins_s, to_s - begins_s));
             }
             Extent::Frequency(band) => region.band_hz = Some(*band),

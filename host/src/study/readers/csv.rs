@@ -169,7 +169,8 @@ fn rows(
             ));
         }
         for ((column, cell), name) in columns.iter_mut().zip(&cells).zip(names) {
-            if column.wanted && !column.take(cell, layout.decimal, request.wanted.is_none()) {
+            let lenient = request.wanted.is_none() || request.sparse && cell.is_empty();
+            if column.wanted && !column.take(cell, layout.decimal, lenient) {
                 return Err(request.error_at(&line_name(number), name, no_number(cell)));
             }
         }
@@ -200,7 +201,9 @@ fn no_row(request: &Request<'_>, layout: &Layout, text: &str) -> Error {
 
 fn no_number(cell: &str) -> String {
     if cell.is_empty() {
-        return "the cell is empty; repair the log or leave the row out with rows = […]".to_owned();
+        return "the cell is empty; repair the log, leave the row out with rows = […], or, where not every channel has a value in \
+                every row, state a rate with time = { column = …, resample_hz = … }"
+            .to_owned();
     }
     let with_point = cell.replacen(',', ".", 1);
     if with_point != cell && with_point.parse::<f64>().is_ok() {

@@ -6,12 +6,17 @@
 mod archive;
 mod cells;
 mod csv;
+mod hdf5;
+mod hierarchy;
 mod json;
 mod layout;
 mod matlab;
+mod mdf;
+mod measurement;
 mod numpy;
 mod packed;
 mod sheet;
+mod stored;
 mod tdms;
 mod text;
 mod universal;
@@ -24,8 +29,10 @@ use std::borrow::Cow;
 type Format = (fn(&[u8]) -> bool, fn(&Request<'_>, &[u8]) -> Result<Table>);
 
 /// The formats that say themselves by their first bytes.
-const BINARY: [Format; 4] = [
+const BINARY: [Format; 6] = [
     (matlab::recognises, matlab::read),
+    (hdf5::recognises, hdf5::read),
+    (mdf::recognises, mdf::read),
     (numpy::recognises, numpy::read),
     (tdms::recognises, tdms::read),
     (universal::recognises, universal::read),
@@ -93,7 +100,7 @@ pub(crate) fn is_a_log(bytes: &[u8]) -> bool {
 }
 
 /// What can be read beside CSV.
-const FORMATS: &str = "Excel (.xlsx), MATLAB (-v7), NumPy, TDMS, Universal File 58 and JSON";
+const FORMATS: &str = "Excel (.xlsx), MATLAB, HDF5, MDF 4, NumPy, TDMS, Universal File 58 and JSON";
 
 /// What a file is that is no log, by its first bytes.
 fn foreign(bytes: &[u8]) -> Option<&'static str> {
@@ -118,11 +125,8 @@ fn foreign(bytes: &[u8]) -> Option<&'static str> {
         (b"<?xml", "XML"),
         (b"<!DOCTYPE", "a web page"),
         (b"<html", "a web page"),
-        (b"\x89HDF", "an HDF5 file"),
-        (b"MATLAB 7.3", "a MATLAB 7.3 file (save it with -v7)"),
         (b"PAR1", "a Parquet file"),
-        (b"MDF     ", "an ASAM MDF file"),
-        (b"ARROW1", "an Arrow or Feather file (write it as Parquet)"),
+        (b"ARROW1", "an Arrow or Feather file"),
     ];
     let known = KNOWN.iter().find(|(start, _)| bytes.starts_with(start));
     known.map(|(_, what)| *what)

@@ -1,0 +1,184 @@
+//! Two examples for every command's help. They are parsed by the tests, so that they cannot go stale.
+
+use super::Cli;
+use clap::{Command, CommandFactory};
+
+/// Per command its examples, one a line.
+pub(crate) const EXAMPLES: [(&str, [&str; 2]); 22] = [
+    (
+        "demo",
+        ["jointwatch demo", "jointwatch demo --out story --seed 4"],
+    ),
+    (
+        "simulate",
+        [
+            "jointwatch simulate --out rig --axes 1",
+            "jointwatch simulate --out rig --hidden jenkins@x --share 0.2",
+        ],
+    ),
+    (
+        "init",
+        [
+            "jointwatch init run1.csv run2.csv check.csv",
+            "jointwatch init run1.mat --yes --column force=vir --rate 1000",
+        ],
+    ),
+    (
+        "identify",
+        [
+            "jointwatch identify study.toml --model physical",
+            "jointwatch identify rig --model network -o net.json",
+        ],
+    ),
+    (
+        "compare",
+        [
+            "jointwatch compare study.toml model.json",
+            "jointwatch compare rig model.json --report page.html",
+        ],
+    ),
+    (
+        "diagnose",
+        [
+            "jointwatch diagnose study.toml model.json",
+            "jointwatch diagnose rig model.json --apply -o better.json",
+        ],
+    ),
+    (
+        "changed",
+        [
+            "jointwatch changed model.json may.toml",
+            "jointwatch changed old.json may.toml new.json --json changed.json",
+        ],
+    ),
+    (
+        "add",
+        [
+            "jointwatch add study.toml model.json coulomb@x",
+            "jointwatch add rig model.json jenkins@x maxwell@x -o better.json",
+        ],
+    ),
+    (
+        "effects",
+        ["jointwatch effects", "jointwatch effects bouc_wen"],
+    ),
+    (
+        "export",
+        [
+            "jointwatch export model.json -o model.bin",
+            "jointwatch export model.json --rig rig.toml --study study.toml -o rig.bin",
+        ],
+    ),
+    (
+        "inspect",
+        [
+            "jointwatch inspect run1.tdms",
+            "jointwatch inspect model.bin --json -",
+        ],
+    ),
+    (
+        "replay",
+        [
+            "jointwatch replay model.bin study.toml",
+            "jointwatch replay model.bin study.toml --rig rig.bin --monitor",
+        ],
+    ),
+    (
+        "emulate",
+        [
+            "jointwatch emulate model.bin study.toml",
+            "jointwatch emulate model.bin rig --record valid.csv",
+        ],
+    ),
+    (
+        "monitor",
+        [
+            "jointwatch monitor --port /dev/ttyUSB0 --seconds 10",
+            "jointwatch monitor frames.bin --json frames.jsonl",
+        ],
+    ),
+    (
+        "respond",
+        [
+            "jointwatch respond study.toml model.json",
+            "jointwatch respond rig model.json --record valid.csv",
+        ],
+    ),
+    (
+        "paper",
+        [
+            "jointwatch paper --out page",
+            "jointwatch paper --out page --quiet",
+        ],
+    ),
+    (
+        "keygen",
+        [
+            "jointwatch keygen -o workshop.key",
+            "jointwatch keygen -o lab/rig4.key",
+        ],
+    ),
+    (
+        "sign",
+        [
+            "jointwatch sign model.bin --rig rig.bin --key workshop.key -o signed.bin",
+            "jointwatch sign model.bin --rig rig.bin --development-key -o signed.bin",
+        ],
+    ),
+    (
+        "upload",
+        [
+            "jointwatch upload signed.bin --port /dev/ttyUSB0",
+            "jointwatch upload signed.bin --port COM4",
+        ],
+    ),
+    ("study", ["jointwatch study", "jointwatch study --schema"]),
+    (
+        "completions",
+        ["jointwatch completions bash", "jointwatch completions zsh"],
+    ),
+    (
+        "manual",
+        [
+            "jointwatch manual -o man1",
+            "jointwatch manual --output share/man/man1",
+        ],
+    ),
+];
+
+/// The whole command line, with examples in every command's help.
+pub(crate) fn command() -> Command {
+    let mut command = Cli::command();
+    for (name, lines) in EXAMPLES {
+        let words = format!("Examples:\n  {}\n  {}", lines[0], lines[1]);
+        command = command.mut_subcommand(name, |sub| sub.after_help(words));
+    }
+    command
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_has_two_examples_that_can_be_typed() {
+        let commands: Vec<String> = Cli::command()
+            .get_subcommands()
+            .map(|c| c.get_name().to_owned())
+            .collect();
+        let named: Vec<&str> = EXAMPLES.iter().map(|(name, _)| *name).collect();
+        for name in &commands {
+            assert!(named.contains(&name.as_str()), "{name} has no examples");
+        }
+        assert_eq!(commands.len(), named.len());
+        for (name, lines) in EXAMPLES {
+            for line in lines {
+                let words: Vec<&str> = line.split(' ').collect();
+                assert_eq!(words[1], name, "{line}");
+                command()
+                    .try_get_matches_from(words)
+                    .unwrap_or_else(|e| panic!("{line}: {e}"));
+            }
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! Channels brought to an even rate: each at its own times, split where any of them has a gap.
+
+use super::calibrated::Calibrated;
+use super::log::{Log, Request};
+use super::plan::Plan;
+use super::resample::Resampler;
+use super::sampling::{Density, Kind, SHORTEST_PIECE, Sampling, density, said_of_gaps};
+use super::time::{Grid, quantum, round_rate};
+use crate::text::error::Result;
+use std::borrow::Cow;
+use std::sync::OnceLock;
+
+/// A channel sampled less often than this part of the wanted rate leaves a part of the band empty.
+const TOO_FINE: f64 = 0.8;
+/// Share of stamps equal to the one before from which on they are rounded, and the rows were even.
+const MANY_DOUBLED: f64 = 0.1;
+
+/// The even parts of the time that all channels share.
+pub(super) struct Stretches {
+    rate_hz: f64,
+    /// One entry per clock: the times of a log's rows, s.
+    clocks: Vec<Vec<f64>>,
+    parts: Vec<Stretch>,
+}
+
+struct Stretch {
+    start_s: f64,
+    points: usize,
+    /// Grid points between the log's beginning and this.
+    begins: usize,
+    /// For the channels that have a value in every row of the log's own clock.
+    whole: OnceLock<Resampler>,
+}
+
+/// The times at which something was sampled.
+struct Stamps {
+    sorted: Vec<f64>,
+    density: Density,
+    doubled: usize,
+    disordered: usize,
+}
+
+impl Stretches {
+    /// The pieces: where each begins, and how many rows it has.
+    pub(super) fn pieces(&self) -> Vec<(usize, usize)> {
+        self.parts.iter().map(|s| (s.begins, s.points)).collect()
+    }
+
+    /// One channel in one of the parts.
+    pub(super) fn series(&self, part: usize, channel: &Calibrated, log: &Log) -> Option<Vec<f64>> {
+        let stretch = &self.parts[part];
+        let clock = &self.clocks[channel.clock];
+        let logged = channel.series(log, 0..clock.len())?;
+        let (values, seconds) = sampled(&logged, clock);
+        let resampler = || {
+            let seconds = even_where_rounded(&seconds);
+            Resampler::new(&seconds, stretch.start_s, self.rate_hz, stretch.points)
+        };
+        Some(match channel.clock == 0 && values.len() == clock.len() {
+            true => stretch.whole.get_or_init(resampler).apply(&values),
+            false => resampler().apply(&values),
+        })
+    }
+
+    /// How the channels of a log are brought to `rate_hz`.
+    pub(super) fn sampling(
+        request: &Request<'_>,
+        log: &Log,
+        plan: &Plan,
+        seconds: Vec<f64>,
+        rate_hz: f64,
+    ) -> Result<Sampling> {
+        let mut clocks = vec![seconds];
+        for clock in &plan.clocks {
+            let seconds = clock.series(log, 0..log.rows(clock.place));
+            clocks.push(seconds.expect("a column of time is not optional and was located before"));
+        }
+        let mut looked_at: Vec<Stamps> = Vec::new();
+        let mut facts: Vec<(String, Vec<String>)> = Vec::new();
+        for channel in plan.channels() {
+            let clock = &clocks[channel.clock];
+            let Some(logged) = channel.series(log, 0..log.rows(channel.place)) else {
+                continue;
+            };
+            if logged.len() != clock.len() {
+                return Err(request.error(format!(
+                    "has {} values in {:?} but {} in its column of time; name the column that belongs to it with \
+                     {{ column = …, time = … }}",
+                    logged.len(),
+                    channel.column,
+                    clock.len()
+                )));
+            }
+            let (values, seconds) = sampled(&logged, clock);
+            let stamps = Stamps::of(request, log, channel, &even_where_rounded(&seconds))?;
+            let name = format!("{:?}", channel.column);
+            let fact = stamps.in_words(logged.len() - values.len(), rate_hz);
+            match facts.iter_mut().find(|(known, _)| *known == fact) {
+                Some((_, names)) if names.contains(&name) => {}
+                Some((_, names)) => names.push(name),
+                None => facts.push((fact, vec![name])),
+            }
+            looked_at.push(stamps);
+        }
+        let mut done = vec![format!(
+            "brought to {rate_hz} Hz by band-limited interpolation"
+        )];
+        let facts = facts.into_iter().filter(|(fact, _)| !fact.is_empty());
+        done.extend(facts.map(|(fact, names)| format!("{} {fact}", names.join(", "))));
+        let parts = parts(request, &looked_at, rate_hz, &mut done)?;
+        let kind = Kind::Grid(Self {
+            rate_hz,
+            clocks,
+            parts,
+        });
+        Ok(Sampling {
+            rate_hz,
+            kind,
+            done,
+        })
+    }
+}
+
+/// A rate in four digits or so, as people write it.
+fn hertz(rate: f64) -> String {
+    let text = format!("{:.3}", round_rate(rate, 1e-3));
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// The values that are there, and their times.
+fn sampled(logged: &[f64], clock: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let rows = logged.iter().zip(clock).map(|(v, t)| (*v, *t));
+    rows.filter(|(v, t)| v.is_finite() && t.is_finite()).unzip()
+}
+
+/// The grid's own times where the stamps are rounded so coarsely that many are alike.
+fn even_where_rounded(seconds: &[f64]) -> Cow<'_, [f64]> {
+    let doubled = seconds.windows(2).filter(|w| w[1] == w[0]).count();
+    if (doubled as f64) < MANY_DOUBLED * seconds.len() as f64 {
+        return Cow::Borrowed(seconds);
+    }
+    match (Grid::of(seconds), quantum(seconds)) {
+        (Some(grid), Some(rounded)) if grid.is_even(rounded) => (0..seconds.len())
+            .map(|row| grid.start_s + row as f64 / grid.rate_hz)
+            .collect(),
+        _ => Cow::Borrowed(seconds),
+    }
+}
+
+impl Stamps {
+    /// What the user should know of a channel's sampling; nothing where it is as it should be.
+    fn in_words(&self, without: usize, rate_hz: f64) -> String {
+        let own_hz = self.density.rate_hz;
+        let mut facts = vec![format!("sampled at about {} Hz", hertz(own_hz))];
+        if own_hz < TOO_FINE * rate_hz {
+            facts.push(format!(
+                "which says nothing above {} Hz (resample_hz = {} fits better)",
+                hertz(0.5 * own_hz),
+                hertz(own_hz)
+            ));
+        }
+        let counted = [
+            (without, "rows without a value"),
+            (self.doubled, "times twice"),
+            (self.disordered, "rows out of order"),
+        ];
+        let counted = counted.iter().filter(|(count, _)| *count > 0);
+        facts.extend(counted.map(|(count, what)| format!("{count} {what}")));
+        match facts.len() {
+            1 => String::new(),
+            _ => facts.join(", "),
+        }
+    }
+
+    fn of(request: &Request<'_>, log: &Log, channel: &Calibrated, seconds: &[f64]) -> Result<Self> {
+        let mut sorted = seconds.to_vec();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let steps = || sorted.windows(2).map(|w| w[1] - w[0]);
+        let Some(density) = density(&sorted) else {
+            return Err(request.error(format!(
+                "has no two samples of {:?} at different times; check its column of time",
+                channel.column
+            )));
+        };
+        let mut latest = f64::NEG_INFINITY;
+        let mut disordered = 0;
+        for (row, at) in seconds.iter().enumerate() {
+            if latest - at > density.gap_s {
+                return Err(request.error_at(
+                    &log.row_name(row),
+                    &channel.column,
+                    format!(
+                        "its time {at} s is {:.3e} s before one above it, which is more than rows out of order explain; if the clock \
+                         began anew here, take the parts as records of their own with rows = […]",
+                        latest - at
+                    ),
+                ));
+            }
+            disordered += usize::from(*at < latest);
+            latest = latest.max(*at);
+        }
+        Ok(Self {
+            doubled: steps().filter(|s| *s == 0.0).count(),
+            density,
+            sorted,
+            disordered,
+        })
+    }
+}
+
+/// The parts of the time in which every channel goes on.
+fn parts(
+    request: &Request<'_>,
+    looked_at: &[Stamps],
+    rate_hz: f64,
+    done: &mut Vec<String>,
+) -> Result<Vec<Stretch>> {
+    let first = |s: &Stamps| s.sorted[0];
+    let last = |s: &Stamps| s.sorted[s.sorted.len() - 1];
+    let begin = looked_at
+        .iter()
+        .map(first)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let end = looked_at.iter().map(last).fold(f64::INFINITY, f64::min);
+    let mut gaps: Vec<[f64; 2]> = looked_at
+        .iter()
+        .flat_map(|stamps| {
+            let long = stamps.density.gap_s;
+            let pairs = stamps.sorted.windows(2).filter(move |w| w[1] - w[0] > long);
+            pairs.map(|w| [w[0], w[1]])
+        })
+        .filter(|[from, to]| *to > begin && *from < end)
+        .collect();
+    gaps.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
+    let mut spans = Vec::new();
+    let mut from = begin;
+    for [gap_from, gap_to] in &gaps {
+        spans.push([from, *gap_from]);
+        from = from.max(*gap_to);
+    }
+    spans.push([from, end]);
+    spans.retain(|[from, to]| to > from);
+    let found = spans.len();
+    let parts: Vec<Stretch> = spans
+        .iter()
+        .map(|[from, to]| Stretch {
+            start_s: *from,
+            // A stamp's last digit must not cost the last point.
+            points: ((to - from) * rate_hz + 1e-6).floor() as usize + 1,
+            begins: ((from - begin) * rate_hz).round() as usize,
+            whole: OnceLock::new(),
+        })
+        .filter(|part| part.points >= SHORTEST_PIECE)
+        .collect();
+    if parts.is_empty() {
+        return Err(request.error(format!(
+            "has no stretch of {SHORTEST_PIECE} points at {rate_hz} Hz in which all its channels go on ({:.4} s in all, {} gaps); \
+             use a longer log or another resample_hz",
+            (end - begin).max(0.0),
+            gaps.len()
+        )));
+    }
+    if found > 1 {
+        let place = format!("{:.6} s", spans[1][0]);
+        done.push(said_of_gaps(found - 1, &place, found - parts.len()));
+    }
+    Ok(parts)
+}

@@ -1,0 +1,102 @@
+//! What shells and editors get: completions, man pages, examples in every help, and a schema of study.toml that names its keys.
+
+use jointwatch::study::Study;
+use jointwatch_tests::program::succeed;
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs;
+
+/// The keys that a table of study.toml may have, as the reader lists them when it meets another.
+fn known(text: &str) -> BTreeSet<String> {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("study.toml"), text).unwrap();
+    let said = Study::read(folder.path()).unwrap_err().sentence;
+    let (_, keys) = said
+        .split_once("choose from ")
+        .unwrap_or_else(|| panic!("{said}"));
+    keys.split(", ").map(str::to_owned).collect()
+}
+
+#[test]
+fn the_schema_has_the_keys_that_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = succeed(folder.path(), &["study", "--schema"]);
+    let schema: Value = serde_json::from_str(&printed).unwrap();
+    let axis = "[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\n";
+    let tables = [
+        (&schema, "qqqqqqqqqqqq = 1\n".to_owned()),
+        (
+            &schema["$defs"]["time"],
+            "time = { qqqqqqqqqqqq = 1 }\n".to_owned(),
+        ),
+        (
+            &schema["$defs"]["axis"],
+            "[[axis]]\nqqqqqqqqqqqq = 1\n".to_owned(),
+        ),
+        (
+            &schema["$defs"]["channel"],
+            format!("{axis}force = {{ qqqqqqqqqqqq = 1 }}\n"),
+        ),
+        (
+            &schema["$defs"]["record"],
+            "[[record]]\nqqqqqqqqqqqq = 1\n".to_owned(),
+        ),
+        (
+            &schema["$defs"]["base"],
+            "[base]\nqqqqqqqqqqqq = 1\n".to_owned(),
+        ),
+    ];
+    for (table, text) in tables {
+        let described: BTreeSet<String> = table["properties"]
+            .as_object()
+            .unwrap()
+            .keys()
+            .cloned()
+            .collect();
+        assert_eq!(described, known(&text), "{text}");
+    }
+    let explained = succeed(folder.path(), &["study"]);
+    for key in [
+        "resample_hz",
+        "restoring_force",
+        "encoder_step",
+        "role (needed)",
+        "terms",
+    ] {
+        assert!(explained.contains(key), "{key} is missing in {explained}");
+    }
+}
+
+#[test]
+fn shells_and_man_get_every_command() {
+    let folder = tempfile::tempdir().unwrap();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = succeed(folder.path(), &["completions", shell]);
+        assert!(
+            script.contains("identify") && script.contains("--model"),
+            "{shell}"
+        );
+    }
+    succeed(folder.path(), &["manual", "-o", "man1"]);
+    let whole = fs::read_to_string(folder.path().join("man1/jointwatch.1")).unwrap();
+    assert!(
+        whole.contains(".TH") && whole.contains("diagnose"),
+        "{whole}"
+    );
+    let one = fs::read_to_string(folder.path().join("man1/jointwatch-changed.1")).unwrap();
+    assert!(
+        one.contains("old model") && one.contains("Examples"),
+        "{one}"
+    );
+    for words in [
+        ["identify", "--help"],
+        ["help", "study"],
+        ["help", "changed"],
+    ] {
+        let help = succeed(folder.path(), &words);
+        assert!(
+            help.contains("Examples:") && help.contains("  jointwatch "),
+            "{help}"
+        );
+    }
+}
