@@ -1,0 +1,29 @@
+//! The lab: a page on this machine on which an engineer does the whole loop with a mouse.
+//!
+//! It computes nothing of its own. Every action is a command of this program, run in the study's folder as a process that can be
+//! ended, and shown on the page as it would be typed. What the page draws is what `--report` draws, from the same numbers.
+//!
+//! The server listens on the loopback address alone. A request has to name this server as its host, must not come from another
+//! site, and needs the token that was printed at the start; sizes, times and connections are limited. Files are written only
+//! into the folder [`folder::WRITTEN`] inside the study's own, besides the study.toml and the logs that the user drops.
+
+mod action;
+mod assets;
+mod draft;
+mod folder;
+mod guard;
+mod job;
+mod models;
+mod routes;
+mod server;
+mod session;
+mod snapshot;
+mod upload;
+
+pub use server::{Lab, Started};
+
+/// What stands before a line of progress that a command writes for the lab.
+pub(crate) const PROGRESS_MARK: &str = "progress: ";
+
+/// Options that the lab gives a command besides what it shows: their beginnings.
+pub(crate) const HIDDEN: [&str; 2] = ["--contents=", "--progress-lines"];
