@@ -145,6 +145,7 @@ async function byKeyboard() {
   await run(page, () => page.keyboard.press("Enter"));
   await tabTo(page, "add-found");
   await run(page, () => page.keyboard.press("Space"));
+  check(await page.evaluate(() => document.activeElement.id) === "undo", "the keyboard keeps its place");
   check(await page.evaluate(() => chosen.version === 1), "added by keyboard");
   await page.keyboard.press("b");
   await page.waitForFunction(() => chosen.version === 0 && chosen.moved === 1);

@@ -65,8 +65,8 @@ fn the_loop_gives_the_numbers_of_the_command_line() {
     }
 
     // Diagnose, told to a page that waits.
+    let seen = state["revision"].as_u64().unwrap();
     let waiting = std::thread::scope(|scope| {
-        let seen = state["revision"].as_u64().unwrap();
         let other = scope.spawn(|| lab.state(seen));
         std::thread::sleep(Duration::from_millis(200));
         assert_eq!(lab.act(&json!({ "do": "diagnose" })).0, 200);
@@ -244,7 +244,12 @@ fn a_dropped_log_becomes_the_study_that_init_writes() {
         );
     }
     assert_eq!(put("empty.csv", b"").0, 422);
-    assert!(files(here.path()).is_empty());
+    let (code, body) = put("photo.csv", &[0xff, 0xd8, 0xff, 0xe0, 0, 1, 2, 3]);
+    assert!(code == 422, "{code} {}", String::from_utf8_lossy(&body));
+    assert!(
+        files(here.path()).is_empty(),
+        "what cannot be read is not kept"
+    );
     assert_eq!(put("run.csv", &log).0, 200);
     assert_eq!(put("run.csv", b"other").0, 409, "a log is not written over");
     let state = lab.rest();

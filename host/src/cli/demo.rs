@@ -116,11 +116,10 @@ impl Demo {
         console.say(&emulated)?;
 
         let truth = truth(&read_json(&story.file("truth/truth.json"))?, &found);
+        let next = go_on(&study, &model, self.seed.wrapping_add(1));
         console.say(format!(
-            "\n{truth}\n\nAll of it is in {}. Look at it: open {report} in a browser. Go on with:\n  jointwatch lab {study} {model}\n  \
-             jointwatch respond {study} {model}\n  jointwatch demo --seed {}",
-            out.display(),
-            self.seed.wrapping_add(1)
+            "\n{truth}\n\nAll of it is in {}. To see it, open {report} in a browser.\n{next}",
+            out.display()
         ))?;
         console.json(&serde_json::json!({
             "folder": out, "hidden": hidden, "found": found, "emulated": emulated,
@@ -131,6 +130,13 @@ impl Demo {
         }
         Ok(())
     }
+}
+
+/// What can be done next.
+fn go_on(study: &str, model: &str, seed: u64) -> String {
+    format!(
+        "Go on with:\n  jointwatch lab {study} {model}\n  jointwatch respond {study} {model}\n  jointwatch demo --seed {seed}"
+    )
 }
 
 /// The steps of the demo.

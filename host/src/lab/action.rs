@@ -3,7 +3,7 @@
 use super::folder::{Folder, WRITTEN};
 use super::models::Entry;
 use crate::text::error::{Error, Result};
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 /// One thing that the page asks for.
 #[derive(Clone, Debug, Deserialize)]
@@ -15,8 +15,10 @@ pub(super) enum Action {
         #[serde(default)]
         columns: Vec<(String, String)>,
         /// Hz.
+        #[serde(default, deserialize_with = "number")]
         rate: Option<f64>,
         /// kg or kg·m².
+        #[serde(default, deserialize_with = "number")]
         inertia: Option<f64>,
     },
     /// Take other columns for the draft.
@@ -25,8 +27,10 @@ pub(super) enum Action {
         #[serde(default)]
         columns: Vec<(String, String)>,
         /// Hz.
+        #[serde(default, deserialize_with = "number")]
         rate: Option<f64>,
         /// kg or kg·m².
+        #[serde(default, deserialize_with = "number")]
         inertia: Option<f64>,
     },
     /// Read the study's folder again.
@@ -69,6 +73,12 @@ pub(super) enum Action {
     },
     /// End what runs.
     Cancel {},
+}
+
+/// A number or none. Where another package lets serde_json keep all digits, a tagged enum holds numbers that only its own type reads.
+fn number<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option<f64>, D::Error> {
+    let number = Option::<serde_json::Number>::deserialize(from)?;
+    Ok(number.and_then(|n| n.as_f64()))
 }
 
 /// What becomes of a command's result.

@@ -1,10 +1,15 @@
 //! A command that runs as a process of its own: what it says while it runs, how it ended, and how it is ended.
 
-use super::{HIDDEN, PROGRESS_MARK};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
+
+/// What stands before a line of progress that a command writes for the lab.
+pub(crate) const PROGRESS_MARK: &str = "progress: ";
+
+/// Options that the lab gives a command besides what it shows: their beginnings.
+pub(crate) const HIDDEN: [&str; 2] = ["--contents=", "--progress-lines"];
 
 /// As much of what a command prints is kept.
 const MOST_TEXT: u64 = 200_000;

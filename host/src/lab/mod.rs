@@ -18,12 +18,8 @@ mod routes;
 mod server;
 mod session;
 mod snapshot;
+mod state;
 mod upload;
 
+pub(crate) use job::{HIDDEN, PROGRESS_MARK};
 pub use server::{Lab, Started};
-
-/// What stands before a line of progress that a command writes for the lab.
-pub(crate) const PROGRESS_MARK: &str = "progress: ";
-
-/// Options that the lab gives a command besides what it shows: their beginnings.
-pub(crate) const HIDDEN: [&str; 2] = ["--contents=", "--progress-lines"];

@@ -1,88 +1,19 @@
-//! What all open pages share: the study, its models, what is looked at, what runs, and what was done.
+//! The one session of a lab: reads the study's folder, starts commands, follows them, and tells the pages.
 
-use super::action::{Action, Known, Plan, Then};
+use super::action::{Action, Plan, Then};
 use super::folder::{Folder, WRITTEN};
 use super::job::{self, Running};
 use super::models::{self, Entry};
+use super::state::{Done, Job, Opened, State};
 use super::{draft, snapshot};
 use crate::study::draft::Said;
 use crate::study::{Study, mistakes};
 use crate::text::error::{Error, Result};
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
-
-/// As many drawn pages are kept.
-const VIEWS: usize = 12;
-/// As many commands are remembered.
-const REMEMBERED: usize = 100;
-
-/// The study as far as it is known.
-#[derive(Clone, Debug)]
-pub(super) enum Opened {
-    /// It is being read.
-    Reading,
-    /// There is none yet: there may be logs, of which one is to be made.
-    Missing,
-    /// It was read.
-    Study(Value),
-    /// It cannot be read, in a sentence.
-    Wrong(String),
-}
-
-/// What a page draws.
-#[derive(Clone)]
-pub(super) struct View {
-    /// Its number.
-    pub(super) key: u64,
-    /// The model's file.
-    pub(super) model: String,
-    /// The model before or beside it.
-    pub(super) beside: Option<String>,
-    /// `report::page::Contents` as JSON.
-    pub(super) json: Arc<String>,
-}
-
-/// A command that was run.
-#[derive(Clone)]
-pub(super) struct Done {
-    pub(super) what: String,
-    pub(super) command: String,
-    pub(super) done: bool,
-    pub(super) said: String,
-    pub(super) seconds: f64,
-    /// The effects of an addition that did not help.
-    pub(super) useless: Option<Vec<String>>,
-}
-
-/// A command that runs.
-pub(super) struct Job {
-    pub(super) what: String,
-    pub(super) command: String,
-    pub(super) said: String,
-    pub(super) begun: Instant,
-    running: Option<Running>,
-    cancelled: bool,
-}
-
-/// The state.
-pub(super) struct State {
-    pub(super) folder: Folder,
-    pub(super) opened: Opened,
-    pub(super) records: Vec<String>,
-    pub(super) models: Vec<Entry>,
-    pub(super) current: Option<usize>,
-    pub(super) views: Vec<View>,
-    pub(super) shown: Option<u64>,
-    pub(super) said: Said,
-    pub(super) draft: Option<Arc<Value>>,
-    pub(super) blob: Option<(String, String)>,
-    pub(super) job: Option<Job>,
-    pub(super) done: Vec<Done>,
-    wanted: Option<String>,
-}
 
 /// The state, who waits for it to change, and the program that does the work.
 pub(super) struct Session {
@@ -95,21 +26,7 @@ impl Session {
     /// A session on a folder, with the model to show first.
     pub(super) fn new(folder: Folder, model: Option<String>, program: PathBuf) -> Arc<Self> {
         Arc::new(Self {
-            state: Mutex::new(State {
-                folder,
-                opened: Opened::Reading,
-                records: Vec::new(),
-                models: Vec::new(),
-                current: None,
-                views: Vec::new(),
-                shown: None,
-                said: Said::default(),
-                draft: None,
-                blob: None,
-                job: None,
-                done: Vec::new(),
-                wanted: model,
-            }),
+            state: Mutex::new(State::new(folder, model)),
             revision: watch::Sender::new(1),
             program,
         })
@@ -236,13 +153,11 @@ impl Session {
     /// [`crate::text::error::Kind::Usage`]: something runs, or what is asked for is not there.
     pub(super) fn act(self: &Arc<Self>, action: Action) -> Result<()> {
         let mut state = self.state();
+        if let (Some(job), Action::Cancel {}) = (&mut state.job, &action) {
+            job.cancelled = true;
+            job.running.end();
+        }
         if let Action::Cancel {} = action {
-            if let Some(job) = &mut state.job {
-                job.cancelled = true;
-                if let Some(running) = &job.running {
-                    running.end();
-                }
-            }
             return Ok(());
         }
         if let Some(job) = &state.job {
@@ -251,14 +166,14 @@ impl Session {
                 job.what
             )));
         }
-        let action = match action {
+        match action {
             Action::Reopen {} => {
                 // Logs may have changed, and with them all that was drawn.
                 state.views.clear();
                 state.shown = None;
                 drop(state);
                 self.open();
-                return Ok(());
+                Ok(())
             }
             Action::Draft {
                 columns,
@@ -272,26 +187,33 @@ impl Session {
                 };
                 drop(state);
                 self.open();
-                return Ok(());
+                Ok(())
             }
             Action::Undo {} => {
-                let parent = state
-                    .current
-                    .and_then(|at| models::parent(&state.models, at));
+                let current = state.current;
+                let parent = current.and_then(|at| models::parent(&state.models, at));
                 let Some(parent) = parent else {
                     return Err(Error::usage(
                         "nothing was added to this model that could be undone",
                     ));
                 };
-                Action::Show {
-                    model: state.models[parent].file.clone(),
-                    beside: None,
-                }
+                let model = state.models[parent].file.clone();
+                self.command(
+                    &mut state,
+                    &Action::Show {
+                        model,
+                        beside: None,
+                    },
+                )
             }
-            other => other,
-        };
-        let plan = state.known().plan(&action)?;
-        if let Action::Show { model, beside } = &action
+            command => self.command(&mut state, &command),
+        }
+    }
+
+    /// Starts the command of an action, unless what it would show was drawn before.
+    fn command(self: &Arc<Self>, state: &mut State, action: &Action) -> Result<()> {
+        let plan = state.known().plan(action)?;
+        if let Action::Show { model, beside } = action
             && state.show_again(model, beside.as_deref())
         {
             state.remember(Done {
@@ -302,18 +224,17 @@ impl Session {
                 seconds: 0.0,
                 useless: None,
             });
-            drop(state);
             self.changed();
             return Ok(());
         }
-        let useless = match &action {
+        let useless = match action {
             Action::Add {
                 effects,
                 force: false,
             } => Some(effects.clone()),
             _ => None,
         };
-        self.start(&mut state, plan, useless)
+        self.start(state, plan, useless)
     }
 
     fn start(
@@ -324,9 +245,12 @@ impl Session {
     ) -> Result<()> {
         state.folder.make_written()?;
         let folder = state.folder.path.clone();
-        let file = |name: &str| PathBuf::from(WRITTEN).join(name);
-        let contents = plan.draws().then(|| file(".contents.json"));
-        let json = matches!(plan.then, Then::Diagnosed { .. }).then(|| file(".result.json"));
+        // Of this lab alone: two may be open on one folder.
+        let file = |name: &str| {
+            PathBuf::from(WRITTEN).join(format!(".{}-{name}.json", std::process::id()))
+        };
+        let contents = plan.draws().then(|| file("contents"));
+        let json = matches!(plan.then, Then::Diagnosed { .. }).then(|| file("result"));
         let running = Running::start(
             &self.program,
             &folder,
@@ -340,7 +264,7 @@ impl Session {
             command: job::line(&plan.words),
             said: String::new(),
             begun: Instant::now(),
-            running: Some(running.clone()),
+            running: running.clone(),
             cancelled: false,
         });
         self.changed();
@@ -397,91 +321,5 @@ impl Session {
         if done && plan.then == Then::Study {
             self.open();
         }
-    }
-}
-
-impl State {
-    fn known(&self) -> Known<'_> {
-        Known {
-            folder: &self.folder,
-            models: &self.models,
-            current: self.current,
-            records: &self.records,
-            blob: self.blob.as_ref(),
-        }
-    }
-
-    fn remember(&mut self, done: Done) {
-        self.done.push(done);
-        let surplus = self.done.len().saturating_sub(REMEMBERED);
-        self.done.drain(..surplus);
-    }
-
-    /// Whether a page that was drawn before shows a model; it is then the current one.
-    fn show_again(&mut self, model: &str, beside: Option<&str>) -> bool {
-        let mut views = self.views.iter();
-        let found = views.rfind(|v| v.model == model && v.beside.as_deref() == beside);
-        let Some(key) = found.map(|v| v.key) else {
-            return false;
-        };
-        self.shown = Some(key);
-        self.current = self.models.iter().position(|m| m.file == model);
-        true
-    }
-
-    /// Takes over what a command has made.
-    fn take(&mut self, then: &Then, contents: Option<String>, json: Option<String>) -> Result<()> {
-        let (model, beside) = match then {
-            Then::Model { file, from } => {
-                let entry = Entry::read(&self.folder, file)?;
-                self.models.retain(|m| m.file != *file);
-                self.models.push(entry);
-                (file, from.clone())
-            }
-            Then::Shown { model, beside } => (model, beside.clone()),
-            Then::Diagnosed { model } => {
-                let diagnosis = json.and_then(|text| serde_json::from_str(&text).ok());
-                if let Some(entry) = self.models.iter_mut().find(|m| m.file == *model) {
-                    entry.diagnosis = diagnosis;
-                }
-                (model, None)
-            }
-            Then::Blob { file, model } => {
-                self.blob = Some((file.clone(), model.clone()));
-                return Ok(());
-            }
-            Then::Study | Then::Printed => return Ok(()),
-        };
-        let Some(contents) = contents else {
-            return Err(Error::failed(
-                "the command drew nothing; look at what it printed",
-            ));
-        };
-        let key = self.views.last().map_or(1, |v| v.key + 1);
-        self.views.push(View {
-            key,
-            model: model.clone(),
-            beside,
-            json: Arc::new(contents),
-        });
-        let surplus = self.views.len().saturating_sub(VIEWS);
-        self.views.drain(..surplus);
-        self.shown = Some(key);
-        self.current = self.models.iter().position(|m| m.file == *model);
-        Ok(())
-    }
-
-    /// What is drawn now.
-    pub(super) fn view(&self) -> Option<&View> {
-        let shown = self.shown?;
-        self.views.iter().find(|v| v.key == shown)
-    }
-
-    /// Effects of the diagnosis of the current model, where there is one.
-    pub(super) fn diagnosis(&self) -> Value {
-        let current = self.current.and_then(|at| self.models.get(at));
-        current
-            .and_then(|m| m.diagnosis.clone())
-            .unwrap_or(json!(null))
     }
 }

@@ -1,7 +1,7 @@
 //! The state as the pages are told it.
 
 use super::models::{self, Entry};
-use super::session::{Opened, State};
+use super::state::{Opened, State};
 use crate::study::{Role, Study};
 use jointwatch_shared::effect::{Acts, EFFECTS};
 use serde_json::{Value, json};

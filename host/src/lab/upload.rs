@@ -1,11 +1,13 @@
 //! A log that was dropped onto the page, written into the study's folder as it comes in.
 
 use super::folder::{Folder, safe_log_name};
+use crate::study::survey::Survey;
 use crate::text::error::{Error, Result};
 use crate::text::output;
 use axum::body::Body;
 use http_body_util::BodyExt;
 use std::io::Write;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// The largest log that is taken; a larger one is put into the folder by hand and named at the start.
@@ -13,7 +15,7 @@ pub(super) const LARGEST_LOG: u64 = 1 << 30;
 /// So long may a sender pause.
 const PAUSE: Duration = Duration::from_secs(10);
 
-/// Takes a log; the file is there whole or not at all, and none is written over.
+/// Takes a log; the file is there whole and can be read, or is not there at all, and none is written over.
 ///
 /// # Errors
 /// One sentence: a name that is no plain file name, a file that is there already, a body that is too large, stops, or cannot be
@@ -60,5 +62,17 @@ pub(super) async fn take(folder: &Folder, name: &str, mut body: Body) -> Result<
             )),
             _ => failed(e.error),
         })?;
+    look(path.clone()).await.inspect_err(|_| {
+        // Nobody else knows of it: it was not there before.
+        let _ = std::fs::remove_file(&path);
+    })?;
     Ok(name)
+}
+
+/// Whether it can be read at all, which takes a while for a long one.
+async fn look(path: PathBuf) -> Result<()> {
+    let looked = tokio::task::spawn_blocking(move || Survey::of(&path).map(drop));
+    looked
+        .await
+        .map_err(|e| Error::failed(format!("the log could not be looked at ({e})")))?
 }

@@ -5,6 +5,7 @@ import { addable, openTab } from "./stage.js";
 import { errorOn, made } from "./models.js";
 
 let state = null;
+let place = null;
 
 /** Shows the steps; a part that has not changed is left alone, so that the keyboard keeps its place. */
 export function showRail(next) {
@@ -25,15 +26,24 @@ export function showRail(next) {
     if (!step) rail.append(step = element("section", { class: "step", id: `step-${id}` }));
     if (step.dataset.key === key) continue;
     step.dataset.key = key;
-    const focus = step.contains(document.activeElement) ? document.activeElement.id : null;
+    if (step.contains(document.activeElement)) place = document.activeElement.id;
     const built = build();
     step.hidden = !built;
     step.replaceChildren(...(built || []));
-    if (focus && document.getElementById(focus)) document.getElementById(focus).focus();
   }
   if (contents) meters();
+  if (!busy) returnFocus();
   rail.hidden = !parts.length;
   document.querySelector(".lab").classList.toggle("alone", !parts.length);
+}
+
+/** Back to the button that was pressed, or where it is gone to the one that takes its action back; unless the user went elsewhere. */
+function returnFocus() {
+  if (place && document.activeElement === document.body) {
+    const usable = [place, "undo", "diagnose"].map((id) => document.getElementById(id)).find((e) => e && !e.disabled);
+    if (usable) usable.focus({ preventScroll: true });
+  }
+  place = null;
 }
 
 document.addEventListener("drawn", () => requestAnimationFrame(meters));
@@ -58,7 +68,7 @@ function learnPart(model) {
   const kinds = [["physical", "physical"], ["polynomial", "polynomial"], ["network", "network"]]
     .filter(([kind]) => kind !== "physical" || state.study.base_terms.length);
   const learn = element("div", { class: "row", role: "group", "aria-label": "Identify a model" }, element("span", { class: "label" }, "identify"),
-    ...kinds.map(([kind, words]) => button(`identify-${kind}`, words, { do: "identify", kind }, { class: model ? "" : "primary" })));
+    ...kinds.map(([kind, words]) => button(`identify-${kind}`, words, { do: "identify", kind })));
   if (!model) return [step(2, "Model"), learn];
   return [step(2, "Model", button("undo", "undo", { do: "undo" }, { class: "small", disabled: !model.parent,
     title: model.parent ? `Back to ${model.parent}` : "Nothing was added that could be undone" })),

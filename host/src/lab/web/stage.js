@@ -61,7 +61,10 @@ async function change(view) {
 
 /** Where the force and the residual are in sight. */
 function stageTop() {
-  document.getElementById("stage").scrollTo({ top: 0 });
+  const stage = document.getElementById("stage");
+  stage.scrollTo({ top: 0 });
+  // Where the rail stands above the stage the whole page scrolls.
+  if (document.scrollingElement.scrollHeight > innerHeight) stage.scrollIntoView({ block: "start" });
 }
 
 function draw() {
@@ -147,7 +150,8 @@ export function openTab(id, come = false) {
   redraw();
   const own = document.getElementById(`tab-${id}`);
   own.parentElement.scrollTo({ left: own.offsetLeft - own.parentElement.offsetLeft - 60 });
-  if (come) own.parentElement.scrollIntoView({ block: "start" });
+  // The plots over time take their height only after this.
+  if (come) requestAnimationFrame(() => own.parentElement.scrollIntoView({ block: "start" }));
 }
 
 /** What stands on the stage while there is nothing to draw. */
