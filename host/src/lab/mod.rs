@@ -5,7 +5,7 @@
 //!
 //! The server listens on the loopback address alone. A request has to name this server as its host, must not come from another
 //! site, and needs the token that was printed at the start; sizes, times and connections are limited. Files are written only
-//! into the folder [`folder::WRITTEN`] inside the study's own, besides the study.toml and the logs that the user drops.
+//! into the folder `jointwatch-lab` inside the study's own, besides the study.toml and the logs that the user drops.
 
 mod action;
 mod assets;

@@ -49,7 +49,7 @@ function returnFocus() {
 document.addEventListener("drawn", () => requestAnimationFrame(meters));
 
 const button = (id, words, action, options = {}) => element("button", { type: "button", id, class: options.class, title: options.title,
-  disabled: Boolean(state.job) || options.disabled, onclick: typeof action === "function" ? action : () => act(action) }, words);
+  disabled: (Boolean(state.job) && !options.always) || options.disabled, onclick: typeof action === "function" ? action : () => act(action) }, words);
 
 const step = (number, words, extra) => element("h2", {}, element("span", { class: "number", "aria-hidden": "true" }, String(number)), words, extra);
 
@@ -76,8 +76,8 @@ function learnPart(model) {
   element("div", { class: "meters" }, ...state.study.axes.map((axis) => meter(axis.name, errorOn(model, axis.name)))),
   learn,
   element("div", { class: "row" }, element("span", { class: "label" }, "keep"),
-    button("keep-report", "report", () => keep("report")), button("keep-model", "model", () => keep("model")),
-    button("to-models", `${state.models.length} model${state.models.length === 1 ? "" : "s"}`, () => openTab("models", true), { class: "small" }))];
+    button("keep-report", "report", () => keep("report"), { always: true }), button("keep-model", "model", () => keep("model"), { always: true }),
+    button("to-models", `${state.models.length} model${state.models.length === 1 ? "" : "s"}`, () => openTab("models", true), { class: "small", always: true }))];
 }
 
 /** The error of one axis as a bar down to the noise floor. */
@@ -128,7 +128,7 @@ function missingPart(model) {
     const found = diagnosis.found.map((f) => `${f.effect}@${f.axis}`);
     parts.push(element("p", { class: `verdict ${diagnosis.verdict}` }, VERDICTS[diagnosis.verdict] || diagnosis.verdict, found.length ? `: ${found.join(", ")}` : ""));
     if (found.length) parts.push(button("add-found", `Add ${found.join(" and ")}`, { do: "add", effects: found.flatMap((name) => addable(name, state)) }, { class: "primary wide" }));
-    if (diagnosis.ranked.length) parts.push(button("to-candidates", "see each candidate over the residual", () => openTab("candidates", true), { class: "wide" }));
+    if (diagnosis.ranked.length) parts.push(button("to-candidates", "see each candidate over the residual", () => openTab("candidates", true), { class: "wide", always: true }));
     const notes = (list) => list.map((note) => element("p", { class: "hint" }, `${note}.`));
     parts.push(...notes(diagnosis.data_problems));
     if (diagnosis.notes.length) parts.push(element("details", {}, element("summary", {}, "notes on the search"), ...notes(diagnosis.notes)));
