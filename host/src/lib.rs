@@ -44,6 +44,7 @@
 //! | [`device`] | export, rig, limits of the monitor, replay, telemetry, upload |
 //! | [`emulate`] | the firmware under QEMU |
 //! | [`report`], [`paper`] | pictures and pages |
+//! | [`lab`] | the local page for the whole loop |
 //! | [`cli`] | the command line |
 #![forbid(unsafe_code)]
 
@@ -53,6 +54,7 @@ pub mod device;
 pub mod diagnose;
 pub mod emulate;
 pub mod fit;
+pub mod lab;
 pub mod model;
 pub mod paper;
 pub mod report;

@@ -7,6 +7,7 @@ pub mod elf;
 pub mod false_alarms;
 pub mod hidden;
 pub mod imports;
+pub mod lab;
 pub mod log;
 pub mod program;
 pub mod story;

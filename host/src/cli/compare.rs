@@ -19,6 +19,9 @@ pub(crate) struct Compare {
     study: PathBuf,
     /// The model that `identify` or `add` wrote.
     model: PathBuf,
+    /// With --report: another model of the study, shown beside it as the one before.
+    #[arg(long, value_name = "MODEL")]
+    beside: Option<PathBuf>,
     #[command(flatten)]
     plots: Plots,
     #[command(flatten)]
@@ -38,13 +41,14 @@ impl Compare {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("comparing");
         let model = ModelFile::read(&self.model)?;
+        let beside = self.beside.as_deref().map(ModelFile::read).transpose()?;
         let study = Study::read(&self.study)?;
         let written: Vec<&Path> = self.report.outputs().collect();
         console.check_outputs(&written, &study, Some(&self.model))?;
         let comparison = compare::compare(&study, &model)?;
         let problems = data_checks::check(&study, &model.filters);
         let drawings = self.plots.of_comparison(&study, &model, &comparison)?;
-        let page = self.report.of_model(&study, &model)?;
+        let page = self.report.of_model(&study, &model, beside.as_ref())?;
         working.finish_and_clear();
         for note in &study.notes {
             console.say(format!("Note: {note}."))?;

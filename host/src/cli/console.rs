@@ -1,5 +1,6 @@
 //! Where a subcommand prints: text, JSON, and the sign that work goes on.
 
+use super::progress_lines;
 use crate::study::{Study, mistakes};
 use crate::text::error::{Error, Result};
 use crate::text::output;
@@ -12,12 +13,25 @@ use std::time::Duration;
 pub(crate) struct Console {
     json: Option<PathBuf>,
     quiet: bool,
+    progress_lines: bool,
 }
 
 impl Console {
     /// A console that prints unless `quiet`, and writes its result to `json`.
     pub(crate) fn new(json: Option<PathBuf>, quiet: bool) -> Self {
-        Self { json, quiet }
+        Self {
+            json,
+            quiet,
+            progress_lines: false,
+        }
+    }
+
+    /// The same, with progress as lines on standard error: for a program that reads them.
+    pub(crate) fn with_progress_lines(self, progress_lines: bool) -> Self {
+        Self {
+            progress_lines,
+            ..self
+        }
     }
 
     /// Prints a paragraph, unless told to be quiet or standard output carries JSON.
@@ -54,11 +68,15 @@ impl Console {
         Self {
             json: None,
             quiet: self.quiet || self.json_to_stdout(),
+            progress_lines: self.progress_lines,
         }
     }
 
     /// A line on standard error that shows that work goes on; invisible when that is no terminal.
     pub(crate) fn working(&self, what: &'static str) -> ProgressBar {
+        if self.progress_lines {
+            return progress_lines::bar(what);
+        }
         if self.quiet || !std::io::stderr().is_terminal() {
             return ProgressBar::hidden();
         }

@@ -4,6 +4,7 @@
 //! the one step that has no command of its own.
 
 use super::console::Console;
+use super::lab;
 use crate::device::export;
 use crate::emulate::selftest::{self, Board};
 use crate::text::error::{Error, Result};
@@ -41,6 +42,9 @@ pub(crate) struct Demo {
     /// Seed of the story: which effect is hidden on which axis and how strongly, the rig's drives and its noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Open the lab on it at the end, in the browser.
+    #[arg(long)]
+    lab: bool,
 }
 
 impl Demo {
@@ -53,6 +57,7 @@ impl Demo {
         };
         let (study, base) = (story.file("study.toml"), story.file("base.json"));
         let (blob, diagnosis) = (story.file("model.bin"), story.file("diagnosis.json"));
+        let report = story.file("report.html");
         let mut model = story.file("model.json");
 
         let hidden = story.simulate(self.seed)?;
@@ -73,7 +78,9 @@ impl Demo {
         ])?;
 
         story.heading("4. What is missing")?;
-        story.step(&["diagnose", &study, &base, "--json", &diagnosis])?;
+        story.step(&[
+            "diagnose", &study, &base, "--json", &diagnosis, "--report", &report,
+        ])?;
         let found = found(&read_json(&diagnosis)?);
 
         if found.is_empty() {
@@ -85,7 +92,7 @@ impl Demo {
             story.heading("5. Add it, and watch the error fall")?;
             let mut add = vec!["add", &study, &base];
             add.extend(found.iter().map(String::as_str));
-            let (after, report) = (story.file("plots/after"), story.file("report.html"));
+            let after = story.file("plots/after");
             add.extend(["-o", &model, "--plots", &after, "--report", &report]);
             story.step(&add)?;
         }
@@ -109,17 +116,27 @@ impl Demo {
         console.say(&emulated)?;
 
         let truth = truth(&read_json(&story.file("truth/truth.json"))?, &found);
+        let next = go_on(&study, &model, self.seed.wrapping_add(1));
         console.say(format!(
-            "\n{truth}\n\nAll of it is in {}, the pictures in {}. Go on with:\n  jointwatch inspect {model}\n  \
-             jointwatch respond {study} {model}\n  jointwatch demo --seed {}",
-            out.display(),
-            story.file("plots"),
-            self.seed.wrapping_add(1)
+            "\n{truth}\n\nAll of it is in {}. To see it, open {report} in a browser.\n{next}",
+            out.display()
         ))?;
         console.json(&serde_json::json!({
             "folder": out, "hidden": hidden, "found": found, "emulated": emulated,
-        }))
+        }))?;
+        if self.lab {
+            console.say("")?;
+            return lab::serve(console, vec![study.into()], Some(model.into()), None, true);
+        }
+        Ok(())
     }
+}
+
+/// What can be done next.
+fn go_on(study: &str, model: &str, seed: u64) -> String {
+    format!(
+        "Go on with:\n  jointwatch lab {study} {model}\n  jointwatch respond {study} {model}\n  jointwatch demo --seed {seed}"
+    )
 }
 
 /// The steps of the demo.

@@ -85,7 +85,7 @@ impl Identify {
                 identify::physical(&study)?
             }
         };
-        let page = self.page.of_model(&study, &identified.model)?;
+        let page = self.page.of_model(&study, &identified.model, None)?;
         working.finish_and_clear();
         identified.model.write(&self.output)?;
         console.say_first_checks(&study)?;

@@ -15,10 +15,12 @@ mod identify_network;
 mod init;
 mod inspect;
 mod keygen;
+mod lab;
 mod monitor;
 mod outputs;
 mod paper;
 mod plots;
+mod progress_lines;
 mod replay;
 mod report;
 mod respond;
@@ -59,6 +61,9 @@ struct Global {
     /// Threads to compute with; one per core when left out.
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// Progress as lines on standard error.
+    #[arg(long, global = true, hide = true)]
+    progress_lines: bool,
 }
 
 #[derive(Subcommand)]
@@ -98,6 +103,9 @@ enum Command {
     Monitor(monitor::Monitor),
     /// Put a model in place of the joint, integrate the equation of motion for a record's drive, and compare the motions.
     Respond(respond::Respond),
+    /// Open a local page on which the whole loop is done with a mouse: read a log, identify, compare, see what is missing, add it,
+    /// undo, export.
+    Lab(lab::Lab),
     /// Hold the tool against the paper it comes from: its figures and its two headline ratios, computed anew, as a page.
     Paper(paper::Paper),
     /// Make a pair of keys: one to sign models with, one to build into the firmware.
@@ -145,6 +153,7 @@ fn perform(command: Command, console: &Console) -> Result<()> {
         Command::Study(command) => command.run(console),
         Command::Completions(command) => command.run(console),
         Command::Manual(command) => command.run(console),
+        Command::Lab(command) => command.run(console),
         Command::Respond(command) => command.run(console),
         Command::Paper(command) => command.run(console),
     }
@@ -167,7 +176,8 @@ pub fn run(cli: Cli) -> ExitCode {
         eprintln!("jointwatch: {threads} threads could not be started ({e})");
         return ExitCode::from(1);
     }
-    let console = Console::new(cli.global.json, cli.global.quiet);
+    let console = Console::new(cli.global.json, cli.global.quiet)
+        .with_progress_lines(cli.global.progress_lines);
     let done = perform(cli.command, &console);
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -5,9 +5,10 @@ use super::plots;
 use crate::diagnose::add::Added;
 use crate::diagnose::apply::Applied;
 use crate::diagnose::{Diagnosis, PerAxis};
+use crate::lab;
 use crate::model::file::{JudgedOn, ModelFile};
 use crate::report::Step;
-use crate::report::page::{self, Asked};
+use crate::report::page::{self, Asked, Gathered};
 use crate::simulate::respond::Response;
 use crate::study::{Role, Study};
 use crate::text::error::Result;
@@ -22,18 +23,28 @@ pub(super) struct Report {
     /// the residual and where it is large.
     #[arg(long = "report", value_name = "FILE")]
     file: Option<PathBuf>,
+    /// Write what that page shows as JSON, for the lab's page.
+    #[arg(long, value_name = "FILE", hide = true)]
+    contents: Option<PathBuf>,
 }
 
 impl Report {
     /// The page's file, to be checked before work begins.
     pub(super) fn outputs(&self) -> impl Iterator<Item = &Path> {
-        self.file.as_deref().into_iter()
+        let files = [self.file.as_deref(), self.contents.as_deref()];
+        files.into_iter().flatten()
     }
 
-    /// The page of a model alone; none when none was asked for.
-    pub(super) fn of_model(&self, study: &Study, model: &ModelFile) -> Result<Option<String>> {
+    /// The page of a model, beside another one if there is one; none when none was asked for.
+    pub(super) fn of_model(
+        &self,
+        study: &Study,
+        model: &ModelFile,
+        beside: Option<&ModelFile>,
+    ) -> Result<Option<Gathered>> {
         self.page(Asked {
             judged_on: judged_on(study),
+            before: beside,
             ..asked(study, model)
         })
     }
@@ -44,7 +55,7 @@ impl Report {
         study: &Study,
         model: &ModelFile,
         diagnosis: &Diagnosis,
-    ) -> Result<Option<String>> {
+    ) -> Result<Option<Gathered>> {
         self.page(Asked {
             steps: plots::steps_found(diagnosis),
             floors: Some(diagnosis.noise_floor.clone()),
@@ -60,7 +71,7 @@ impl Report {
         study: &Study,
         before: &ModelFile,
         applied: &Applied,
-    ) -> Result<Option<String>> {
+    ) -> Result<Option<Gathered>> {
         let steps = plots::steps_applied(applied);
         self.page(Asked {
             before: (steps.len() > 1).then_some(before),
@@ -79,7 +90,7 @@ impl Report {
         before: &ModelFile,
         added: &Added,
         effects: &[String],
-    ) -> Result<Option<String>> {
+    ) -> Result<Option<Gathered>> {
         let errors = |errors: &[crate::model::file::AxisError]| -> PerAxis {
             let errors = errors.iter();
             errors.map(|e| (e.axis.clone(), e.relative_error)).collect()
@@ -109,7 +120,7 @@ impl Report {
         study: &Study,
         model: &ModelFile,
         response: &Response,
-    ) -> Result<Option<String>> {
+    ) -> Result<Option<Gathered>> {
         self.page(Asked {
             judged_on: judged_on(study),
             response: Some(response),
@@ -117,16 +128,23 @@ impl Report {
         })
     }
 
-    fn page(&self, asked: Asked<'_>) -> Result<Option<String>> {
-        self.file.as_ref().map(|_| page::html(&asked)).transpose()
+    fn page(&self, asked: Asked<'_>) -> Result<Option<Gathered>> {
+        let wanted = self.outputs().next().is_some();
+        wanted.then(|| page::gathered(&asked)).transpose()
     }
 
     /// Writes the page and says how to open it.
-    pub(super) fn write(&self, console: &Console, page: Option<String>) -> Result<()> {
-        let (Some(file), Some(page)) = (&self.file, page) else {
+    pub(super) fn write(&self, console: &Console, page: Option<Gathered>) -> Result<()> {
+        let Some(page) = page else {
             return Ok(());
         };
-        output::write_whole(file, page.as_bytes())?;
+        if let Some(file) = &self.contents {
+            output::write_whole(file, page.json.as_bytes())?;
+        }
+        let Some(file) = &self.file else {
+            return Ok(());
+        };
+        output::write_whole(file, page.html().as_bytes())?;
         console.say(format!(
             "\nReport written to {}; open it in a browser.",
             file.display()
@@ -136,7 +154,9 @@ impl Report {
 
 /// What every page is told.
 fn asked<'a>(study: &'a Study, model: &'a ModelFile) -> Asked<'a> {
+    // What the lab asks for besides is not what the user typed.
     let words = std::env::args().skip(1);
+    let words = words.filter(|w| !lab::HIDDEN.iter().any(|h| w.starts_with(h)));
     let words: Vec<String> = std::iter::once("jointwatch".to_string())
         .chain(words)
         .collect();

@@ -58,7 +58,7 @@ pub fn check(path: &Path) -> Result<()> {
 }
 
 /// Temporary files are private; what the user finds should carry the usual permissions.
-fn make_readable_as_usual(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
+pub(crate) fn make_readable_as_usual(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

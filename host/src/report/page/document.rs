@@ -1,7 +1,5 @@
 //! The page as one HTML file: styles, scripts and data in it, and a policy that lets nothing else in or out.
 
-use super::contents::Contents;
-use crate::text::error::{Error, Result};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use sha2::{Digest, Sha256};
@@ -12,7 +10,7 @@ const STYLES: [&str; 2] = [
     include_str!("web/style.css"),
 ];
 
-/// Scripts in the order in which they need each other.
+/// Scripts in the order in which they need each other; they draw nothing until told to.
 const SCRIPTS: [&str; 15] = [
     include_str!("web/uplot/uPlot.iife.min.js"),
     include_str!("web/elements.js"),
@@ -31,19 +29,27 @@ const SCRIPTS: [&str; 15] = [
     include_str!("web/page.js"),
 ];
 
+/// What draws the page of a file.
+const START: &str = include_str!("web/start.js");
+
 /// uPlot's licence, which goes where uPlot goes.
 const LICENCE: &str = include_str!("web/uplot/LICENSE");
 
-/// The page.
-///
-/// # Errors
-/// [`crate::text::error::Kind::Failed`] when the contents cannot be expressed as JSON, which does not happen.
-pub(super) fn document(contents: &Contents) -> Result<String> {
-    let style = STYLES.join("\n");
-    let script = format!("\"use strict\";\n{}", SCRIPTS.join("\n"));
-    let data = serde_json::to_string(contents)
-        .map_err(|e| Error::failed(format!("the report could not be written as JSON ({e})")))?;
-    Ok(format!(
+/// All styles of the page.
+pub(crate) fn styles() -> String {
+    STYLES.join("\n")
+}
+
+/// All scripts of the page but the one that draws the file.
+pub(crate) fn scripts() -> String {
+    format!("\"use strict\";\n{}", SCRIPTS.join("\n"))
+}
+
+/// The page: its title, its answer in a sentence, and [`super::Contents`] as JSON.
+pub(crate) fn document(title: &str, answer: &str, data: &str) -> String {
+    let style = styles();
+    let script = format!("{}\n{START}", scripts());
+    format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src '{}'; style-src '{}'; \
          base-uri 'none'; form-action 'none'\">\n\
@@ -56,10 +62,10 @@ pub(super) fn document(contents: &Contents) -> Result<String> {
          <script>{script}</script>\n</body>\n</html>\n",
         hash(&script),
         hash(&style),
-        escaped(&contents.title),
-        escaped(&contents.answer),
-        inert(&data),
-    ))
+        escaped(title),
+        escaped(answer),
+        inert(data),
+    )
 }
 
 /// A source of the policy: exactly this text may run or style.
@@ -91,7 +97,7 @@ mod tests {
         let size: usize = STYLES.iter().chain(&SCRIPTS).map(|s| s.len()).sum();
         println!("{size} bytes of styles and scripts");
         assert!(size <= 150_000, "{size}");
-        for script in &SCRIPTS[1..] {
+        for script in SCRIPTS[1..].iter().chain([&START]) {
             assert!(script.starts_with("// "), "a first line says the subject");
             assert!(!script.contains("innerHTML") && !script.contains("</"));
         }

@@ -58,6 +58,13 @@ pub(super) fn packed(series: &[f64], rows: &[usize]) -> Packed {
     }
 }
 
+/// A series as a few of its rows, peaks among them, and the values there.
+pub(crate) fn thinned(series: &[f64], budget: usize) -> (Vec<usize>, Packed) {
+    let rows = kept_rows(series.len(), &[series], budget);
+    let values = packed(series, &rows);
+    (rows, values)
+}
+
 /// Base64 characters that a packed series takes per row.
 pub(super) const CHARACTERS_PER_ROW: f64 = 2.0 * 4.0 / 3.0;
 

@@ -14,6 +14,7 @@ function versionColour(version) {
 function canvas(label, height) {
   const made = element("canvas", { role: "img", "aria-label": label, class: "plot" });
   made.redraw = (draw) => {
+    if (made.closest("[hidden]")) return;
     const width = made.clientWidth || 320;
     const tall = typeof height === "function" ? height(width) : height;
     const sharp = window.devicePixelRatio || 1;
@@ -35,7 +36,7 @@ const RIGHT = 10;
 const TOP = 8;
 const BOTTOM = 40;
 
-/** Draws frame, ticks and labels; gives the maps from values to pixels. `x` and `y`: { label, range, log }. */
+/** Draws frame, ticks and labels; gives the maps from values to pixels, and back (`right`, `over`). `x` and `y`: { label, range, log }. */
 function frame(context, width, height, x, y) {
   const inner = { left: LEFT, right: width - RIGHT, top: TOP, bottom: height - BOTTOM };
   const across = (v) => inner.left + (v - x.range[0]) / (x.range[1] - x.range[0]) * (inner.right - inner.left);
@@ -69,7 +70,9 @@ function frame(context, width, height, x, y) {
   context.textBaseline = "middle";
   context.fillText(y.label, 0, 0);
   context.restore();
-  return { across, up, inner };
+  const right = (px) => x.range[0] + (px - inner.left) / (inner.right - inner.left) * (x.range[1] - x.range[0]);
+  const over = (py) => y.range[0] + (inner.bottom - py) / (inner.bottom - inner.top) * (y.range[1] - y.range[0]);
+  return { across, up, right, over, inner };
 }
 
 function decades(low, high) {

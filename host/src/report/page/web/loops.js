@@ -26,6 +26,10 @@ function drawLoops() {
     over.forEach((name, i) => plots[i].redraw((context, w, h) => drawLoop(context, w, h, name, first, last)));
   };
   follow(["axis", "record", "version", "region", "cycle", "cycles"], show);
+  followMove(() => {
+    const [first, last] = chosenSamples();
+    over.forEach((name, i) => plots[i].redraw((context, w, h) => drawLoop(context, w, h, name, first, last)));
+  });
 }
 
 function drawLoop(context, width, height, name, first, last) {
@@ -41,7 +45,8 @@ function drawLoop(context, width, height, name, first, last) {
     { label: `force of ${axis.name} (${f.unit})`, range: limits(0.04, ...all.map(cut)).map((v) => v * f.factor) });
   const inside = inRegion(chosen.record);
   clipped(context, map, () => {
-    [[now.measured, "measured", 3], [now.predicted, null, 1.4]].forEach(([values, name_, thick]) => {
+    const part = (which) => onItsWay((v) => series.versions[v] && series.versions[v][which]);
+    [[part("measured"), "measured", 3], [part("predicted"), null, 1.4]].forEach(([values, name_, thick]) => {
       const points = [];
       for (let i = first; i <= last; i += 1) points.push([map.across(series[name][i] * s.factor), map.up(values[i] * f.factor)]);
       context.strokeStyle = name_ ? colour(name_) : versionColour(chosen.version);

@@ -1,4 +1,4 @@
-// The page as a whole: its toolbar, its theme, its keys, and the mark that everything was drawn.
+// The page as a whole: its toolbar, its theme, its keys, and the way from before to after.
 
 function drawToolbar() {
   const pick = (label, id, names, value, act) => (names.length < 2 ? null : element("span", { class: "choice" },
@@ -16,11 +16,25 @@ function drawToolbar() {
     b.setAttribute("aria-pressed", String(Number(b.dataset.version) === chosen.version))));
 }
 
-/** Shows a version; a region of the other one gives way to the one of its kind. */
+/** Shows a version; a region of the other one gives way to the one of its kind. The plots move there, unless that is not wanted. */
 function chooseVersion(version) {
   const old = contents.regions[chosen.region];
   const same = old ? contents.regions.findIndex((r) => r.version === version && r.axis === old.axis && r.kind === old.kind) : -1;
-  choose({ version, region: same < 0 ? null : same });
+  const still = version === chosen.version || matchMedia("(prefers-reduced-motion: reduce)").matches;
+  choose({ from: chosen.version, moved: still ? 1 : 0, version, region: same < 0 ? null : same });
+  if (!still) requestAnimationFrame((begin) => moveOn(begin, contents));
+}
+
+const MOVE_MS = 650;
+
+/** One step of the plots on their way from one version to the other. */
+function moveOn(begin, of) {
+  requestAnimationFrame((now) => {
+    if (contents !== of || chosen.moved >= 1) return;
+    const part = Math.min(1, (now - begin) / MOVE_MS);
+    choose({ moved: part >= 1 ? 1 : part * part * (3 - 2 * part) });
+    if (part < 1) moveOn(begin, of);
+  });
 }
 
 function switchTheme() {
@@ -54,11 +68,3 @@ function listenToPage() {
     redraw();
   });
 }
-
-window.addEventListener("error", (event) => { document.documentElement.dataset.error = event.message; });
-document.addEventListener("securitypolicyviolation", (event) => { document.documentElement.dataset.error = `refused: ${event.violatedDirective}`; });
-[drawHeading, drawToolbar, drawErrors, drawModel, drawTime, drawLoops, drawPlane, drawResidual, drawCandidates, drawResponse, drawHandling]
-  .forEach((draw) => draw());
-listenToPage();
-redraw();
-document.documentElement.dataset.drawn = "all";

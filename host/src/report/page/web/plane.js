@@ -4,7 +4,7 @@ const view = { turn: -0.65, tilt: 0.95 };
 
 function drawPlane() {
   const body = section("where", "Where it fails",
-    "Choose a region: its samples are marked in every plot. Left the signed mean (which way the model is wrong), right the RMS (how much).");
+    "Choose a region, here or on a map: its samples are marked in every plot. Left the signed mean (which way the model is wrong), right the RMS (how much).");
   const list = element("div", { class: "regions", role: "group", "aria-label": "Regions that hold a large part of the error" });
   const maps = [["mean", "Mean residual, signed"], ["rms", "RMS residual"]]
     .map(([kind, words]) => ({ kind, words, plot: canvas(words + " over displacement and velocity", (w) => Math.min(360, 0.74 * w)) }));
@@ -15,7 +15,9 @@ function drawPlane() {
     figure("Restoring force: predicted as a surface, measured means as dots; drag or use the arrow keys to turn it",
       surface));
   follow(["axis", "version", "region"], () => list.replaceChildren(...regionButtons()));
-  follow(["axis", "version", "region"], () => maps.forEach(({ kind, plot }) => plot.redraw((c, w, h) => drawMap(c, w, h, kind))));
+  follow(["axis", "version", "region"], () => maps.forEach(({ kind, plot }) => plot.redraw((c, w, h) => drawMap(c, w, h, kind, plot))));
+  followMove(() => maps.forEach(({ kind, plot }) => plot.redraw((c, w, h) => drawMap(c, w, h, kind, plot))));
+  maps.forEach(({ plot }) => plot.addEventListener("click", (event) => chooseRegionAt(plot, event.offsetX, event.offsetY)));
   const turn = () => surface.redraw(drawSurface);
   follow(["axis", "version"], turn);
   surface.addEventListener("keydown", (event) => {
@@ -31,6 +33,22 @@ function drawPlane() {
     turnBy(event.movementX / 150, event.movementY / 150);
     turn();
   });
+}
+
+/** Chooses the region of states that holds a place on a map: the smallest where several do, none where none does. */
+function chooseRegionAt(plot, px, py) {
+  const [displacement, velocity] = [plot.map.right(px) / plot.factors[0], plot.map.over(py) / plot.factors[1]];
+  const here = (c) => {
+    if (c.state >> 1 !== chosen.axis) return true;
+    const value = c.state % 2 ? velocity : displacement;
+    const size = c.magnitude ? Math.abs(value) : value;
+    return (c.above === null || size > c.above) && (c.below === null || size < c.below);
+  };
+  const own = (c) => c.state >> 1 === chosen.axis;
+  const holding = contents.regions.map((r, i) => ({ r, i })).filter(({ r }) => r.axis === chosen.axis && r.version === chosen.version
+    && r.conditions && r.conditions.some(own) && r.conditions.every(here));
+  holding.sort((a, b) => a.r.share_of_rows - b.r.share_of_rows);
+  choose({ region: holding.length ? holding[0].i : null });
 }
 
 function turnBy(turn, tilt) {
@@ -66,7 +84,7 @@ function stops(name) {
   return colour(name).split("/").map((stop) => stop.split(",").map(Number));
 }
 
-function drawMap(context, width, height, kind) {
+function drawMap(context, width, height, kind, plot) {
   const axis = contents.axes[chosen.axis];
   const plane = axis.residual[chosen.version].plane;
   const sign = kind === "mean";
@@ -79,11 +97,12 @@ function drawMap(context, width, height, kind) {
   const map = frame(context, width - bar, height,
     { label: `displacement of ${axis.name} (${x.unit})`, range: plane.displacement.map((v) => v * x.factor) },
     { label: `velocity of ${axis.name} (${y.unit})`, range: plane.velocity.map((v) => v * y.factor) });
+  Object.assign(plot, { map, factors: [x.factor, y.factor] });
   const scale = stops(sign ? "diverging" : "sequential");
   const [across, up] = plane.cells;
   const { left, right, top, bottom } = map.inner;
   const [w, h] = [(right - left) / across, (bottom - top) / up];
-  plane[kind].forEach((value, i) => {
+  onItsWay((v) => axis.residual[v] && axis.residual[v].plane[kind]).forEach((value, i) => {
     if (value === null) return;
     context.fillStyle = shade(scale, sign ? 0.5 + 0.5 * value / most : value / most);
     context.fillRect(left + (i % across) * w, bottom - (Math.floor(i / across) + 1) * h, w + 0.6, h + 0.6);

@@ -1,15 +1,7 @@
 // The page's contents, and what the reader has chosen: axis, record, before or after, a region, a stretch of cycles.
 
-const contents = JSON.parse(document.getElementById("contents").textContent);
-const chosen = {
-  axis: 0,
-  record: Math.max(0, contents.records.findIndex((r) => r.role === "validate" && !r.axes[0].rests)),
-  version: contents.versions.length - 1,
-  region: null,
-  cycle: 0,
-  cycles: 3,
-  candidate: 0,
-};
+let contents = null;
+const chosen = { axis: 0, record: 0, version: 0, from: 0, moved: 1, region: null, cycle: 0, cycles: 3, candidate: 0 };
 const listeners = [];
 
 /** Calls `draw` now and whenever one of these choices changes. */
@@ -21,12 +13,19 @@ function follow(choices, draw) {
 function choose(change) {
   Object.assign(chosen, change);
   const names = Object.keys(change);
-  for (const { choices, draw } of listeners) if (choices.some((c) => names.includes(c))) draw();
+  for (const { choices, draw, step } of listeners) {
+    if (choices.some((c) => names.includes(c)) && !(step && names.includes("version"))) draw();
+  }
+}
+
+/** Calls `draw` for every step of the plots from one version to the other; a change of version draws by itself. */
+function followMove(draw) {
+  listeners.push({ choices: ["moved"], draw, step: true });
 }
 
 /** Redraws everything: the theme or the width has changed. */
 function redraw() {
-  for (const { draw } of listeners) draw();
+  for (const { draw, step } of listeners) if (!step) draw();
 }
 
 /** A packed series as numbers. */
@@ -43,6 +42,28 @@ function unpack(packed) {
 }
 
 const unpacked = new Map();
+
+/** Takes contents to draw; axis, record and cycles stay as they were where these contents have them. */
+function openContents(from) {
+  const record = contents && from.records.findIndex((r) => r.file === contents.records[chosen.record].file);
+  const fresh = contents === null || record < 0;
+  contents = from;
+  unpacked.clear();
+  listeners.length = 0;
+  const version = contents.versions.length - 1;
+  Object.assign(chosen, { version, from: version, moved: 1, region: null, candidate: 0 });
+  if (chosen.axis >= contents.axes.length) chosen.axis = 0;
+  chosen.record = fresh ? Math.max(0, contents.records.findIndex((r) => r.role === "validate" && !r.axes[chosen.axis].rests)) : record;
+}
+
+/** What the chosen version has, or what lies between it and the other one while the plots move. */
+function onItsWay(of) {
+  const to = of(chosen.version);
+  if (chosen.moved >= 1) return to;
+  const from = of(chosen.from);
+  if (!from || !to || from.length !== to.length) return to;
+  return to.map((value, i) => (value === null || from[i] === null ? value : from[i] + chosen.moved * (value - from[i])));
+}
 
 /** One axis of one record: its series, SI. */
 function samples(record, axis) {

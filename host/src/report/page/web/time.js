@@ -1,6 +1,7 @@
 // Measured and predicted force over time, the residual below on the same time axis; zoom by dragging, wheel or keys.
 
 const timePlots = [];
+const timeLook = { force: 260, residual: 170, twice: true };
 let zoomed = null;
 const timeNumber = new Intl.NumberFormat("en", { maximumFractionDigits: 6, useGrouping: false });
 
@@ -19,6 +20,7 @@ function drawTime() {
   host.addEventListener("wheel", timeWheel, { passive: false });
   const marks = element("div", {});
   body.append(bar, marks, host, note);
+  let moving = () => {};
   const build = () => {
     timePlots.splice(0).forEach((plot) => plot.destroy());
     const axis = contents.axes[chosen.axis];
@@ -37,22 +39,31 @@ function drawTime() {
     const time = Array.from(series.time);
     const scaled = (values, factor) => Array.from(values, (v) => v * factor);
     const model = versionColour(chosen.version);
-    timePlots.push(timePlot(force, `force of ${axis.name} (${f.unit})`, 260, limits(0.05, ...all).map((v) => v * f.factor),
-      [time, scaled(now.measured, f.factor), scaled(now.predicted, f.factor), marked(Array.from(now.measured), f.factor)],
-      [["measured", colour("measured"), 2.6], [contents.versions[chosen.version], model, 1.2], ["chosen region", colour("highlight"), 2]]));
-    timePlots.push(timePlot(residual, `residual (${e.unit})`, 170,
+    const traces = () => {
+      const part = (name, factor) => scaled(onItsWay((v) => series.versions[v] && series.versions[v][name]), factor);
+      const [measured, residual] = [part("measured", f.factor), part("residual", e.factor)];
+      return [[time, measured, part("predicted", f.factor), marked(Array.from(now.measured), f.factor)],
+        [time, residual, marked(Array.from(now.residual), e.factor)]];
+    };
+    const [forces, residuals] = traces();
+    moving = () => traces().forEach((data, i) => timePlots[i].setData(data, false) || timePlots[i].redraw(true, false));
+    timePlots.push(timePlot(force, `force of ${axis.name} (${f.unit})`, timeLook.force, limits(0.05, ...all).map((v) => v * f.factor),
+      forces,
+      [["measured", colour("measured"), 2.6], [contents.versions[chosen.version], model, 1.2], ["chosen region", colour("highlight"), 2]], timeLook.twice));
+    timePlots.push(timePlot(residual, `residual (${e.unit})`, timeLook.residual,
       limits(0.05, ...series.versions.map((v) => v.residual)).map((v) => v * e.factor),
-      [time, scaled(now.residual, e.factor), marked(Array.from(now.residual), e.factor)],
+      residuals,
       [["measured less predicted", model, 1.2], ["chosen region", colour("highlight"), 2]]));
     note.textContent = record.kept < record.rows
       ? `${record.kept} of ${record.rows} rows are drawn: the smallest and largest of every stretch.` : "Every row is drawn.";
     showTime(zoomed);
   };
   follow(["axis", "record", "version", "region"], build);
+  followMove(() => moving());
   follow(["cycle", "cycles"], () => timePlots.forEach((plot) => plot.redraw(false)));
 }
 
-function timePlot(host, label, height, range, data, series) {
+function timePlot(host, label, height, range, data, series, times = true) {
   const axis = (more) => ({ stroke: colour("muted"), grid: { stroke: colour("grid"), width: 1 },
     ticks: { stroke: colour("grid"), width: 1 }, font: `12px ${colour("font")}`, labelFont: `12px ${colour("font")}`,
     labelSize: 22, labelGap: 0, values: (plot, splits) => splits.map((v) => (v === null ? "" : timeNumber.format(v).replace("-", "−"))), ...more });
@@ -61,7 +72,7 @@ function timePlot(host, label, height, range, data, series) {
     width: wide, height, legend: { show: false }, padding: [8, 10, 0, 0],
     cursor: { sync: { key: "time", scales: ["x", null] }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
     scales: { x: { time: false }, y: { range: () => range } },
-    axes: [axis({ label: "time (s)", size: 30, labelSize: 18 }), axis({ label, size: 58 })],
+    axes: [axis({ label: times ? "time (s)" : undefined, size: times ? 30 : 4, labelSize: 18, ...(times ? {} : { values: () => [] }) }), axis({ label, size: 58 })],
     series: [{}, ...series.map(([name, stroke, width]) => ({ label: name, stroke, width, points: { show: false }, spanGaps: false }))],
     hooks: {
       drawClear: [shadeCycles],
