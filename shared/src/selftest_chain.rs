@@ -264,6 +264,7 @@ fn limits(axes: usize) -> Limits {
         error: side,
         stiffness: both,
         friction: both,
+        gross: [0; 2],
         moving_counts: [1; 5],
     };
     Limits {

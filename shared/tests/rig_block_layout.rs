@@ -131,6 +131,7 @@ fn the_documented_bytes_are_the_written_bytes() {
             "moving_counts" => la.moving_counts.map(u32::to_le_bytes).concat(),
             "reversed" => vec![la.reversed as u8],
             "force_shift" => vec![la.force_shift],
+            "gross" => la.gross.to_vec(),
             "shifts" => vec![18, -3_i8 as u8],
             "band shift" => vec![28],
             "derivative taps" => vec![129, 0],

@@ -138,7 +138,7 @@ fn what_this_program_does_not_know_is_told_apart_from_damage() {
         assert_eq!(found, [Err(Damage::Unknown { tag })], "{fields:?}");
     };
     unknown(0x00, &[]);
-    unknown(0x08, &[1, 2, 3]);
+    unknown(0x09, &[1, 2, 3]);
     // An answer with a code that is not there yet, with a byte too many, with one too few.
     unknown(0x07, &[1, 4]);
     unknown(0x07, &[1, 0, 0]);
@@ -340,4 +340,15 @@ fn the_protocol_version_can_be_read_whatever_follows_it() {
     // COBS code, tag, sequence number (two zeros, which are codes), then the version.
     assert_eq!(u16::from(frame[5]), protocol);
     assert_eq!(protocol, jointwatch_shared::telemetry::PROTOCOL_VERSION);
+}
+
+#[test]
+fn the_frames_that_a_line_has_to_carry_are_as_long_as_the_firmware_reckons() {
+    let longest = |tag: u8| {
+        let all = longest_reports();
+        let lengths = all.iter().filter(|report| report.tag() == tag);
+        lengths.map(|report| frame(report, u16::MAX).len()).max()
+    };
+    // The firmware's `SAMPLE_FRAME` and `HEALTH_FRAME`.
+    assert_eq!([longest(0x04), longest(0x08)], [Some(118), Some(56)]);
 }

@@ -1,7 +1,7 @@
 //! A simulated rig, what was learnt of its joint, and the monitor that watches it: for tests of the monitor and its campaign.
 
 use jointwatch::device::export::export;
-use jointwatch::device::monitor_limits::{self, Calibration};
+use jointwatch::device::monitor_limits::{self, Calibration, Purpose};
 use jointwatch::device::replay::SetUp;
 use jointwatch::fit::identify;
 use jointwatch::fit::polynomial::PolynomialOptions;
@@ -10,7 +10,7 @@ use jointwatch::simulate::{
     Bodies, BodyState, Contact, Excitation, Joint, JointLaw, RigParameters, Simulation,
     SimulationOptions, joint_state, record_drives, simulate,
 };
-use jointwatch::study::{Channels, Record, Role};
+use jointwatch::study::{Channels, Convention, Record, Role};
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, Verdict};
@@ -24,6 +24,8 @@ const SUBSTEPS: usize = 4;
 pub const RATE_HZ: f64 = 1000.0;
 /// Seconds of each record from which model and limits come.
 const STUDY_S: f64 = 20.0;
+/// How many times the joint's own stiffness and damping a seized one has beside them.
+const LOCK: f64 = 20.0;
 /// Drive of the record from which limits come, as a part of the training records'.
 pub const STUDY_LEVEL: f64 = 0.85;
 
@@ -104,6 +106,20 @@ impl Subject {
         Self::humming(learnt, rig, seed, false_alarm_hours, None)
     }
 
+    /// As [`Subject::new`], with limits that take a drift of gain and stiffness by this part for healthy.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn drifting(
+        learnt: Learnt,
+        rig: RigParameters,
+        seed: u64,
+        false_alarm_hours: u32,
+        drift: f64,
+    ) -> Result<Self, String> {
+        Self::of(learnt, rig, seed, (false_alarm_hours, drift), None)
+    }
+
     /// As [`Subject::new`], with a line of the mains in every force log of x, another phase in each, which is then added to the model.
     ///
     /// # Errors
@@ -113,6 +129,16 @@ impl Subject {
         rig: RigParameters,
         seed: u64,
         false_alarm_hours: u32,
+        hum: Option<Hum>,
+    ) -> Result<Self, String> {
+        Self::of(learnt, rig, seed, (false_alarm_hours, 0.0), hum)
+    }
+
+    fn of(
+        learnt: Learnt,
+        rig: RigParameters,
+        seed: u64,
+        (false_alarm_hours, drift): (u32, f64),
         hum: Option<Hum>,
     ) -> Result<Self, String> {
         let said = |e: jointwatch::text::error::Error| e.sentence;
@@ -143,8 +169,12 @@ impl Subject {
         let exported = export(&file, None).map_err(said)?;
         let model = blob::decode(&exported.blob).map_err(|e| e.to_string())?;
         let set_up = SetUp::new(study, &model).map_err(said)?;
-        let calibration =
-            monitor_limits::limits(study, &set_up, &model, 0, false_alarm_hours).map_err(said)?;
+        let purpose = Purpose {
+            model_checksum: 0,
+            false_alarm_hours,
+            drift,
+        };
+        let calibration = monitor_limits::limits(study, &set_up, &model, purpose).map_err(said)?;
         let monitor =
             Monitor::new(calibration.limits.clone(), &set_up.chain).map_err(|e| e.to_string())?;
         let relative_error = [0, 1].map(|axis: usize| file.validation[axis].relative_error);
@@ -183,7 +213,50 @@ impl Subject {
             joint: self.rig.joint,
             friction: [0.0; 2],
             speed: [1.0; 2],
+            gain: [1.0; 2],
+            lock: [[0.0; 2]; 2],
         }
+    }
+
+    /// The joint with its whole force changed by `part` on these axes; −1: it is broken.
+    pub fn with_force(&self, axes: &[usize], part: f64) -> Worn {
+        let mut worn = self.healthy();
+        for &axis in axes {
+            worn.gain[axis] = 1.0 + part;
+        }
+        worn
+    }
+
+    /// The joint seized on these axes: a stiffness and a damping beside it that hardly let it move.
+    pub fn seized(&self, axes: &[usize]) -> Worn {
+        let mut worn = self.healthy();
+        for &axis in axes {
+            let [force, x, v] = self.rms[axis];
+            worn.lock[axis] = [LOCK * force / x, LOCK * force / v];
+        }
+        worn
+    }
+
+    /// The validation record with the restoring force of these axes changed by `part` at the very same motion, from a row on.
+    ///
+    /// # Panics
+    /// When the simulation has no validation record.
+    pub fn same_motion(&self, axes: &[usize], part: f64, from: usize) -> Record {
+        let study = &self.simulation.study;
+        let mut record = study.records.last().expect("a record").clone();
+        let truth = self.simulation.truth.last().expect("its truth");
+        for &axis in axes {
+            // Either r = m·a − F or r = F − m·a.
+            let sign = match study.axes[axis].restoring_force {
+                Convention::InertiaMinusForce => -part,
+                Convention::ForceMinusInertia => part,
+            };
+            let force = record.axes[axis].force.iter_mut();
+            for (value, of_joint) in force.zip(&truth.restoring_force[axis]).skip(from) {
+                *value += sign * of_joint;
+            }
+        }
+        record
     }
 
     /// Every change of the joint by `part` of the RMS force, with its name: stiffness and viscous friction both ways, dry
@@ -283,6 +356,25 @@ impl Subject {
             );
         }
         record(columns)
+    }
+
+    /// Every change of each axis's own verdict over a record, with its time in s.
+    pub fn watch_axes(&self, record: &Record) -> [Vec<(f64, Verdict)>; 2] {
+        let mut seen: [Vec<(f64, Verdict)>; 2] = Default::default();
+        let mut row = 0;
+        self.watch(&mut MonitorState::default(), record, |state| {
+            for (axis, seen) in seen.iter_mut().enumerate() {
+                let verdict = state.axis(&self.monitor, axis).verdict;
+                if !seen
+                    .last()
+                    .is_some_and(|(_, last)| last.same_reason(&verdict))
+                {
+                    seen.push((f64::from(row) / RATE_HZ, verdict));
+                }
+            }
+            row += 1;
+        });
+        seen
     }
 
     /// Every change of the verdict over a record, with its time in s; `look` sees the monitor after every sample.
@@ -389,6 +481,10 @@ pub struct Worn {
     pub friction: [f64; 2],
     /// Speed at which dry friction is nearly full, m/s and rad/s.
     pub speed: [f64; 2],
+    /// What the whole force is multiplied by.
+    pub gain: [f64; 2],
+    /// Stiffness and damping beside it that lock it, N/m and N·s/m, N·m/rad and N·m·s/rad.
+    pub lock: [[f64; 2]; 2],
 }
 
 impl JointLaw for Worn {
@@ -400,6 +496,11 @@ impl JointLaw for Worn {
         let [x, phi] = JointLaw::force(&self.joint, state, contacts);
         let dry =
             |axis: usize| self.friction[axis] * (state[2 * axis + 1] / self.speed[axis]).tanh();
-        [x + dry(0), phi + dry(1)]
+        let locked = |axis: usize| {
+            let [stiffness, damping] = self.lock[axis];
+            stiffness * state[2 * axis] + damping * state[2 * axis + 1]
+        };
+        let whole = |axis: usize, force: f64| self.gain[axis] * (force + dry(axis)) + locked(axis);
+        [whole(0, x), whole(1, phi)]
     }
 }

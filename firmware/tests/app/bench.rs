@@ -130,6 +130,7 @@ pub(crate) fn reference_rig(model: &Model, limits_for: Option<u32>) -> RigBlock 
         error: side,
         stiffness: sides,
         friction: sides,
+        gross: [0; 2],
         moving_counts: [20, 20, 20, 20, 20],
     };
     let wiring = Wiring {

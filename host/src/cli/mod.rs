@@ -22,6 +22,7 @@ mod sign;
 mod simulate;
 mod staircase;
 mod upload;
+mod watched;
 
 use crate::text::error::{Error, Result};
 use clap::{Args, Parser, Subcommand};

@@ -12,6 +12,8 @@ pub enum Kind {
     Usage,
     /// Bad data (exit code 3): a study, a log, a model or a blob that does not hold what it should.
     Data,
+    /// Done, and what `--fail-on` names was found (exit code 4).
+    Found,
 }
 
 /// An error is one sentence: what is wrong, where (file, row, column), and what to try.
@@ -61,12 +63,21 @@ impl Error {
         }
     }
 
+    /// What the user asked to fail on was found.
+    pub fn found(sentence: impl Into<String>) -> Self {
+        Self {
+            kind: Kind::Found,
+            sentence: sentence.into(),
+        }
+    }
+
     /// The process's exit code.
     pub fn exit_code(&self) -> u8 {
         match self.kind {
             Kind::Failed => 1,
             Kind::Usage => 2,
             Kind::Data => 3,
+            Kind::Found => 4,
         }
     }
 }

@@ -5,8 +5,10 @@ use super::limits::{AxisLimits, Cusum};
 use super::logarithm::SHARE;
 use super::verdict::{Cause, State};
 
-/// Statistics with a limit, per axis.
-pub(super) const SIDES: usize = 5;
+/// Statistics with a limit, per axis: error, both sides of stiffness and friction, and both sides of a gross change of the force.
+pub const SIDES: usize = 7;
+/// Where those of a gross change begin.
+pub(super) const GROSS: usize = 5;
 /// What each of them says when it is reached.
 pub(super) const CAUSES: [Cause; SIDES] = [
     Cause::ErrorGrew,
@@ -14,6 +16,8 @@ pub(super) const CAUSES: [Cause; SIDES] = [
     Cause::Softer,
     Cause::MoreFriction,
     Cause::LessFriction,
+    Cause::ForceGone,
+    Cause::ForceUnexpected,
 ];
 /// The fewest blocks that raise an alarm: of the error, and of a stiffness or a friction, which have a direction to be told by.
 const LEAST_BLOCKS: [i32; 2] = [16, 6];
@@ -21,7 +25,7 @@ const LEAST_BLOCKS: [i32; 2] = [16, 6];
 /// change by 10 % of the RMS force makes.
 pub const MOST_OF_SHARE: i32 = 3 * SHARE / 80;
 
-/// The fewest blocks that raise an alarm by statistic `side` (0: the error).
+/// The fewest blocks that raise an alarm by statistic `side` (0: the error). A gross change takes as few as a direction.
 pub fn least_blocks(side: usize) -> i32 {
     let [error, share] = LEAST_BLOCKS;
     if side == 0 { error } else { share }
@@ -32,10 +36,10 @@ pub fn least_blocks(side: usize) -> i32 {
 /// beside a change that lasts.
 pub fn most_of_block(side: usize, threshold: i32) -> i32 {
     let part = threshold / least_blocks(side) + 1;
-    if side == 0 {
-        part
-    } else {
+    if (1..GROSS).contains(&side) {
         part.min(MOST_OF_SHARE)
+    } else {
+        part
     }
 }
 
@@ -46,8 +50,8 @@ pub(super) struct Level {
     pub(super) state: State,
 }
 
-/// The values whose cumulative sums are kept, in the order of [`CAUSES`].
-pub(super) fn values(seen: &Statistics) -> [i32; SIDES] {
+/// The values whose cumulative sums are kept, in the order of [`CAUSES`], without those of a gross change.
+pub(super) fn values(seen: &Statistics) -> [i32; GROSS] {
     let (stiffness, friction) = (seen.stiffness, seen.friction);
     [
         seen.error,
@@ -60,12 +64,15 @@ pub(super) fn values(seen: &Statistics) -> [i32; SIDES] {
 
 pub(super) fn sides(limits: &AxisLimits) -> [Cusum; SIDES] {
     let (stiffness, friction) = (limits.stiffness, limits.friction);
+    let [gone, unexpected] = limits.gross_sums();
     [
         limits.error,
         stiffness.more,
         stiffness.less,
         friction.more,
         friction.less,
+        gone,
+        unexpected,
     ]
 }
 
@@ -106,7 +113,9 @@ impl Level {
 mod tests {
     extern crate std;
     use super::super::limits::MOST_CUSUM;
+    use super::super::limits::tests::axis;
     use super::*;
+    use crate::monitor::OCTAVE;
 
     const SIDE: Cusum = Cusum {
         drift: 100,
@@ -179,5 +188,25 @@ mod tests {
             }
         }
         assert_eq!((level.state, level.permille(side)), (State::Alarm, 1500));
+    }
+
+    #[test]
+    fn a_gross_change_is_one_between_a_healthy_error_and_all_of_the_force() {
+        let mut limits = axis();
+        for (drift, wanted) in [
+            (-20 * OCTAVE, -5 * OCTAVE),
+            (-6 * OCTAVE, -15 * OCTAVE / 4),
+            (MOST_CUSUM, -2 * OCTAVE),
+        ] {
+            limits.error.drift = drift;
+            limits.gross = [0, 40];
+            let [gone, unexpected] = limits.gross_sums();
+            assert_eq!([gone.drift, unexpected.drift], [wanted; 2]);
+            // Never under six octaves; else in quarters of one.
+            assert_eq!(
+                [gone.threshold, unexpected.threshold],
+                [6 * OCTAVE, 10 * OCTAVE]
+            );
+        }
     }
 }

@@ -4,6 +4,7 @@
 //! the rig block. They hold for one model: [`Limits::model_checksum`] says for which.
 
 use super::level::sides;
+use super::logarithm::OCTAVE;
 use crate::error::{Checks, Error};
 use crate::layout::laid_out;
 use crate::pipeline::Chain;
@@ -17,6 +18,13 @@ pub const BLOCK: [u16; 2] = [16, 1024];
 pub const FEWEST_VALUES: i32 = 16;
 /// The largest drift and the largest threshold of a [`Cusum`].
 pub const MOST_CUSUM: i32 = 1 << 24;
+
+/// The least threshold of a gross change, in quarters of an octave: six blocks of an octave each.
+pub const LEAST_GROSS: u8 = 24;
+/// The error, in octaves, that is all of a force of usual size, less what of it is outside the common band.
+const ALL_OF_FORCE: i32 = -3 * OCTAVE / 2;
+/// Between which errors, in octaves, a gross change begins: between a quarter of the force and seven tenths.
+const GROSS_DRIFTS: [i32; 2] = [-5 * OCTAVE, -2 * OCTAVE];
 
 laid_out! {
 /// One side of a cumulative sum (Page 1954): S ← max(0, S + y − drift), alarm at S ≥ threshold.
@@ -59,6 +67,8 @@ pub struct AxisLimits {
     pub stiffness: TwoSided,
     /// Of the part of the residual that goes with the velocity, in 2⁻¹⁶ of the force.
     pub friction: TwoSided,
+    /// Thresholds of a force that is gone and of one that nobody expects, in quarters of an octave; under [`LEAST_GROSS`] stands for it.
+    pub gross: [u8; 2],
     /// Per channel (far and near displacement counter, body counter, accelerometer, force), the span in counts within a
     /// block that is a real motion; 0 for a channel that the rig has not.
     pub moving_counts: [u32; CHANNELS],
@@ -119,6 +129,18 @@ impl Limits {
 }
 
 impl AxisLimits {
+    /// The cumulative sums of a force that is gone and of one that nobody expects: halfway between the error's own drift and all of
+    /// the force.
+    pub fn gross_sums(&self) -> [Cusum; 2] {
+        let [least, most] = GROSS_DRIFTS;
+        // Both are far from the rails: a drift is at most 2²⁴.
+        let drift = (self.error.drift / 2 + ALL_OF_FORCE / 2).clamp(least, most);
+        self.gross.map(|quarters| Cusum {
+            drift,
+            threshold: i32::from(quarters.max(LEAST_GROSS)) * (OCTAVE / 4),
+        })
+    }
+
     fn check(&self, checks: &mut Checks) {
         let shift = i32::from(self.force_shift);
         checks.whole("force shift of the monitor", shift, 0, 30);
@@ -163,6 +185,7 @@ pub(super) mod tests {
             error: side,
             stiffness: both,
             friction: both,
+            gross: [0; 2],
             moving_counts: [100, 100, 0, 5000, 4000],
         }
     }

@@ -34,7 +34,7 @@ struct AxisLimitsMessage {
     moving_counts: [u32; CHANNELS],
     reversed: u8,
     force_shift: u8,
-    reserved: [u8; 2],
+    gross: [u8; 2],
 }
 }
 
@@ -71,7 +71,7 @@ impl AxisLimitsMessage {
             moving_counts: limits.moving_counts,
             reversed: u8::from(limits.reversed),
             force_shift: limits.force_shift,
-            reserved: [0; 2],
+            gross: limits.gross,
         }
     }
 
@@ -91,6 +91,7 @@ impl AxisLimitsMessage {
                 more: self.more_friction,
                 less: self.less_friction,
             },
+            gross: self.gross,
             moving_counts: self.moving_counts,
         }
     }
@@ -108,8 +109,6 @@ pub(super) fn read(message: &Message, bytes: &[u8], seen: &mut Seen) -> Option<L
     let mut axes = Vec::new();
     for (number, axis) in limits.axis.iter().enumerate() {
         let offset = LIMITS_OFFSET + 16 + number * AxisLimitsMessage::LEN;
-        let end = AxisLimitsMessage::LEN - 2;
-        seen.zeros(offset + end, &axis.reserved);
         if number < usize::from(limits.axes) {
             // Two at most, as the array that is walked.
             let _ = axes.push(axis.limits(seen));

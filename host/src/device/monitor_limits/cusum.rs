@@ -1,6 +1,6 @@
 //! Drift and threshold of one cumulative sum, from the values that its statistic takes on a healthy joint.
 
-use super::{FEWEST_BLOCKS, mean};
+use super::{FEWEST_BLOCKS, GROSS, mean};
 use jointwatch_shared::monitor::limits::MOST_CUSUM;
 use jointwatch_shared::monitor::{MOST_OF_SHARE, OCTAVE, least_blocks, most_of_block};
 use serde::Serialize;
@@ -9,8 +9,9 @@ use serde::Serialize;
 /// does, which is what the error tells, hangs together for longer than which way it is wrong.
 const GROUPS: [usize; 3] = [1, 2, 4];
 const GROUPS_OF_ERROR: [usize; 5] = [1, 2, 4, 8, 16];
-/// What one block may add at least to the sum of the error, in octaves of power.
+/// What one block may add at least to the sum of the error, in octaves of power, and to that of a gross change.
 const LEAST_STEP_OCTAVES: f64 = 1.5;
+const LEAST_GROSS_STEP_OCTAVES: f64 = 1.0;
 /// Where the drift may lie between the healthy mean and that of a changed joint.
 const PARTS_OF_SHIFT: [f64; 7] = [0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5];
 /// What of the shift a changed joint shows at least, as it moves less than before or its friction is dry.
@@ -20,7 +21,7 @@ const CAUTION: f64 = 2.0;
 /// The part of a statistic's highest values to which the exponential tail is fitted.
 const TAIL: f64 = 0.1;
 /// What one statistic of one axis looks like on a healthy joint, in its own unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Healthy {
     /// Largest mean over the records, with its uncertainty.
     pub mean: f64,
@@ -72,6 +73,34 @@ pub(super) fn healthy(
     let soonest = limits.min_by(|a, b| a.blocks_to_alarm.total_cmp(&b.blocks_to_alarm));
     // There is at least one part.
     soonest.unwrap_or_else(|| from.limit(0.5))
+}
+
+/// The threshold of a gross change, whose drift is given, from the values on every record.
+pub(super) fn gross_threshold(
+    records: &[Vec<f64>],
+    side: usize,
+    drift: f64,
+    log_rarity: f64,
+) -> f64 {
+    let all: Vec<&Vec<f64>> = records
+        .iter()
+        .filter(|s| s.len() >= FEWEST_BLOCKS)
+        .collect();
+    if all.is_empty() {
+        return 0.0;
+    }
+    let means = all.iter().map(|s| mean(s));
+    let from = Evidence {
+        side,
+        shift: 0.0,
+        log_rarity,
+        mean: means.fold(f64::NEG_INFINITY, f64::max),
+        all: &all,
+        validation: &[],
+    };
+    let (unheld, _) = from.threshold(drift, f64::INFINITY);
+    let step = f64::from(most_of_block(side, unheld.ceil() as i32));
+    from.threshold(drift, step).0
 }
 
 /// What the limits of one side of one statistic are made from.
@@ -128,17 +157,16 @@ impl Evidence<'_> {
         let variance = variance * (1.0 + CAUTION * (2.0 / worth).sqrt());
         let gaussian = -2.0 * mean(&flat) / variance.max(1e-9);
         let pooled: Vec<&Vec<f64>> = increments.iter().collect();
-        let groups: &[usize] = if self.side == 0 {
-            &GROUPS_OF_ERROR
-        } else {
-            &GROUPS
-        };
+        let of_error = self.side == 0 || GROSS.contains(&self.side);
+        let groups: &[usize] = if of_error { &GROUPS_OF_ERROR } else { &GROUPS };
         let rate = groups
             .iter()
             .map(|&group| tail_rate(&pooled, group))
             .fold(gaussian, f64::min);
         let least_step = if self.side == 0 {
             LEAST_STEP_OCTAVES * f64::from(OCTAVE)
+        } else if of_error {
+            LEAST_GROSS_STEP_OCTAVES * f64::from(OCTAVE)
         } else {
             f64::from(MOST_OF_SHARE)
         };
