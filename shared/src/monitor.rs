@@ -137,7 +137,7 @@ impl<S: Default + Copy> Block<S> {
     }
 
     /// Begins anew, and forgets what is still to be judged.
-    fn drop(&mut self) {
+    fn discard(&mut self) {
         self.begin();
         self.is_ready = false;
     }
@@ -352,8 +352,8 @@ impl Monitor {
         }
         if state.sensors.end_rates(self.log_block, blocks) {
             // A channel stands still: what was summed up meanwhile says nothing about the joint.
-            state.fine.drop();
-            state.gross.drop();
+            state.fine.discard();
+            state.gross.discard();
             state.spoilt_fault = self.after_fault;
             (state.held, state.is_lost) = (None, false);
             state.kept_out = Some(Reason::Sensor);
@@ -461,7 +461,11 @@ impl MonitorState {
         };
         let most = u32::MAX >> (monitor.log_block & 31);
         AxisHealth {
-            verdict: own.verdict,
+            // Two axes at most; before the first block has ended, too.
+            verdict: Verdict {
+                axis: axis as u8,
+                ..own.verdict
+            },
             judged_permille: own.judged.permille(),
             unjudged_samples: own.judged.since().min(most) << (monitor.log_block & 31),
         }

@@ -2,8 +2,8 @@
 //! comes on and after it, on one axis and on both, at the same motion and at the one that follows.
 
 use crate::detection::story;
-use crate::watched::{STUDY_LEVEL, Shaking, Subject};
-use jointwatch::study::Record;
+use crate::watched::{STUDY_LEVEL, Shaking, Subject, Worn};
+use jointwatch::study::{Convention, Record};
 use jointwatch_shared::monitor::{Cause, State, Verdict};
 use rayon::prelude::*;
 
@@ -11,6 +11,8 @@ use rayon::prelude::*;
 const CHANGES_AT_S: f64 = 6.0;
 /// The steps of the force that is less or more.
 pub const PARTS: [f64; 10] = [-1.0, -0.9, -0.7, -0.5, -0.3, 0.3, 0.5, 0.7, 0.9, 1.0];
+/// How many times the joint's own stiffness and damping a seized one has beside them.
+const LOCK: f64 = 20.0;
 /// The axes that change.
 const AXES: [&[usize]; 3] = [&[0], &[1], &[0, 1]];
 
@@ -45,6 +47,49 @@ impl Change {
         let more = [Cause::Stiffer, Cause::MoreFriction, Cause::ForceUnexpected];
         let wrong = if self.is_less() { more } else { less };
         cause.is_damage() && !wrong.contains(&cause)
+    }
+}
+
+impl Subject {
+    /// The joint with its whole force changed by `part` on these axes; −1: it is broken.
+    pub fn with_force(&self, axes: &[usize], part: f64) -> Worn {
+        let mut worn = self.healthy();
+        for &axis in axes {
+            worn.gain[axis] = 1.0 + part;
+        }
+        worn
+    }
+
+    /// The joint seized on these axes: a stiffness and a damping beside it that hardly let it move.
+    pub fn seized(&self, axes: &[usize]) -> Worn {
+        let mut worn = self.healthy();
+        for &axis in axes {
+            let [force, x, v] = self.rms[axis];
+            worn.lock[axis] = [LOCK * force / x, LOCK * force / v];
+        }
+        worn
+    }
+
+    /// The validation record with the restoring force of these axes changed by `part` at the very same motion, from a row on.
+    ///
+    /// # Panics
+    /// When the simulation has no validation record.
+    pub fn same_motion(&self, axes: &[usize], part: f64, from: usize) -> Record {
+        let study = &self.simulation.study;
+        let mut record = study.records.last().expect("a record").clone();
+        let truth = self.simulation.truth.last().expect("its truth");
+        for &axis in axes {
+            // Either r = m·a − F or r = F − m·a.
+            let sign = match study.axes[axis].restoring_force {
+                Convention::InertiaMinusForce => -part,
+                Convention::ForceMinusInertia => part,
+            };
+            let force = record.axes[axis].force.iter_mut();
+            for (value, of_joint) in force.zip(&truth.restoring_force[axis]).skip(from) {
+                *value += sign * of_joint;
+            }
+        }
+        record
     }
 }
 

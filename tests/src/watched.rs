@@ -10,7 +10,7 @@ use jointwatch::simulate::{
     Bodies, BodyState, Contact, Excitation, Joint, JointLaw, RigParameters, Simulation,
     SimulationOptions, joint_state, record_drives, simulate,
 };
-use jointwatch::study::{Channels, Convention, Record, Role};
+use jointwatch::study::{Channels, Record, Role};
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, Verdict};
@@ -24,8 +24,6 @@ const SUBSTEPS: usize = 4;
 pub const RATE_HZ: f64 = 1000.0;
 /// Seconds of each record from which model and limits come.
 const STUDY_S: f64 = 20.0;
-/// How many times the joint's own stiffness and damping a seized one has beside them.
-const LOCK: f64 = 20.0;
 /// Drive of the record from which limits come, as a part of the training records'.
 pub const STUDY_LEVEL: f64 = 0.85;
 
@@ -216,47 +214,6 @@ impl Subject {
             gain: [1.0; 2],
             lock: [[0.0; 2]; 2],
         }
-    }
-
-    /// The joint with its whole force changed by `part` on these axes; −1: it is broken.
-    pub fn with_force(&self, axes: &[usize], part: f64) -> Worn {
-        let mut worn = self.healthy();
-        for &axis in axes {
-            worn.gain[axis] = 1.0 + part;
-        }
-        worn
-    }
-
-    /// The joint seized on these axes: a stiffness and a damping beside it that hardly let it move.
-    pub fn seized(&self, axes: &[usize]) -> Worn {
-        let mut worn = self.healthy();
-        for &axis in axes {
-            let [force, x, v] = self.rms[axis];
-            worn.lock[axis] = [LOCK * force / x, LOCK * force / v];
-        }
-        worn
-    }
-
-    /// The validation record with the restoring force of these axes changed by `part` at the very same motion, from a row on.
-    ///
-    /// # Panics
-    /// When the simulation has no validation record.
-    pub fn same_motion(&self, axes: &[usize], part: f64, from: usize) -> Record {
-        let study = &self.simulation.study;
-        let mut record = study.records.last().expect("a record").clone();
-        let truth = self.simulation.truth.last().expect("its truth");
-        for &axis in axes {
-            // Either r = m·a − F or r = F − m·a.
-            let sign = match study.axes[axis].restoring_force {
-                Convention::InertiaMinusForce => -part,
-                Convention::ForceMinusInertia => part,
-            };
-            let force = record.axes[axis].force.iter_mut();
-            for (value, of_joint) in force.zip(&truth.restoring_force[axis]).skip(from) {
-                *value += sign * of_joint;
-            }
-        }
-        record
     }
 
     /// Every change of the joint by `part` of the RMS force, with its name: stiffness and viscous friction both ways, dry

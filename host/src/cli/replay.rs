@@ -18,8 +18,9 @@ use clap::Args;
 use jointwatch_shared::blob;
 use jointwatch_shared::model::Model;
 use jointwatch_shared::monitor::Cause;
+use jointwatch_shared::rig_block::RigBlock;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch replay`.
 #[derive(Args)]
@@ -75,21 +76,8 @@ impl Replay {
             .iter()
             .map(|record| set_up.replay(&study, record, &model));
         let replayed: Vec<Replayed> = replayed.collect::<Result<_>>()?;
-        let basis = match &block {
-            Some((path, block)) if self.monitor => Some(Basis::Board(
-                rig_block::limits_for(path, block, &model)?.clone(),
-            )),
-            None if self.monitor => {
-                let purpose = Purpose {
-                    model_checksum: blob::checksum_of(&model),
-                    false_alarm_hours: 24 * self.false_alarm_days,
-                    drift: self.drift,
-                };
-                let limits = monitor_limits::limits(&study, &set_up, &model, purpose);
-                Some(Basis::Study(limits?))
-            }
-            _ => None,
-        };
+        let board = block.as_ref().map(|(path, block)| (path.as_path(), block));
+        let basis = self.basis(&study, &set_up, &model, board)?;
         let watched = basis.map(|basis| watched::watch(&study, &records, &set_up, &model, basis));
         let watched = watched.transpose()?;
         working.finish_and_clear();
@@ -148,6 +136,30 @@ impl Replay {
             Some(fail_on) => watched.fail_on(fail_on),
             None => Ok(()),
         }
+    }
+
+    /// What the monitor judges by, where it is asked for.
+    fn basis(
+        &self,
+        study: &Study,
+        set_up: &replay::SetUp,
+        model: &Model,
+        board: Option<(&Path, &RigBlock)>,
+    ) -> Result<Option<Basis>> {
+        if !self.monitor {
+            return Ok(None);
+        }
+        if let Some((path, block)) = board {
+            let limits = rig_block::limits_for(path, block, model)?;
+            return Ok(Some(Basis::Board(limits.clone())));
+        }
+        let purpose = Purpose {
+            model_checksum: blob::checksum_of(model),
+            false_alarm_hours: 24 * self.false_alarm_days,
+            drift: self.drift,
+        };
+        let limits = monitor_limits::limits(study, set_up, model, purpose)?;
+        Ok(Some(Basis::Study(limits)))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The verdict: which of what is wrong is told, per axis and of the whole joint.
 
-use super::level::{CAUSES, GROSS, sides};
+use super::level::{CAUSES, sides};
 use super::limits::CHANNELS;
 use super::sensors::SensorFault;
 use super::verdict::{Cause, State, Verdict};
@@ -140,5 +140,3 @@ fn of_sensors(worst: &SensorFault, state: State, axis: u8) -> Option<Verdict> {
         permille: permille_of(worst.rate),
     })
 }
-
-const _: () = assert!(GROSS < CAUSES.len());
