@@ -1,0 +1,60 @@
+//! Gross changes of the joint on a simulated rig: found in the documented time, on the right axis, with the right direction.
+//!
+//! `monitor_campaign --curves` is the long version; `shared/tests/monitor_changes.rs` has the monitor alone.
+
+use jointwatch::simulate::RigParameters;
+use jointwatch_tests::curves::{Change, Found, curves};
+use jointwatch_tests::false_alarms::WANTED_HOURS;
+use jointwatch_tests::watched::{Learnt, Subject};
+
+fn subject(learnt: Learnt, seed: u64) -> Subject {
+    let subject = Subject::new(learnt, RigParameters::default(), seed, WANTED_HOURS);
+    subject.unwrap_or_else(|why| panic!("{learnt:?}, seed {seed}: {why}"))
+}
+
+/// Every change of a kind on one rig, the wrong ones as sentences; those not found within `within_s` of motion among them.
+fn wrong(found: &[Found], within_s: f64) -> Vec<String> {
+    let late = |found: &Found| match found.found_after() {
+        Some(time) if time <= within_s => None,
+        _ => Some(format!("not within {within_s} s: {}", found.told())),
+    };
+    let all = found.iter().filter_map(|f| f.wrong().or_else(|| late(f)));
+    all.collect()
+}
+
+/// From power-on the filters and the first block take so long, s.
+const STARTING_S: f64 = 0.2;
+
+#[test]
+fn a_joint_whose_force_is_gone_or_doubled_at_the_same_motion_is_found_within_a_second() {
+    for learnt in [Learnt::Physical, Learnt::Polynomial] {
+        let subject = subject(learnt, 1);
+        let changes = [Change::SameMotion(-1.0), Change::SameMotion(1.0)];
+        let found = curves(&subject, &changes, 14.0, 1);
+        for found in &found {
+            println!("{learnt:?}: {}", found.told());
+            // Before the power came on it is never called healthy; after it, not for longer than the alarm takes, however long the
+            // record goes on.
+            let healthy = found.healthy_after(0.0, 14.0);
+            let most = if found.before_power_on { 0.0 } else { 1.0 };
+            assert!(healthy <= most, "healthy for {healthy} s: {}", found.told());
+        }
+        let wrong = wrong(&found, 1.0 + STARTING_S);
+        assert!(wrong.is_empty(), "{learnt:?}:\n{}", wrong.join("\n"));
+    }
+}
+
+#[test]
+fn a_loss_of_a_third_of_the_force_or_more_and_a_seizure_are_found_in_the_documented_time() {
+    for (learnt, within_s) in [(Learnt::Physical, 2.0), (Learnt::Polynomial, 10.0)] {
+        let subject = subject(learnt, 1);
+        let parts = [-0.3, -0.6, 0.6].map(Change::SameMotion);
+        let changes = [&parts[..], &[Change::Force(-1.0), Change::Seized]].concat();
+        let found = curves(&subject, &changes, 12.0, 2);
+        for found in &found {
+            println!("{learnt:?}: {}", found.told());
+        }
+        let wrong = wrong(&found, within_s + STARTING_S);
+        assert!(wrong.is_empty(), "{learnt:?}:\n{}", wrong.join("\n"));
+    }
+}
