@@ -1,18 +1,18 @@
 //! The self-test: does this processor compute the same forces, bit for bit, as the host, and in how many instructions?
 //!
 //! It knows no board. It is handed what a [`Board`] has, writes lines of text that people and programs can read
-//! (`docs/firmware.md` lists them), and says whether every check passed.
+//! (`docs/notebook/emulation.md` lists them), and says whether every check passed.
 
 use crate::clock::Clock;
 use crate::store::{Place, Slot};
 use core::fmt::{self, Write};
 use core::hint::black_box;
-use jointwatch_shared::blob;
-use jointwatch_shared::kernels::Kernels;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::kernels::Kernels;
+use jointwatch_shared::selftest::chain::{USUAL_TAPS, Watched, chain_digest_by};
+use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::{CORNER_POINTS, Points, corner, digest_by, reference_model};
-use jointwatch_shared::selftest_chain::{USUAL_TAPS, Watched, chain_digest_by};
-use jointwatch_shared::selftest_network::reference_network;
+use jointwatch_shared::wire::blob;
 
 /// Reads a counter that, under QEMU's `-icount shift=0`, has counted every executed instruction.
 pub type Counter = fn() -> u32;
@@ -301,7 +301,7 @@ mod tests {
     extern crate std;
     use super::*;
     use core::cell::Cell;
-    use jointwatch_shared::kernels::Portable;
+    use jointwatch_shared::base::kernels::Portable;
     use jointwatch_shared::selftest::digest;
     use std::string::String;
     use std::thread_local;

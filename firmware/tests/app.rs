@@ -9,14 +9,14 @@ mod flash;
 use bench::{Bench, RATE_HZ, Slot, content, reference_rig, sealed, signed};
 use jointwatch_firmware::sensor::acquire::CHIPS;
 use jointwatch_firmware::sensor::presence::Health;
-use jointwatch_shared::blob::{self, BLOB_LEN};
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::chain::{Chain, ChainState, RawSample};
 use jointwatch_shared::monitor::Cause;
-use jointwatch_shared::pipeline::{Chain, ChainState, RawSample};
+use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::{Points, reference_model};
-use jointwatch_shared::selftest_network::reference_network;
-use jointwatch_shared::slot::ContentCrc;
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::blob::{self, BLOB_LEN};
+use jointwatch_shared::wire::slot::ContentCrc;
+use jointwatch_shared::wire::telemetry::{
     Answered, Event, Kind, ModelFault, Occasion, Refusal, Report, Request, Restart, SampleOutput,
     Signature, Snapshot, Status, UploadReply, UploadRequest,
 };
@@ -102,7 +102,7 @@ fn an_empty_device_says_that_it_has_no_model_and_streams_raw_counts() {
 fn what_is_streamed_is_what_the_chain_computes() {
     let mut bench = Bench::start([good(), Slot::Empty]);
     bench.ask(&Request::Stream { every: 1 });
-    let rig = reference_rig(model(), None).rig;
+    let rig = reference_rig(model(), None);
     let chain = Chain::new(model(), &rig).expect("a rig that fits");
     let mut state = ChainState::default();
     let mut outputs = 0;
@@ -128,7 +128,7 @@ fn every_bad_slot_has_its_event_and_the_other_one_steps_in() {
     let mut damaged = content(&good());
     damaged[700] ^= 2;
     let unsigned = Slot::Bytes(blob::encode(model()).to_vec());
-    let slot = jointwatch_shared::telemetry::Slot::A;
+    let slot = jointwatch_shared::wire::telemetry::Slot::A;
     for (bad, event) in [
         (
             Slot::Bytes(damaged),
@@ -162,7 +162,8 @@ fn every_bad_slot_has_its_event_and_the_other_one_steps_in() {
 fn a_rig_block_that_is_missing_damaged_or_for_another_model_leaves_raw_counts() {
     let mut of_another = reference_rig(model(), None);
     of_another.model_checksum ^= 1;
-    let mut damaged = jointwatch_shared::rig_block::encode(&reference_rig(model(), None)).unwrap();
+    let mut damaged =
+        jointwatch_shared::wire::rig_block::encode(&reference_rig(model(), None)).unwrap();
     damaged[100] ^= 1;
     for (slot, event) in [
         (signed(model(), None), Event::NoRig),
@@ -341,7 +342,7 @@ fn a_new_model_is_taken_over_the_line_tried_after_a_restart_and_kept() {
     assert!(bench.watch.restart_now());
 
     let mut bench = bench.restart();
-    let slot = jointwatch_shared::telemetry::Slot::B;
+    let slot = jointwatch_shared::wire::telemetry::Slot::B;
     let mut confirmed_after = None;
     for number in 0..11 * RATE_HZ {
         bench.sample(RawSample::default());
@@ -370,7 +371,7 @@ fn a_model_that_does_not_live_through_its_trial_is_given_up() {
     upload(&mut bench, &new, new.signature());
     let mut bench = bench.restart().restart();
     bench.sample(RawSample::default());
-    let slot = jointwatch_shared::telemetry::Slot::B;
+    let slot = jointwatch_shared::wire::telemetry::Slot::B;
     let reports = bench.reports();
     assert!(events(&reports).contains(&Event::ModelGivenUp { slot }));
     assert!(bench.evaluates(), "the old model runs");

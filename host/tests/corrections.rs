@@ -109,7 +109,7 @@ fn wrong_instruments_are_found_and_put_right_up_to_the_device() {
     );
 
     let blob = export::export(&with, Some(1e-3)).unwrap();
-    let device = jointwatch_shared::blob::decode(&blob.blob).unwrap();
+    let device = jointwatch_shared::wire::blob::decode(&blob.blob).unwrap();
     let set_up = replay::SetUp::new(&wrong, &device).unwrap();
     for record in &wrong.records {
         let replayed = set_up.replay(&wrong, record, &device).unwrap().summary;
@@ -162,7 +162,7 @@ fn what_cannot_be_corrected_is_refused() {
     );
 }
 
-/// A line of the mains in the force channel of x: a part of the largest force, another phase in every record.
+/// Mains hum in the force channel of x: a part of the largest force, another phase in every record.
 const HUM_HZ: f64 = 50.03;
 
 fn humming(study: &Study, size: f64) -> Study {

@@ -7,9 +7,9 @@ use jointwatch::model::course::{Course, add_forces};
 use jointwatch::model::effects::Bound;
 use jointwatch::signal::motion::{Filters, Motion};
 use jointwatch::study::{Axis, AxisKind, Convention};
+use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::about::{Role, Tie};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
-use jointwatch_shared::model::terms::InSi;
 use jointwatch_shared::units::References;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -23,6 +23,8 @@ const STIFFNESS: [f64; 2] = [9e3, 14.0];
 const DAMPING: [f64; 2] = [25.0, 0.03];
 /// What the joint moves by: the largest displacement, metres and radians.
 const SIZES: [f64; 2] = [2e-3, 0.04];
+/// The same for a law with a length of its own, a turn, that no motion has to follow.
+const TURNING: [f64; 2] = [2.0, 2.0];
 
 fn axes() -> Vec<Axis> {
     let axis = |name: &str, kind| Axis {
@@ -41,9 +43,9 @@ fn axes() -> Vec<Axis> {
 }
 
 /// A minute of both axes: sines of many frequencies under a slowly changing amplitude, with their exact velocities.
-fn states(rows: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+fn states(rows: usize, sizes: [f64; 2], random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
     let mut states = Vec::new();
-    for size in SIZES {
+    for size in sizes {
         let sines: Vec<[f64; 3]> = (0..14)
             .map(|_| {
                 let hz = 0.3 * (25.0_f64 / 0.3).powf(random.random::<f64>());
@@ -91,7 +93,13 @@ fn truth(entry: &'static Entry, references: &References, random: &mut ChaCha8Rng
                 first * (last / first).powf(place)
             }
         };
-        relative * parameter.dimension.scale(references)
+        let in_si = entry.is_in_si(parameter);
+        let unit = if in_si {
+            1.0
+        } else {
+            parameter.dimension.scale(references)
+        };
+        relative * unit
     });
     InSi {
         entry,
@@ -172,7 +180,12 @@ fn every_effect_of_the_joint_is_found_again_in_a_noisy_force() {
     for entry in EFFECTS.iter().filter(|e| e.seat == Seat::Joint) {
         let name = entry.about.name;
         let mut random = ChaCha8Rng::seed_from_u64(SEED + u64::from(entry.tag));
-        let states = states(40_000, &mut random);
+        let sizes = if entry.in_si.is_empty() {
+            SIZES
+        } else {
+            TURNING
+        };
+        let states = states(40_000, sizes, &mut random);
         let largest = |series: &Vec<f64>| series.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let references = References {
             force: [20.0, 0.5],
@@ -193,7 +206,8 @@ fn every_effect_of_the_joint_is_found_again_in_a_noisy_force() {
         let hidden = truth(entry, &references, &mut random);
         let alone = forces(std::slice::from_ref(&hidden), &motion);
         // The base has the effect already: then it is found with it.
-        let mut terms: Vec<InSi> = base.iter().filter(|t| t.entry != entry).cloned().collect();
+        let beside = |t: &&InSi| t.entry != entry && !entry.replaces.contains(&t.entry.about.name);
+        let mut terms: Vec<InSi> = base.iter().filter(beside).cloned().collect();
         terms.push(hidden.clone());
         terms.extend(owners(&hidden, &references, &mut random));
         let at = terms.iter().position(|t| *t == hidden).unwrap();
@@ -245,4 +259,19 @@ fn every_effect_of_the_joint_is_found_again_in_a_noisy_force() {
         }
     }
     assert!(fallen.is_empty(), "{fallen:#?}");
+}
+
+#[test]
+fn an_effect_that_contains_another_takes_its_place_on_its_axis() {
+    let parse = |name: &str| Bound::parse(name, &["x", "phi"]).unwrap();
+    let (wide, narrow) = (parse("viscous_by_direction@x"), parse("viscous@x"));
+    assert!(wide.replaces(&narrow) && !narrow.replaces(&wide));
+    assert!(!wide.replaces(&parse("viscous@phi")) && !wide.replaces(&parse("coulomb@x")));
+    assert!(narrow.rules_out(&wide) && wide.rules_out(&narrow));
+    let both = ["viscous@x", "viscous_by_direction@x"].map(String::from);
+    let refused = Bound::parse_all(&both, &["x", "phi"]).unwrap_err();
+    assert!(
+        refused.to_string().contains("cannot be told apart"),
+        "{refused}"
+    );
 }

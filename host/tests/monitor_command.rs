@@ -1,7 +1,7 @@
 //! `jointwatch monitor`: every line is a message that was sent, what was lost is told, and it ends as it should.
 
 use jointwatch_shared::monitor::{self, Cause};
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::telemetry::{
     Counters, Hello, MAX_FRAME, Occasion, PROTOCOL_VERSION, Report, Status, encode,
 };
 use rand::{RngExt, SeedableRng};
@@ -324,7 +324,7 @@ fn wrong_use_and_bad_files_get_a_sentence() {
 #[cfg(target_os = "linux")]
 mod live {
     use super::*;
-    use jointwatch_shared::telemetry::{Decoder, Received, Request};
+    use jointwatch_shared::wire::telemetry::{Decoder, Received, Request};
     use serialport::{SerialPort, TTYPort};
     use std::io::{BufRead, BufReader, Read, Write};
     use std::process::Child;

@@ -1,6 +1,6 @@
 //! Dimensions of a parameter: its unit in words, and the scale that turns it into a machine number.
 
-use crate::model::axis::AxisKind;
+use crate::base::axis::AxisKind;
 use core::fmt;
 
 /// A parameter's dimension as exponents of the joint's own quantities.

@@ -3,13 +3,13 @@
 mod sample_models;
 mod wide;
 
-use jointwatch_shared::blob::{BLOB_LEN, BLOB_VERSION, CHECKSUM_OFFSET, decode, encode};
+use jointwatch_shared::base::terms::MAX_TERMS;
+use jointwatch_shared::base::{Base, Model};
 use jointwatch_shared::effect::{Acts, EFFECTS};
-use jointwatch_shared::error::Error;
-use jointwatch_shared::model::terms::MAX_TERMS;
-use jointwatch_shared::model::{Base, Model};
+use jointwatch_shared::fault::Error;
+use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::{self, CORNER_POINTS, Digest, Points, corner};
-use jointwatch_shared::selftest_network::reference_network;
+use jointwatch_shared::wire::blob::{BLOB_LEN, BLOB_VERSION, CHECKSUM_OFFSET, decode, encode};
 use sample_models::{network, physical, polynomial, sealed, with_effects};
 
 /// One of every base and number of axes, a network that does not use all its places, and effects on every base.

@@ -1,16 +1,16 @@
-//! The bytes that docs/blob.md lists are the bytes that are written.
+//! The bytes that docs/reference/blob.md lists are the bytes that are written.
 
 mod sample_models;
 
-use jointwatch_shared::blob::{BLOB_LEN, CHECKSUM_OFFSET, encode};
+use jointwatch_shared::base::axis::Validation;
+use jointwatch_shared::base::{Base, Model};
 use jointwatch_shared::effect::EFFECTS;
-use jointwatch_shared::model::axis::Validation;
-use jointwatch_shared::model::{Base, Model};
+use jointwatch_shared::wire::blob::{BLOB_LEN, CHECKSUM_OFFSET, encode};
 use sample_models::{network, physical, polynomial, sealed, with_effects};
 
-/// The offset, the length and the name of every row of the tables of docs/blob.md: the blob, a network's base, and an effect.
+/// The offset, the length and the name of every row of the tables of docs/reference/blob.md: the blob, a network's base, and an effect.
 fn documented_fields() -> [Vec<(usize, usize, String)>; 3] {
-    let page = include_str!("../../docs/blob.md");
+    let page = include_str!("../../docs/reference/blob.md");
     let (blob, rest) = page.split_once("## A network").unwrap();
     let (network, effect) = rest.split_once("## The effects").unwrap();
     [blob, network, effect].map(|text| {
@@ -86,7 +86,9 @@ fn documented_bytes(model: &Model, axis: usize, name: &str, length: usize) -> Ve
         "relative_error" => validation(|v| v.relative_error).to_le_bytes().to_vec(),
         "blocks" => blocks(model, axis),
         "checksum" => sealed(encode(model))[CHECKSUM_OFFSET..].to_vec(),
-        unknown => panic!("docs/blob.md has the field {unknown}, which this test does not know"),
+        unknown => {
+            panic!("docs/reference/blob.md has the field {unknown}, which this test does not know")
+        }
     }
 }
 
@@ -173,11 +175,18 @@ fn the_documented_bytes_are_the_written_bytes() {
     assert_eq!(next, start("effects 1 to 7"));
     let fields: Vec<&str> = effect.iter().map(|row| row.2.as_str()).collect();
     assert_eq!(fields, ["tag", "axis", "reserved", "parameters"]);
-    // Every effect of the table stands on the page with its number.
-    let page = include_str!("../../docs/blob.md");
+    // Every effect of the table stands with its number on the page that is generated from it.
+    let page = include_str!("../../docs/reference/effects.md");
     for entry in EFFECTS {
-        let pair = format!("{} = {}", entry.tag, entry.about.name);
-        assert!(page.contains(&pair), "docs/blob.md lacks {pair}");
+        let mut rows = page.lines().filter(|line| line.starts_with("| ["));
+        let (name, number) = (format!("[{}]", entry.about.name), entry.tag.to_string());
+        let mut row = rows.find(|row| row.contains(&name)).unwrap().split('|');
+        let last = row.rfind(|cell| !cell.trim().is_empty()).map(str::trim);
+        assert_eq!(
+            last,
+            Some(number.as_str()),
+            "{name} in docs/reference/effects.md"
+        );
     }
 }
 
@@ -220,7 +229,9 @@ fn the_documented_bytes_of_a_network_are_the_written_bytes() {
                 .collect(),
             "rest" => vec![0; length],
             unknown => {
-                panic!("docs/blob.md has the field {unknown}, which this test does not know")
+                panic!(
+                    "docs/reference/blob.md has the field {unknown}, which this test does not know"
+                )
             }
         };
         assert_eq!(blob[offset..next], wanted, "{field}");

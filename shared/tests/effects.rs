@@ -5,17 +5,17 @@ mod derivative;
 #[path = "effects/memory.rs"]
 mod memory;
 
-use jointwatch_shared::blob;
+use jointwatch_shared::base::axis::AxisKind::{Rotation, Translation};
+use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name};
+use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::{Base, Header, Model};
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::effect::{
     Acts, Bound, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, MAX_STATES, Seat,
 };
-use jointwatch_shared::model::axis::AxisKind::{Rotation, Translation};
-use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
-use jointwatch_shared::model::terms::InSi;
-use jointwatch_shared::model::{Base, Header, Model};
 use jointwatch_shared::scalar::Scalar;
 use jointwatch_shared::units::{Dimension, References};
+use jointwatch_shared::wire::blob;
 use proptest::prelude::*;
 
 /// What the parameters are relative to in these tests: no two alike, so that an exponent in the wrong place shows.
@@ -153,6 +153,32 @@ fn numbers_in_blobs_never_change() {
         (22, "time_delay"),
         (23, "crosstalk"),
         (24, "mains_hum"),
+        (25, "coulomb_by_direction"),
+        (26, "viscous_by_direction"),
+        (27, "gap_jenkins"),
+        (28, "gap_jenkins_by_direction"),
+        (29, "bouc_wen_by_direction"),
+        (30, "power_spring"),
+        (31, "power_damper"),
+        (32, "power_spring_by_direction"),
+        (33, "power_damper_by_direction"),
+        (34, "digressive_damping"),
+        (35, "lagged_friction"),
+        (36, "stiffness_by_other"),
+        (37, "stiffness_by_other_squared"),
+        (38, "damping_by_other"),
+        (39, "damping_by_other_squared"),
+        (40, "gravity"),
+        (41, "position_friction"),
+        (42, "load_friction"),
+        (43, "iwan"),
+        (44, "mullins"),
+        (45, "bouc_wen_by_rate"),
+        (46, "bouc_wen_by_place"),
+        (47, "periodic_friction"),
+        (48, "power_contact"),
+        (49, "backlash"),
+        (50, "delayed_feedback"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);
@@ -178,6 +204,13 @@ fn every_effect_says_what_it_is() {
             "{}",
             about.name
         );
+        let named = [entry.never_with, entry.replaces, entry.looks_like].concat();
+        for other in named {
+            assert!(
+                other != about.name && Entry::named(other).is_some(),
+                "{other}"
+            );
+        }
         for parameter in about.parameters {
             assert!(!parameter.meaning.is_empty() && !parameter.symbol.is_empty());
             let twins = about.parameters.iter().filter(|p| p.name == parameter.name);
@@ -294,8 +327,8 @@ proptest! {
         rows[150][0] *= jump;
         rows[151][1] *= -jump;
         let least = rows.iter().map(|row| row[0]).fold(f64::INFINITY, f64::min);
-        let most = rows.iter().map(|row| row[0]).fold(f64::NEG_INFINITY, f64::max);
-        let half_range = 0.5 * (most - least);
+        let most_seen = rows.iter().map(|row| row[0]).fold(f64::NEG_INFINITY, f64::max);
+        let half_range = 0.5 * (most_seen - least);
         for entry in EFFECTS.iter().filter(|e| !e.state_bounds.is_empty()) {
             let values = taken(entry, &parameters(entry, &p), &References::SI);
             let mut states = [0.0; MAX_STATES];
@@ -316,6 +349,7 @@ proptest! {
                     let most = match *bound {
                         Bound::Number(most) => f64::from(most),
                         Bound::Displacement(times) => f64::from(times) * half_range,
+                        Bound::FromZero => least.abs().max(most_seen.abs()),
                     };
                     prop_assert!(state.abs() <= most * (1.0 + 1e-12), "{}", entry.about.name);
                 }

@@ -2,7 +2,7 @@
 //!
 //! proptest prints the failing case and its seed, and keeps it in `proptest-regressions` as a named regression.
 
-use jointwatch_shared::fixed::{
+use jointwatch_shared::scalar::fixed::{
     mul_high_add, mul_shift, q31_from_f64, q31_powers, q31_to_f64, round_shift, round_to_i64,
     saturate,
 };

@@ -1,12 +1,12 @@
 //! A joint that loses its force, gains some, or seizes; one that rests; and samples that are lost: what the monitor says of each axis.
 
+use jointwatch_shared::chain::{Chain, Output, RawAxis, RawSample};
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
 use jointwatch_shared::monitor::{
     AxisHealth, Cause, Faults, Monitor, MonitorState, OCTAVE, SHARE, State, Verdict,
 };
-use jointwatch_shared::pipeline::{Chain, Output, RawAxis, RawSample};
+use jointwatch_shared::selftest::chain::{SHORT_TAPS, reference_rig};
 use jointwatch_shared::selftest::reference_model;
-use jointwatch_shared::selftest_chain::{SHORT_TAPS, reference_rig};
 
 /// Samples per second, as far as these tests are concerned.
 const RATE_HZ: f64 = 1000.0;

@@ -1,10 +1,10 @@
 //! Whatever the counts, the residuals, the faults and the limits, the monitor goes on, and says only what it can mean.
 
+use jointwatch_shared::chain::{Chain, Output, RawAxis};
 use jointwatch_shared::monitor::limits::{AxisLimits, CHANNELS, Cusum, Limits, TwoSided};
 use jointwatch_shared::monitor::{CHANNEL_NAMES, Faults, Monitor, MonitorState, State, Window};
-use jointwatch_shared::pipeline::{Chain, Output, RawAxis};
+use jointwatch_shared::selftest::chain::{SHORT_TAPS, reference_rig};
 use jointwatch_shared::selftest::reference_model;
-use jointwatch_shared::selftest_chain::{SHORT_TAPS, reference_rig};
 use proptest::prelude::*;
 
 /// One whose residuals in the band come as rarely as a block of so many samples allows.

@@ -1,11 +1,11 @@
 //! How far the integer network is from its `f64` original: measured over families of networks, against bound and budget.
 //!
-//! `cargo test --release -p jointwatch-shared --test network_error -- --nocapture` prints the table of docs/numerics.md.
+//! `cargo test --release -p jointwatch-shared --test network_error -- --nocapture` prints the table of docs/explanation/numerics.md.
 
-use jointwatch_shared::fixed::{q31_from_f64, q31_to_f64};
-use jointwatch_shared::model::Output;
-use jointwatch_shared::model::network::{NEURONS, NetworkModel};
-use jointwatch_shared::model::network_quantise::Weights;
+use jointwatch_shared::base::Output;
+use jointwatch_shared::base::network::{NEURONS, NetworkModel};
+use jointwatch_shared::base::network_quantise::Weights;
+use jointwatch_shared::scalar::fixed::{q31_from_f64, q31_to_f64};
 use jointwatch_shared::selftest::{CORNER_POINTS, Points};
 
 /// Random points per network.

@@ -1,10 +1,10 @@
 //! Bringing a network to integers: what cannot be held is named, and what can comes out at the best scale.
 
-use jointwatch_shared::error::Error;
-use jointwatch_shared::fixed::q31_from_f64;
-use jointwatch_shared::model::Model;
-use jointwatch_shared::model::network::{NEURONS, NetworkModel};
-use jointwatch_shared::model::network_quantise::Weights;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::network::{NEURONS, NetworkModel};
+use jointwatch_shared::base::network_quantise::Weights;
+use jointwatch_shared::fault::Error;
+use jointwatch_shared::scalar::fixed::q31_from_f64;
 use jointwatch_shared::selftest::reference_model;
 
 /// A network of two axes and three neurons that a test may spoil.

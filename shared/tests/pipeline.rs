@@ -1,12 +1,13 @@
 //! The on-board chain against the same chain written down in `f64`, and against inputs no sensor should give.
 
 use heapless::Vec as Bounded;
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
-use jointwatch_shared::model::{Header, Model};
-use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawSample};
-use jointwatch_shared::rig::{ChannelDelays, Rig, RigAxis, Taps};
+use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name};
+use jointwatch_shared::base::hum::Hum;
+use jointwatch_shared::base::{Header, Model};
+use jointwatch_shared::chain::{Chain, ChainState, Output, RawSample};
 use jointwatch_shared::selftest::Points;
+use jointwatch_shared::wire::rig::{ChannelDelays, Rig, RigAxis, Taps};
+use jointwatch_shared::wire::wiring::{AxisWiring, Signed, SignedDirection, Wiring};
 
 const RATE: f64 = 2000.0;
 const SEED: u64 = 20_071;
@@ -36,7 +37,6 @@ fn rig(acceleration_step: f64, body_step: f64, ground: [f64; 2], convention: boo
     let band = taps(&[0.1, 0.2], 0.4, 1.0, 28);
     let axis = |step: f64, force_step: f64, inertia: f64| RigAxis {
         displacement_step: step,
-        displacement_difference: true,
         body_step,
         acceleration_step,
         force_step,
@@ -52,13 +52,36 @@ fn rig(acceleration_step: f64, body_step: f64, ground: [f64; 2], convention: boo
     let mut axes = Bounded::new();
     axes.push(axis(2e-6, 1e-5, 0.6)).unwrap();
     axes.push(axis(2.4e-5, 1e-7, 0.003)).unwrap();
+    let counter = |place| Signed {
+        place,
+        negative: false,
+    };
+    let direction = SignedDirection {
+        chip: 0,
+        direction: 0,
+        negative: false,
+    };
+    let wired = |n: u8| AxisWiring {
+        far: counter(2 * n),
+        near: Some(counter(2 * n + 1)),
+        body: (body_step > 0.0).then(|| counter(2 * n + 1)),
+        force: counter(n),
+        acceleration: [(acceleration_step > 0.0).then_some(direction), None],
+        pair_distance_m: 0.0,
+    };
     Rig {
+        model_checksum: 0,
         sample_rate_hz: RATE,
+        wiring: Wiring {
+            axes: (0..2).map(wired).collect(),
+            ..Wiring::unconfigured()
+        },
         axes,
         velocity,
         acceleration,
         band,
         band_every_log2: 0,
+        limits: None,
     }
 }
 
@@ -479,7 +502,14 @@ fn a_rig_that_does_not_fit_is_refused_with_the_quantity() {
         change(&mut rig);
         Chain::new(&model, &rig).unwrap_err().to_string()
     };
-    assert!(refused(&|r| r.axes.truncate(1)).contains("axes of the rig"));
+    assert!(refused(&|r| r.axes.truncate(1)).contains("axes of the wiring"));
+    let one_axis = |r: &mut Rig| {
+        r.axes.truncate(1);
+        r.wiring.axes.truncate(1);
+    };
+    assert!(refused(&one_axis).contains("axes of the rig"));
+    assert!(refused(&|r| r.wiring.axes[0].body = None).contains("body step"));
+    assert!(refused(&|r| r.axes[1].acceleration_step = 0.0).contains("acceleration step"));
     assert!(refused(&|r| r.band.taps.truncate(4)).contains("band filter"));
     assert!(refused(&|r| r.velocity.taps[0] += 1).contains("velocity filter"));
     assert!(refused(&|r| r.acceleration.taps[2] += 1).contains("acceleration filter"));

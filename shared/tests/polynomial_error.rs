@@ -1,10 +1,10 @@
 //! How far the integer polynomial is from its `f64` original: measured over families of models, against bound and budget.
 //!
-//! `cargo test --release -p jointwatch-shared --test polynomial_error -- --nocapture` prints the table of docs/numerics.md.
+//! `cargo test --release -p jointwatch-shared --test polynomial_error -- --nocapture` prints the table of docs/explanation/numerics.md.
 
-use jointwatch_shared::fixed::{q31_from_f64, q31_to_f64};
-use jointwatch_shared::model::Output;
-use jointwatch_shared::model::polynomial::PolynomialModel;
+use jointwatch_shared::base::Output;
+use jointwatch_shared::base::polynomial::PolynomialModel;
+use jointwatch_shared::scalar::fixed::{q31_from_f64, q31_to_f64};
 use jointwatch_shared::selftest::{CORNER_POINTS, Points};
 
 /// Random points per model.

@@ -1,10 +1,10 @@
 //! Bringing a polynomial to integers: what cannot be held is named, and what can comes out at the best scale.
 
-use jointwatch_shared::error::Error;
-use jointwatch_shared::fixed::q31_from_f64;
-use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
-use jointwatch_shared::model::polynomial::PolynomialModel;
-use jointwatch_shared::model::{Base, Header, Model};
+use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name};
+use jointwatch_shared::base::polynomial::PolynomialModel;
+use jointwatch_shared::base::{Base, Header, Model};
+use jointwatch_shared::fault::Error;
+use jointwatch_shared::scalar::fixed::q31_from_f64;
 
 fn header(axes: usize) -> Header {
     let range = InputRange {

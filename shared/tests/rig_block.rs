@@ -3,12 +3,12 @@
 mod sample_rigs;
 
 use heapless::Vec as Bounded;
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::pipeline::{Chain, ChainState, RawAxis};
-use jointwatch_shared::rig_block::{
-    CHECKSUM_OFFSET, RIG_BLOCK_LEN, RIG_BLOCK_OFFSET, Refusal, RigBlock, decode, encode, on_board,
+use jointwatch_shared::chain::{Chain, ChainState, RawAxis};
+use jointwatch_shared::wire::rig::Rig;
+use jointwatch_shared::wire::rig_block::{
+    CHECKSUM_OFFSET, MESSAGE_OFFSET, RIG_BLOCK_LEN, RIG_BLOCK_OFFSET, Refusal, decode, encode,
 };
-use jointwatch_shared::wiring::{AxisWiring, Readings, Wiring};
+use jointwatch_shared::wire::wiring::{AxisWiring, Readings, Wiring};
 use sample_rigs::{block, blocks, counter, model, sealed};
 
 #[test]
@@ -18,7 +18,7 @@ fn comes_back_as_it_went() {
         assert_eq!(bytes, sealed(bytes));
         assert_eq!(decode(&bytes).unwrap(), block);
     }
-    assert_eq!(RIG_BLOCK_OFFSET, jointwatch_shared::blob::BLOB_LEN);
+    assert_eq!(RIG_BLOCK_OFFSET, jointwatch_shared::wire::blob::BLOB_LEN);
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn flips_with_a_right_checksum_are_refused_or_one_form_of_a_usable_block() {
 }
 
 /// Why a block that was changed so is not written, and not read either.
-fn refusal(change: fn(&mut RigBlock)) -> String {
+fn refusal(change: fn(&mut Rig)) -> String {
     let mut block = block(2, true);
     change(&mut block);
     encode(&block).unwrap_err().to_string()
@@ -70,24 +70,22 @@ fn refusal(change: fn(&mut RigBlock)) -> String {
 
 #[test]
 fn every_quantity_is_checked_by_name() {
-    type Change = fn(&mut RigBlock);
-    let changes: [(&str, Change); 29] = [
-        ("sample rate", |b| b.rig.sample_rate_hz = f64::NAN),
-        ("displacement step", |b| {
-            b.rig.axes[1].displacement_step = 0.0
-        }),
-        ("force per count", |b| b.rig.axes[0].force_step = -1.0),
-        ("inertia", |b| b.rig.axes[0].inertia = f64::INFINITY),
+    type Change = fn(&mut Rig);
+    let changes: [(&str, Change); 30] = [
+        ("sample rate", |b| b.sample_rate_hz = f64::NAN),
+        ("displacement step", |b| b.axes[1].displacement_step = 0.0),
+        ("force per count", |b| b.axes[0].force_step = -1.0),
+        ("inertia", |b| b.axes[0].inertia = f64::INFINITY),
         ("displacement delay", |b| {
-            b.rig.axes[0].delays.displacement = 2.5
+            b.axes[0].delays.displacement = 2.5
         }),
         ("acceleration delay", |b| {
-            b.rig.axes[0].delays.acceleration = 500.0
+            b.axes[0].delays.acceleration = 500.0
         }),
-        ("velocity filter", |b| b.rig.velocity.taps[0] += 1),
-        ("acceleration filter", |b| b.rig.acceleration.taps[64] += 1),
-        ("band filter", |b| b.rig.band.taps[0] += 1),
-        ("shift of the band", |b| b.rig.band.shift = 0),
+        ("velocity filter", |b| b.velocity.taps[0] += 1),
+        ("acceleration filter", |b| b.acceleration.taps[64] += 1),
+        ("band filter", |b| b.band.taps[0] += 1),
+        ("shift of the band", |b| b.band.shift = 0),
         ("counts per encoder cycle", |b| {
             b.wiring.counters[2].as_mut().unwrap().quadrature = 3
         }),
@@ -116,19 +114,23 @@ fn every_quantity_is_checked_by_name() {
         ("distance of a pair", |b| {
             b.wiring.axes[1].pair_distance_m = 0.0
         }),
-        ("near counters wired", |b| b.wiring.axes[0].near = None),
-        ("body counters wired", |b| {
-            b.rig.axes[0].body_step = 0.0;
-            b.rig.axes[0].delays.body = 0.0;
+        ("body step", |b| b.wiring.axes[0].body = None),
+        ("body step", |b| {
+            b.axes[0].body_step = 0.0;
+            b.axes[0].delays.body = 0.0;
         }),
-        ("accelerometers wired", |b| {
-            b.rig.axes[1].acceleration_step = 0.0
+        ("body delay", |b| {
+            b.wiring.axes[0].body = None;
+            b.axes[0].body_step = 0.0;
+        }),
+        ("acceleration step", |b| b.axes[1].acceleration_step = 0.0),
+        ("acceleration step", |b| {
+            b.wiring.axes[0].acceleration = [None; 2]
         }),
         ("frequency of a line", |b| {
-            b.rig.axes[0].hum.frequency_hz = -50.0
+            b.axes[0].hum.frequency_hz = -50.0
         }),
-        ("amplitude of a line", |b| b.rig.axes[0].hum.amplitude = 0.0),
-        ("lines of the chain", |b| b.rig.axes[1].hum = Hum::NONE),
+        ("amplitude of a line", |b| b.axes[0].hum.amplitude = 0.0),
         ("axes of the monitor", |b| {
             b.limits.as_mut().unwrap().axes.truncate(1)
         }),
@@ -154,8 +156,8 @@ fn a_refusal_says_what_was_seen() {
             .contains("ff, ff, ff, ff")
     );
     assert_eq!(
-        with(4, 2),
-        "the rig block has format version 2, but this program reads version 3: export it again"
+        with(4, 3),
+        "the rig block has format version 3, but this program reads version 4: export it again"
     );
     let mut damaged = bytes;
     damaged[100] ^= 1;
@@ -165,65 +167,68 @@ fn a_refusal_says_what_was_seen() {
             .to_string()
             .contains("damaged")
     );
-    assert_eq!(
-        with(6, 3),
-        "number of axes is 3, but has to lie between 1 and 2"
-    );
-    assert_eq!(
-        with(36, 2),
-        "the rig block's mark of a fitted counter is 2, which this program does not know"
-    );
-    assert!(with(2782, 2).contains("sign convention"));
-    assert!(with(88, 0xFF).contains("far counter"));
-    for offset in [
-        39,
-        70,
-        102,
-        131,
-        2483,
-        2584,
-        2783,
-        2896,
-        2960,
-        CHECKSUM_OFFSET - 1,
-    ] {
+    // Behind the checksum of the model and the sample rate: the mark of the first counter.
+    let checksum_len = postcard_len(block(2, true).model_checksum);
+    let mark = MESSAGE_OFFSET + checksum_len + 8;
+    assert_eq!(bytes[mark], 1);
+    assert!(with(mark, 2).contains("not that of a rig"));
+    let used = bytes[..CHECKSUM_OFFSET]
+        .iter()
+        .rposition(|&byte| byte != 0)
+        .unwrap();
+    for offset in [used + 1, CHECKSUM_OFFSET - 1] {
         assert_eq!(
             with(offset, 9),
             format!("byte {offset} of the rig block is 9, but has to be 0")
         );
     }
-    // Lines of an axis that turn no pointer, or too fast, or with too many places; and the same in SI.
-    for (offset, value) in [
-        (2905, 0),
-        (2909, 0xFF),
-        (2913, 0x7F),
-        (2913, 0xFF),
-        (2914, 25),
-    ] {
-        let said = with(offset, value);
-        assert!(said.contains("line of the mains"), "{offset}: {said}");
-    }
-    assert!(with(2935, 0xC0).contains("frequency of a line"));
-    // The limits with their mark taken away, and those of three axes.
-    assert!(with(7, 0).contains("byte 2470"), "{}", with(7, 0));
-    assert!(with(2482, 3).contains("axes of the monitor's limits"));
-    assert!(with(7, 2).contains("mark of the monitor's limits"));
+    let rate = MESSAGE_OFFSET + checksum_len;
+    assert!(with(rate + 7, 0xC0).contains("sample rate"));
+}
+
+/// Bytes of a whole number in postcard: seven bits each.
+fn postcard_len(value: u32) -> usize {
+    (32 - value.leading_zeros()).div_ceil(7).max(1) as usize
+}
+
+/// The checksum of the model as postcard writes it, and with a byte that says nothing; and a zero with a sign.
+#[test]
+fn a_rig_in_other_bytes_is_refused() {
+    let mut rig = block(1, false);
+    rig.model_checksum = 5;
+    let bytes = encode(&rig).unwrap();
+    let mut longer = bytes;
+    longer[MESSAGE_OFFSET] = 0x85;
+    longer[MESSAGE_OFFSET + 1] = 0;
+    longer[MESSAGE_OFFSET + 2..CHECKSUM_OFFSET]
+        .copy_from_slice(&bytes[MESSAGE_OFFSET + 1..CHECKSUM_OFFSET - 1]);
+    assert_eq!(decode(&sealed(longer)), Err(Refusal::Form));
+    rig.axes[0].inertia = 0.0;
+    let plain = encode(&rig).unwrap();
+    rig.axes[0].inertia = -0.0;
+    assert_eq!(encode(&rig).unwrap(), plain);
 }
 
 #[test]
-fn numbers_that_are_accepted_overflow_nothing() {
+fn rigs_that_are_accepted_overflow_nothing() {
     // In builds with overflow checks this would panic.
     for block in blocks() {
         let bytes = encode(&block).unwrap();
-        let model = model(block.rig.axes.len());
+        let model = model(block.axes.len());
         let mut accepted = 0;
-        for bit in (8 * 128..8 * 410).chain(8 * 2902..8 * 2928) {
+        let used = bytes[..CHECKSUM_OFFSET]
+            .iter()
+            .rposition(|&byte| byte != 0)
+            .unwrap();
+        for bit in 8 * MESSAGE_OFFSET..8 * (used + 1) {
             let mut flipped = bytes;
             flipped[bit / 8] ^= 1 << (bit % 8);
-            let mut chain = Chain::empty();
-            if on_board(&sealed(flipped), &mut chain).is_err() {
+            let Ok(rig) = decode(&sealed(flipped)) else {
                 continue;
-            }
+            };
+            let Ok(chain) = Chain::new(&model, &rig) else {
+                continue;
+            };
             accepted += 1;
             let mut state = ChainState::default();
             let samples = 10 + chain.band_delay() as i32;

@@ -3,9 +3,9 @@
 //! The pinned values were made by this test on x86-64 (it prints what it got when they differ); the firmware's self-test
 //! compares against the same function, so a device that differs in one bit fails.
 
-use jointwatch_shared::model::Base;
+use jointwatch_shared::base::Base;
+use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::{CORNER_POINTS, Digest, Points, corner, digest, reference_model};
-use jointwatch_shared::selftest_network::reference_network;
 use std::collections::HashSet;
 
 #[test]

@@ -3,7 +3,7 @@
 mod telemetry_frames;
 
 use jointwatch_shared::monitor::{self, Cause, State};
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::telemetry::{
     Answer, Answered, Damage, Event, Hello, Kind, MAX_FRAME, Message, ModelFault, Occasion,
     Quantity, Received, Refusal, Report, Request, Restart, Slot, UploadReply, UploadRequest,
     Verdict,
@@ -161,7 +161,7 @@ fn what_this_program_does_not_know_is_told_apart_from_damage() {
 
 #[test]
 fn fields_that_do_not_fit_are_refused_and_not_cut_off() {
-    use jointwatch_shared::telemetry::{MAX_PAYLOAD, TooLong, encode};
+    use jointwatch_shared::wire::telemetry::{MAX_PAYLOAD, TooLong, encode};
     let mut place = [0; MAX_FRAME];
     let most = MAX_PAYLOAD - 7;
     for value in [0, 1] {
@@ -175,7 +175,7 @@ fn fields_that_do_not_fit_are_refused_and_not_cut_off() {
 
 #[test]
 fn a_decoder_counts_what_it_sees() {
-    let mut decoder = jointwatch_shared::telemetry::Decoder::<Report>::default();
+    let mut decoder = jointwatch_shared::wire::telemetry::Decoder::<Report>::default();
     let mut feed = |bytes: &[u8]| -> Vec<_> {
         let found = bytes.iter().filter_map(|&byte| decoder.push(byte));
         found.collect()
@@ -339,7 +339,10 @@ fn the_protocol_version_can_be_read_whatever_follows_it() {
     let frame = frame(&hello(), 0);
     // COBS code, tag, sequence number (two zeros, which are codes), then the version.
     assert_eq!(u16::from(frame[5]), protocol);
-    assert_eq!(protocol, jointwatch_shared::telemetry::PROTOCOL_VERSION);
+    assert_eq!(
+        protocol,
+        jointwatch_shared::wire::telemetry::PROTOCOL_VERSION
+    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 mod telemetry_frames;
 
-use jointwatch_shared::telemetry::{Decoder, Message, Received, Report, Request};
+use jointwatch_shared::wire::telemetry::{Decoder, Message, Received, Report, Request};
 use proptest::prelude::*;
 use telemetry_frames::{decode, frame, hello, messages, reports, requests};
 

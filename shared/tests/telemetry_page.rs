@@ -1,12 +1,12 @@
-//! The bytes that docs/telemetry.md lists are the bytes on the line.
+//! The bytes that docs/reference/telemetry.md lists are the bytes on the line.
 
 mod telemetry_frames;
 
 use jointwatch_shared::monitor::{Cause, State};
-use jointwatch_shared::telemetry::{MAX_FRAME, MAX_PAYLOAD, Message};
+use jointwatch_shared::wire::telemetry::{MAX_FRAME, MAX_PAYLOAD, Message};
 use telemetry_frames::{frame, reports, requests};
 
-const PAGE: &str = include_str!("../../docs/telemetry.md");
+const PAGE: &str = include_str!("../../docs/reference/telemetry.md");
 
 /// An example of the page: its tag, the bytes of its table, and its frame.
 struct Example {
@@ -75,11 +75,17 @@ fn the_documented_bytes_are_the_written_bytes() {
 fn the_documented_codes_and_sizes_are_those_of_the_program() {
     for state in State::ALL {
         let row = format!("| {} | {} |", state.tag(), state.words());
-        assert!(PAGE.contains(&row), "docs/telemetry.md lacks {row}");
+        assert!(
+            PAGE.contains(&row),
+            "docs/reference/telemetry.md lacks {row}"
+        );
     }
     for cause in Cause::ALL {
         let row = format!("| {} | {} |", cause.tag(), cause.words());
-        assert!(PAGE.contains(&row), "docs/telemetry.md lacks {row}");
+        assert!(
+            PAGE.contains(&row),
+            "docs/reference/telemetry.md lacks {row}"
+        );
     }
     assert!(PAGE.contains(&format!("The longest frame has {MAX_FRAME} bytes")));
     assert!(PAGE.contains(&format!("| 7 to {MAX_PAYLOAD} | the payload")));

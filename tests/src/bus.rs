@@ -3,7 +3,7 @@
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use jointwatch::emulate::board::{Board, Place};
 use jointwatch_firmware::sensor::acquire::Sensors;
-use jointwatch_shared::wiring::Wiring;
+use jointwatch_shared::wire::wiring::Wiring;
 use std::cell::RefCell;
 use std::rc::Rc;
 

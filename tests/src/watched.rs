@@ -11,9 +11,9 @@ use jointwatch::simulate::{
     SimulationOptions, joint_state, record_drives, simulate,
 };
 use jointwatch::study::{Channels, Record, Role};
-use jointwatch_shared::blob;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
 use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, Verdict};
+use jointwatch_shared::wire::blob;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};

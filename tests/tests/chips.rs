@@ -3,7 +3,9 @@
 use jointwatch::emulate::board::{Board, DropOuts, Injection, Place, Trouble};
 use jointwatch_firmware::sensor::acquire::{Acquired, CHIPS, CONVERTER};
 use jointwatch_firmware::sensor::presence::{BACK_WITHIN, Health};
-use jointwatch_shared::wiring::{AxisWiring, Counter, Readings, Signed, SignedDirection, Wiring};
+use jointwatch_shared::wire::wiring::{
+    AxisWiring, Counter, Readings, Signed, SignedDirection, Wiring,
+};
 use jointwatch_tests::bus::{Chips, chips};
 use std::cell::RefCell;
 use std::rc::Rc;

@@ -404,6 +404,7 @@ fn the_demo_tells_the_whole_story_and_leaves_its_folder() {
         "diagnosis.json",
         "plots/before/where-x.svg",
         "plots/after/staircase.svg",
+        "report.html",
     ] {
         assert!(out.join(file).is_file(), "{file} is missing");
     }

@@ -7,11 +7,11 @@ use std::fs;
 
 #[test]
 fn the_page_of_the_docs_is_what_the_program_writes() {
-    let page = fs::read_to_string(workspace().join("docs/effects.md")).unwrap();
+    let page = fs::read_to_string(workspace().join("docs/reference/effects.md")).unwrap();
     let written = succeed(workspace(), &["effects", "--markdown"]);
     assert!(
         page == written,
-        "docs/effects.md is stale: jointwatch effects --markdown > docs/effects.md"
+        "docs/reference/effects.md is stale: jointwatch effects --markdown > docs/reference/effects.md"
     );
 }
 
@@ -50,7 +50,7 @@ fn the_list_and_each_page_hold_what_the_table_says() {
 fn a_name_that_is_not_known_gets_the_nearest_one() {
     let sentence = fail(workspace(), &["effects", "colomb"], 3);
     assert!(sentence.contains("\"coulomb\""), "{sentence}");
-    let sentence = fail(workspace(), &["effects", "gravity"], 3);
+    let sentence = fail(workspace(), &["effects", "magnetism"], 3);
     assert!(sentence.contains("viscous"), "{sentence}");
     let both = run(workspace(), &["effects", "coulomb", "--markdown"]);
     assert_eq!(both.status.code(), Some(2));

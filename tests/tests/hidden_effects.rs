@@ -6,7 +6,7 @@ use jointwatch::simulate::{RigParameters, SimulationOptions, record_drives, simu
 use jointwatch::study::Study;
 use jointwatch_tests::hidden::bodies::BOUND;
 use jointwatch_tests::hidden::cases::{Case, Options};
-use jointwatch_tests::hidden::catalogue::SUBJECTS;
+use jointwatch_tests::hidden::catalogue::{BY_NAME, SUBJECTS};
 use jointwatch_tests::hidden::drive::{Drive, RATE_HZ};
 use jointwatch_tests::hidden::judge::diagnose;
 use jointwatch_tests::hidden::laws::Form;
@@ -128,7 +128,7 @@ fn share_in_files(case: &Case) -> f64 {
 #[test]
 fn every_subject_hides_the_share_that_was_asked_for() {
     let seed = 11;
-    SUBJECTS.par_iter().for_each(|subject| {
+    SUBJECTS.par_iter().chain(&BY_NAME).for_each(|subject| {
         let mut case = Case::draw(&only(subject.name, seed), 0).unwrap();
         case.snr_db = None;
         let (share, wanted) = (share_in_files(&case), case.hidden[0].wanted);

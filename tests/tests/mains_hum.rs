@@ -4,9 +4,9 @@
 use jointwatch::device::replay::SetUp;
 use jointwatch::simulate::RigParameters;
 use jointwatch::study::Record;
-use jointwatch_shared::hum::Hum as Line;
+use jointwatch_shared::base::hum::Hum as Line;
+use jointwatch_shared::chain::Output;
 use jointwatch_shared::monitor::{MonitorState, State};
-use jointwatch_shared::pipeline::Output;
 use jointwatch_tests::detection::{detect, story};
 use jointwatch_tests::false_alarms::WANTED_HOURS;
 use jointwatch_tests::watched::{Hum, Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject, add_line};

@@ -63,7 +63,7 @@ fn six_foreign_studies_go_through_identify_and_compare() {
     assert_eq!(seen, 6, "studies gone through");
 }
 
-/// The study that `docs/measured-axis.md` prints, for the public record of an electro-mechanical positioning system.
+/// The study that `docs/notebook/measured-axis.md` prints, for the public record of an electro-mechanical positioning system.
 const STUDY: &str = include_str!("../../docs/measured-axis.toml");
 
 #[test]
@@ -148,7 +148,7 @@ fn a_measured_axis_gives_its_published_friction_and_mass() {
     succeed(folder, &["export", "model.json", "-o", "model.bin"]);
     let replay = ["replay", "model.bin", "study.toml", "--json", "-"];
     let replayed = figures(&succeed(folder, &replay));
-    for (number, (role, most)) in [("verification", 0.15), ("validation", 0.65)]
+    for (number, (role, most)) in [("verification", 0.15), ("validation", 0.3)]
         .into_iter()
         .enumerate()
     {

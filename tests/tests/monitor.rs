@@ -2,8 +2,8 @@
 
 use jointwatch::simulate::RigParameters;
 use jointwatch::study::Record;
+use jointwatch_shared::chain::ChainState;
 use jointwatch_shared::monitor::{Cause, Faults, MonitorState, State, Verdict};
-use jointwatch_shared::pipeline::ChainState;
 use jointwatch_tests::detection::{detect, story};
 use jointwatch_tests::false_alarms::{Campaign, WANTED_HOURS, report};
 use jointwatch_tests::watched::{Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject};
@@ -101,7 +101,7 @@ fn a_healthy_hour_raises_no_alarm() {
 
 #[test]
 fn the_tail_of_a_short_campaign_reaches_the_stated_interval() {
-    // Rigs whose parameters were drawn anew, none of them used to choose a constant of the monitor; docs/monitor.md has the long one.
+    // Rigs whose parameters were drawn anew, none of them used to choose a constant of the monitor; docs/explanation/monitor.md has the long one.
     for learnt in [Learnt::Physical, Learnt::Polynomial] {
         let campaign = Campaign::run(learnt, 500, 2, 0.5).unwrap_or_else(|why| panic!("{why}"));
         println!("{}", report(&campaign));

@@ -1,6 +1,6 @@
 //! A network on its way to the device, as a user takes it there: export, inspect, replay, and what is refused.
 
-use jointwatch_shared::fixed::q31_to_f64;
+use jointwatch_shared::scalar::fixed::q31_to_f64;
 use jointwatch_shared::selftest::Points;
 use jointwatch_tests::program::{fail, succeed};
 use jointwatch_tests::story::story;

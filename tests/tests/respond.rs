@@ -433,7 +433,7 @@ fn the_published_friction_moves_the_measured_slide() {
                 "{name}, restart {restart_s:?}: displacement {:.4} %, velocity {:.4} % NMSE",
                 figures.displacement_nmse_percent, figures.velocity_nmse_percent
             );
-            assert!(figures.velocity_nmse_percent < 2.5, "{name}");
+            assert!(figures.velocity_nmse_percent < 0.6, "{name}");
         }
         assert!(
             response

@@ -1,6 +1,6 @@
 //! `export --rig`: a description of the wiring becomes the numbers of a block, and what is wrong with it is said with its line.
 
-use jointwatch_shared::rig_block::{RIG_BLOCK_LEN, decode};
+use jointwatch_shared::wire::rig_block::{RIG_BLOCK_LEN, decode};
 use jointwatch_tests::program::{fail, succeed, workspace};
 use jointwatch_tests::story::story;
 use std::fs;
@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// The example of the documentation.
 fn example() -> String {
-    let page = fs::read_to_string(workspace().join("docs/rig-block.md")).unwrap();
+    let page = fs::read_to_string(workspace().join("docs/reference/rig-block.md")).unwrap();
     let (_, rest) = page.split_once("```toml\n").unwrap();
     rest.split_once("```").unwrap().0.to_owned()
 }
@@ -35,7 +35,7 @@ fn the_documented_description_becomes_the_numbers_of_a_block() {
     let near = |seen: f64, wanted: f64| {
         assert!((seen / wanted - 1.0).abs() < 1e-12, "{seen} for {wanted}")
     };
-    let [x, phi] = block.rig.axes.as_slice() else {
+    let [x, phi] = block.axes.as_slice() else {
         panic!("two axes");
     };
     near(x.displacement_step, 2e-6);
@@ -44,7 +44,7 @@ fn the_documented_description_becomes_the_numbers_of_a_block() {
     near(phi.acceleration_step, 9.80665 / 256_000.0 / 0.12);
     near(x.force_step, 1.2 / 32.0 / 8_388_608.0 / 3.0 * 250_000.0);
     near(phi.force_step, 1.2 / 64.0 / 8_388_608.0 / 3.0 * 1200.0);
-    let rate = block.rig.sample_rate_hz;
+    let rate = block.sample_rate_hz;
     near(x.delays.acceleration, 1500e-6 * rate);
     near(x.force_delay_samples, 620e-6 * rate);
     assert_eq!((x.delays.displacement, x.delays.body), (0.0, 0.0));
@@ -74,7 +74,7 @@ fn the_defaults_come_from_a_study_and_keep_replays_steps() {
     let arguments = ["export", &model(), "--rig", "defaults", "--study", study];
     succeed(folder.path(), &arguments);
     let block = decode(&fs::read(folder.path().join("rig.bin")).unwrap()).unwrap();
-    assert_eq!(block.rig.axes.len(), 2);
+    assert_eq!(block.axes.len(), 2);
     assert!(block.wiring.counters.iter().any(Option::is_some));
 
     let sentence = fail(folder.path(), &["export", &model(), "--rig", "defaults"], 2);
@@ -91,7 +91,7 @@ fn a_study_puts_the_monitors_limits_into_the_block_and_replay_takes_them_from_th
     let study = story().join("rig/study.toml");
     let study = study.to_str().unwrap();
     succeed(at, &["export", &model(), "-o", "model.bin"]);
-    let checksum = jointwatch_shared::blob::checksum(
+    let checksum = jointwatch_shared::wire::blob::checksum(
         &fs::read(at.join("model.bin"))
             .unwrap()
             .try_into()
@@ -166,7 +166,7 @@ fn a_study_puts_the_monitors_limits_into_the_block_and_replay_takes_them_from_th
         model_checksum: !checksum,
         ..limits
     });
-    let bytes = jointwatch_shared::rig_block::encode(&other).unwrap();
+    let bytes = jointwatch_shared::wire::rig_block::encode(&other).unwrap();
     fs::write(at.join("other.bin"), bytes).unwrap();
     refused(&with("other.bin"), 3, "set for another model");
 }

@@ -8,9 +8,9 @@ use jointwatch::device::upload::{Patience, Uploaded, upload};
 use jointwatch::text::error::Error;
 use jointwatch_firmware::key::{IS_DEVELOPMENT_KEY, PUBLIC_KEY};
 use jointwatch_firmware::store::{Key, Place, Store, Trust, Upload};
-use jointwatch_shared::blob::{self, BLOB_LEN};
 use jointwatch_shared::selftest::reference_model;
-use jointwatch_shared::telemetry::{Decoder, MAX_FRAME, Report, Request, encode};
+use jointwatch_shared::wire::blob::{self, BLOB_LEN};
+use jointwatch_shared::wire::telemetry::{Decoder, MAX_FRAME, Report, Request, encode};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
@@ -277,8 +277,8 @@ fn what_the_device_refuses_is_said_in_a_sentence_and_changes_nothing() {
 /// A host that checks nothing: what the device itself says to bytes that no honest host sends.
 #[test]
 fn the_device_does_not_rely_on_the_host() {
-    use jointwatch_shared::slot::{ContentCrc, signed_prefix};
-    use jointwatch_shared::telemetry::{
+    use jointwatch_shared::wire::slot::{ContentCrc, signed_prefix};
+    use jointwatch_shared::wire::telemetry::{
         Kind, ModelFault, Refusal, Signature, UploadReply, UploadRequest as Ask,
     };
     let work = &mut [0; BLOB_LEN];
@@ -328,7 +328,7 @@ fn the_device_does_not_rely_on_the_host() {
     let fault = Refusal::Model(ModelFault::Checksum);
     assert_eq!(outcome(&corrupt, seen), UploadReply::Refused(fault));
     let mut newer = good;
-    newer[4] = jointwatch_shared::blob::BLOB_VERSION as u8 + 1;
+    newer[4] = jointwatch_shared::wire::blob::BLOB_VERSION as u8 + 1;
     let fault = Refusal::Model(ModelFault::Version);
     assert_eq!(outcome(&newer, crc(&newer)), UploadReply::Refused(fault));
     let long = [0; 8196];

@@ -3,7 +3,7 @@
 use crate::sensor::acquire::{CHIPS, CONVERTER};
 use heapless::Vec;
 use jointwatch_shared::monitor::limits::CHANNELS;
-use jointwatch_shared::wiring::{AxisWiring, Signed, SignedDirection, Wiring};
+use jointwatch_shared::wire::wiring::{AxisWiring, Signed, SignedDirection, Wiring};
 
 /// The chip of every channel, where one is wired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

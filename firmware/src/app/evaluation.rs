@@ -4,9 +4,9 @@ use super::sampling::Frame;
 use super::watch::Watch;
 use core::mem::MaybeUninit;
 use heapless::spsc::{Consumer, Producer};
-use jointwatch_shared::kernels::Kernels;
-use jointwatch_shared::model::Model;
-use jointwatch_shared::pipeline::{Chain, ChainState, Output};
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::kernels::Kernels;
+use jointwatch_shared::chain::{Chain, ChainState, Output};
 
 /// Room for what is too large to be built on the stack and handed round.
 #[derive(Debug)]

@@ -27,7 +27,7 @@ mod tests {
     use super::super::{Evaluated, Frame, evaluate};
     use super::*;
     use heapless::spsc::Queue;
-    use jointwatch_shared::kernels::Portable;
+    use jointwatch_shared::base::kernels::Portable;
 
     #[test]
     fn it_is_fed_while_samples_come_and_the_monitor_takes_them() {

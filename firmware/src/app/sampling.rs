@@ -4,9 +4,9 @@ use crate::sensor::acquire::{CHIPS, Sensors};
 use crate::sensor::presence::Health;
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
+use jointwatch_shared::chain::RawSample;
 use jointwatch_shared::monitor::Faults;
-use jointwatch_shared::pipeline::RawSample;
-use jointwatch_shared::wiring::Wiring;
+use jointwatch_shared::wire::wiring::Wiring;
 
 /// One instant, as it is handed on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -4,8 +4,8 @@ use super::watch::{Streamed, Watch};
 use crate::store::{Store, Upload, Verifier};
 use embedded_storage::nor_flash::NorFlash;
 use heapless::spsc::Consumer;
-use jointwatch_shared::blob::BLOB_LEN;
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::blob::BLOB_LEN;
+use jointwatch_shared::wire::telemetry::{
     Answer, Decoder, Hello, MAX_FRAME, Occasion, Report, Request, UploadReply, UploadRequest,
     encode,
 };

@@ -8,16 +8,16 @@ use crate::store::{Fault, Place, Started, State, Store, Trial, Verifier};
 use core::mem::MaybeUninit;
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
-use jointwatch_shared::blob::{self, BLOB_LEN};
-use jointwatch_shared::error::Error;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::chain::{Chain, ChainState};
+use jointwatch_shared::fault::Error;
 use jointwatch_shared::monitor::{Cause, Monitor};
-use jointwatch_shared::pipeline::{Chain, ChainState};
-use jointwatch_shared::rig_block::{self, OnBoard, Refusal};
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::blob::{self, BLOB_LEN};
+use jointwatch_shared::wire::rig_block::{self, Refusal};
+use jointwatch_shared::wire::telemetry::{
     Event, Hello, ModelFault, ModelIdentity, Occasion, PROTOCOL_VERSION, Restart, RigIdentity, Slot,
 };
-use jointwatch_shared::wiring::Wiring;
+use jointwatch_shared::wire::wiring::Wiring;
 
 /// How long a new model has to run before it is kept, in seconds.
 const TRIAL_S: u32 = 10;
@@ -176,40 +176,39 @@ fn with_rig(
     begun: &mut Begun,
     (evaluator, state): (&'static mut MaybeUninit<Evaluator>, &'static mut ChainState),
 ) -> Result<(), Unused> {
-    let evaluator = evaluator.write(Evaluator {
-        chain: Chain::empty(),
-        model,
-        state,
-    });
-    let OnBoard {
-        sample_rate_hz: hz,
-        sample_rate_uhz: uhz,
-        wiring,
-        model_checksum,
-        limits,
-    } = rig_block::on_board(bytes, &mut evaluator.chain).map_err(Unused::Refused)?;
+    let rig = rig_block::decode(bytes).map_err(Unused::Refused)?;
+    let rate = Rate {
+        hz: rig.sample_rate_hz,
+        uhz: rig.sample_rate_uhz(),
+    };
     let [least, most] = Rate::UHZ;
-    if !(least..=most).contains(&uhz) {
+    if !(least..=most).contains(&rate.uhz) {
         return Err(Unused::Refused(Refusal::Value(Error::OutOfRange {
             quantity: "sample rate of the rig in 10⁻⁶ Hz",
-            seen: uhz as f64,
+            seen: rate.uhz as f64,
             least: least as f64,
             most: most as f64,
         })));
     }
-    let chain = &evaluator.chain;
-    if model_checksum != checksum || chain.axes() != evaluator.model.axes() {
+    if rig.model_checksum != checksum || rig.axes.len() != model.axes() {
         return Err(Unused::Mismatch);
     }
-    let judge = match limits {
+    let chain = Chain::new(&model, &rig).map_err(|error| Unused::Refused(error.into()))?;
+    let evaluator = evaluator.write(Evaluator {
+        chain,
+        model,
+        state,
+    });
+    let chain = &evaluator.chain;
+    let judge = match rig.limits {
         None => Err(Cause::NoLimits),
         Some(limits) if limits.model_checksum != checksum => Err(Cause::OtherModel),
         Some(limits) => Ok(Monitor::new(limits, chain).map_err(|_| Unused::Mismatch)?),
     };
     let crc = bytes.last_chunk().copied().map_or(0, u32::from_le_bytes);
-    begun.hello.rig = Some(RigIdentity::new(hz, chain, crc));
-    begun.rate = Rate { hz, uhz };
-    begun.wiring = wiring;
+    begun.hello.rig = Some(RigIdentity::new(rate.hz, chain, crc));
+    begun.rate = rate;
+    begun.wiring = rig.wiring;
     begun.watch.judge(judge);
     begun.evaluator = Some(evaluator);
     Ok(())
@@ -239,7 +238,7 @@ fn fault(why: &Refusal) -> ModelFault {
         Refusal::Magic { .. } => ModelFault::Magic,
         Refusal::Version { .. } => ModelFault::Version,
         Refusal::Checksum { .. } => ModelFault::Checksum,
-        Refusal::Field { .. } => ModelFault::Field,
+        Refusal::Message | Refusal::Form => ModelFault::Field,
         Refusal::Reserved { .. } => ModelFault::Reserved,
         Refusal::Value(why) => ModelFault::from(why),
         _ => ModelFault::Other,

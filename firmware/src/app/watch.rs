@@ -7,10 +7,10 @@ use crate::sensor::acquire::CHIPS;
 use crate::sensor::presence::Health as ChipHealth;
 use crate::store::Trial;
 use heapless::{Deque, Vec};
+use jointwatch_shared::chain::{Output, RawSample};
 use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, Verdict as Said, Window};
-use jointwatch_shared::pipeline::{Output, RawSample};
-use jointwatch_shared::snapshot::Recorder;
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::snapshot::Recorder;
+use jointwatch_shared::wire::telemetry::{
     Answered, AxisStatus, Counters, Event, Health, MAX_FRAME, Report, Request, STATUS_HZ, Sample,
     SensorStatus, Slot, Status, Verdict,
 };

@@ -2,16 +2,13 @@
 #![no_std]
 #![no_main]
 
-#[cfg(feature = "stm32f405")]
-use jointwatch_firmware::board::kernels::Kernels;
+use jointwatch_firmware::board::Kernels;
 #[cfg(not(feature = "stm32f405"))]
 use jointwatch_firmware::board::microbit as board;
 use jointwatch_firmware::board::semihosting;
 #[cfg(feature = "stm32f405")]
 use jointwatch_firmware::board::stm32f405 as board;
 use jointwatch_firmware::suite::{self, Board};
-#[cfg(not(feature = "stm32f405"))]
-use jointwatch_shared::kernels::Portable as Kernels;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {

@@ -1,19 +1,19 @@
-//! The inner loops of a sample in assembly, for a Cortex-M4: the bits of `jointwatch_shared::kernels` in fewer instructions.
+//! The inner loops of a sample in assembly, for a Cortex-M4: the bits of `jointwatch_shared::base::kernels` in fewer instructions.
 //!
 //! They load four words with one instruction, which also moves on to the next four; the compiler pairs two at most, and computes addresses
 //! besides. What runs is the same for all values: no branch depends on one.
 
 use core::arch::naked_asm;
-use jointwatch_shared::kernels;
-use jointwatch_shared::model::network::Neuron;
-use jointwatch_shared::model::polynomial::{BLOCKS, Block, Blocks};
-use jointwatch_shared::tanh::{LAST, Row, TABLE};
+use jointwatch_shared::base::kernels;
+use jointwatch_shared::base::network::Neuron;
+use jointwatch_shared::base::polynomial::{BLOCKS, Block, Blocks};
+use jointwatch_shared::base::tanh::{LAST, Row, TABLE};
 
 /// In assembly.
 #[derive(Clone, Copy, Debug)]
-pub struct Kernels;
+pub struct Assembly;
 
-impl kernels::Kernels for Kernels {
+impl kernels::Kernels for Assembly {
     #[inline(always)]
     fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
         let count = weights.len().min(rows.len());

@@ -1,7 +1,7 @@
 //! The boards: what differs between one microcontroller and another, and the only `unsafe` code of the firmware.
 
 #[cfg(feature = "stm32f405")]
-pub mod kernels;
+mod kernels;
 #[cfg(feature = "semihosting-link")]
 pub mod link;
 #[cfg(feature = "microbit")]
@@ -17,3 +17,9 @@ mod slots;
 pub mod stack;
 #[cfg(feature = "stm32f405")]
 pub mod stm32f405;
+
+#[cfg(not(feature = "stm32f405"))]
+pub use jointwatch_shared::base::kernels::Portable as Kernels;
+/// The inner loops of a sample on this board, chosen here and nowhere else: in assembly where the processor has the instructions.
+#[cfg(feature = "stm32f405")]
+pub use kernels::Assembly as Kernels;

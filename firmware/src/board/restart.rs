@@ -1,7 +1,7 @@
 //! Why the device restarted: kept in a word of RAM that a restart does not touch, and in the chip's own flags.
 
 use core::cell::UnsafeCell;
-use jointwatch_shared::telemetry::Restart;
+use jointwatch_shared::wire::telemetry::Restart;
 use stm32f4::stm32f405::RCC;
 
 /// A word that start-up code leaves alone.

@@ -1,7 +1,7 @@
 //! Where the two model slots lie in flash, as the linker placed them.
 
 use core::slice;
-use jointwatch_shared::blob::BLOB_LEN;
+use jointwatch_shared::wire::blob::BLOB_LEN;
 
 unsafe extern "C" {
     // Addresses from the board's memory map; there is nothing of Rust's behind them.

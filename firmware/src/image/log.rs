@@ -5,9 +5,9 @@ use jointwatch_firmware::app::Begun;
 use jointwatch_firmware::clock::{Clock, Source};
 use jointwatch_firmware::key::IS_DEVELOPMENT_KEY;
 use jointwatch_firmware::store::{Place, Started, State};
-use jointwatch_shared::model::Model;
-use jointwatch_shared::model::axis::AxisKind;
-use jointwatch_shared::telemetry::Restart;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::axis::AxisKind;
+use jointwatch_shared::wire::telemetry::Restart;
 
 /// Version, clock, key, and why it started.
 pub(crate) fn start(clock: Clock, why: Restart) {

@@ -26,7 +26,7 @@ mod app {
         Begun, Evaluated, Evaluator, Frame, Progress, Room, Sampler, Server, Setup, Streamed,
         Watch, begin, evaluate,
     };
-    use jointwatch_firmware::board::kernels::Kernels;
+    use jointwatch_firmware::board::Kernels;
     use jointwatch_firmware::board::stm32f405::parts::{
         self, Device, Devices, Serial, SlotFlash, Ticker,
     };
@@ -35,7 +35,7 @@ mod app {
     use jointwatch_firmware::key::PUBLIC_KEY;
     use jointwatch_firmware::sensor::acquire::Sensors;
     use jointwatch_firmware::store::{Key, Store, Trust};
-    use jointwatch_shared::telemetry::Occasion;
+    use jointwatch_shared::wire::telemetry::Occasion;
     use stm32f4::stm32f405::Interrupt;
 
     /// Frames between sampling and evaluation, and between that and the monitor: one less fits.

@@ -6,7 +6,7 @@
 
 use super::{Fault, Found, Reading, Sensor, at_rails};
 use embedded_hal::spi::SpiDevice;
-use jointwatch_shared::wiring::{CHANNELS, Converter};
+use jointwatch_shared::wire::wiring::{CHANNELS, Converter};
 
 // Commands, section "Commands", table "Command Definitions".
 const NULL: u16 = 0x0000;

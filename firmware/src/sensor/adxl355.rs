@@ -5,7 +5,7 @@
 
 use super::{Fault, Found, Reading, Sensor, at_rails};
 use embedded_hal::spi::SpiDevice;
-use jointwatch_shared::wiring::{Accelerometer, DIRECTIONS};
+use jointwatch_shared::wire::wiring::{Accelerometer, DIRECTIONS};
 
 // Addresses, table "Register Map".
 const DEVID_AD: u8 = 0x00;

@@ -6,7 +6,7 @@
 
 use super::{Fault, Found, Reading, Sensor};
 use embedded_hal::spi::SpiDevice;
-use jointwatch_shared::wiring::Counter;
+use jointwatch_shared::wire::wiring::Counter;
 
 // Instruction byte: operation in bits 7–6 (00 clear, 01 read, 10 write, 11 load), register in bits 5–3 (001 MDR0,
 // 010 MDR1, 011 DTR, 100 CNTR, 101 OTR, 110 STR). Datasheet, "IR" (instruction register).

@@ -1,8 +1,8 @@
 //! A bare model blob in a slot, as a debugger puts it there: what it is, and which of two is used. For the self-test.
 
-use jointwatch_shared::blob;
-use jointwatch_shared::error::Error;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::fault::Error;
+use jointwatch_shared::wire::blob;
 
 /// One of the two places in flash that can hold a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

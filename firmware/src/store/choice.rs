@@ -1,7 +1,7 @@
 //! Which of the two models runs after a restart: a pure function of what the two slots hold.
 
 use super::blob_slot::Place;
-use jointwatch_shared::telemetry::ModelFault;
+use jointwatch_shared::wire::telemetry::ModelFault;
 
 /// What is wrong with what a slot holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! The two model slots in flash: which model runs, how a new one gets there, and why no loss of power can spoil that.
 //!
 //! A new model goes into the slot that is not in use. Its life is a row of words, each programmed once
-//! ([`jointwatch_shared::slot`] has the places):
+//! ([`jointwatch_shared::wire::slot`] has the places):
 //!
 //! 1. The slot is marked void, erased, and written: model, rig block, seal.
 //! 2. All of it is read back and checked: CRC, signature, the model's own checks. Then it is marked **sealed**.
@@ -27,14 +27,14 @@ pub use upload::Upload;
 pub use verify::{Check, Ed25519Check, Key, Trust, Verifier};
 
 use embedded_storage::nor_flash::NorFlash;
-use jointwatch_shared::blob::{self, BLOB_LEN};
-use jointwatch_shared::model::Model;
-use jointwatch_shared::slot::{
+use jointwatch_shared::base::Model;
+use jointwatch_shared::wire::blob::{self, BLOB_LEN};
+use jointwatch_shared::wire::slot::{
     BEGUN_OFFSET, CONFIRMED_OFFSETS, ContentCrc, ERASED, MARKED, MODEL_OFFSET, RIG_OFFSET,
     SEAL_LEN, SEAL_OFFSET, SEALED_OFFSET, SIGNATURE_LEN, Seal, SealFault, TRIED_OFFSET,
     VOID_OFFSETS, signed_prefix,
 };
-use jointwatch_shared::telemetry::ModelFault;
+use jointwatch_shared::wire::telemetry::ModelFault;
 
 /// Room to take a blob out of flash, for as long as a slot is looked at.
 pub type Work = [u8; BLOB_LEN];

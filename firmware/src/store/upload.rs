@@ -5,9 +5,9 @@
 
 use super::{Fault, Place, Store, Verifier, Work};
 use embedded_storage::nor_flash::NorFlash;
-use jointwatch_shared::blob::BLOB_LEN;
-use jointwatch_shared::slot::{BEGUN_OFFSET, RIG_OFFSET, RIG_ROOM};
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::blob::BLOB_LEN;
+use jointwatch_shared::wire::slot::{BEGUN_OFFSET, RIG_OFFSET, RIG_ROOM};
+use jointwatch_shared::wire::telemetry::{
     Kind, ModelFault, Refusal, Signature, Slot, UploadReply, UploadRequest,
 };
 

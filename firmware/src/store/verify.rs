@@ -1,7 +1,7 @@
 //! Whose model it is: the Ed25519 signature over model and rig block, checked in pieces, so that nothing has to fit into RAM.
 
 use ed25519_compact::{PublicKey, Signature, VerifyingState};
-use jointwatch_shared::slot::SIGNATURE_LEN;
+use jointwatch_shared::wire::slot::SIGNATURE_LEN;
 
 /// Something that can tell a good signature from a bad one.
 pub trait Verifier {

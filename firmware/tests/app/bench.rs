@@ -12,20 +12,20 @@ use jointwatch_firmware::clock::Clock;
 use jointwatch_firmware::sensor::acquire::{CHIPS, Sensors};
 use jointwatch_firmware::sensor::presence::Health;
 use jointwatch_firmware::store::{Key, Store, Trust};
-use jointwatch_shared::blob;
-use jointwatch_shared::kernels::Portable;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::kernels::Portable;
+use jointwatch_shared::chain::RawSample;
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
-use jointwatch_shared::pipeline::RawSample;
-use jointwatch_shared::rig_block::{self, RigBlock};
-use jointwatch_shared::selftest_chain::{self, SHORT_TAPS};
-use jointwatch_shared::slot::{
+use jointwatch_shared::selftest::chain::{self, SHORT_TAPS};
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::rig::Rig;
+use jointwatch_shared::wire::rig_block;
+use jointwatch_shared::wire::slot::{
     ContentCrc, MARKED, RIG_OFFSET, SEAL_LEN, SEAL_OFFSET, SEALED_OFFSET, Seal, signed_prefix,
 };
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::telemetry::{
     Decoder, MAX_FRAME, Occasion, Report, Request, Restart, Signature, encode,
 };
-use jointwatch_shared::wiring::{AxisWiring, Signed, SignedDirection, Wiring};
 use std::convert::Infallible;
 
 /// Samples per second of the rig.
@@ -66,7 +66,7 @@ fn keys() -> KeyPair {
 }
 
 /// A signed slot.
-pub(crate) fn signed(model: &Model, rig: Option<&RigBlock>) -> Slot {
+pub(crate) fn signed(model: &Model, rig: Option<&Rig>) -> Slot {
     let rig = rig.map(|rig| rig_block::encode(rig).expect("a sound rig block"));
     sealed(model, rig.as_ref().map_or(&[], |rig| rig))
 }
@@ -91,28 +91,8 @@ pub(crate) fn sealed(model: &Model, rig: &[u8]) -> Slot {
 }
 
 /// A rig with one of the reference models on it, with limits for the model of this checksum.
-pub(crate) fn reference_rig(model: &Model, limits_for: Option<u32>) -> RigBlock {
-    let rig = selftest_chain::reference_rig(SHORT_TAPS).expect("a sound rig");
-    let counter = |place| Signed {
-        place,
-        negative: false,
-    };
-    let wired = |n: u8| AxisWiring {
-        far: counter(2 * n),
-        near: Some(counter(2 * n + 1)),
-        body: Some(counter(2 * n + 1)),
-        force: counter(n),
-        // That of phi is derived.
-        acceleration: [
-            (n == 0).then_some(SignedDirection {
-                chip: 0,
-                direction: 0,
-                negative: false,
-            }),
-            None,
-        ],
-        pair_distance_m: 0.0,
-    };
+pub(crate) fn reference_rig(model: &Model, limits_for: Option<u32>) -> Rig {
+    let rig = chain::reference_rig(SHORT_TAPS).expect("a sound rig");
     let side = Cusum {
         drift: 1 << 20,
         threshold: 1 << 24,
@@ -133,10 +113,6 @@ pub(crate) fn reference_rig(model: &Model, limits_for: Option<u32>) -> RigBlock 
         gross: [0; 2],
         moving_counts: [20, 20, 20, 20, 20],
     };
-    let wiring = Wiring {
-        axes: (0..2).map(wired).collect(),
-        ..Wiring::unconfigured()
-    };
     let limits = limits_for.map(|model_checksum| Limits {
         model_checksum,
         block: 64,
@@ -144,7 +120,11 @@ pub(crate) fn reference_rig(model: &Model, limits_for: Option<u32>) -> RigBlock 
         false_alarm_hours: 720,
         axes: [axis(), axis()].into_iter().collect(),
     });
-    RigBlock::new(rig, wiring, limits, model).expect("a rig that the model fits")
+    Rig {
+        model_checksum: blob::checksum_of(model),
+        limits,
+        ..rig
+    }
 }
 
 /// A line that keeps what is sent.

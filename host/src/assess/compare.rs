@@ -150,14 +150,14 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
     for correction in corrections::in_words(&model.effects) {
         text.push_str(&format!("Corrected in the study's data: {correction}.\n"));
     }
+    for axis in model.axes.iter().filter(|a| a.inertia_identified) {
+        text.push_str(&relative_to_applied(&axis.name));
+    }
     for (role, heading) in [
-        (
-            Role::Train,
-            "Verification (records the model was learnt from)",
-        ),
+        (Role::Train, "Verification (training records)"),
         (
             Role::Validate,
-            "Validation (records it has not seen; only these say how good it is)",
+            "Validation (other records; only these say how good the model is)",
         ),
     ] {
         let records: Vec<&RecordFigures> = comparison
@@ -168,45 +168,7 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
         if records.is_empty() {
             continue;
         }
-        let mut table = Table::new(&[
-            "record",
-            "axis",
-            "NMSE",
-            "wide-band",
-            "relative error",
-            "peak error",
-            "RMS force",
-            "outside range",
-        ]);
-        for record in records {
-            for axis in &model.axes {
-                let Some(figures) = record.axes.get(&axis.name) else {
-                    continue;
-                };
-                let unit = axis.kind.force_unit();
-                let percent = |value: f64| {
-                    if figures.rests {
-                        "rests".into()
-                    } else {
-                        format!("{value:.3} %")
-                    }
-                };
-                table.row(vec![
-                    record.file.clone(),
-                    axis.name.clone(),
-                    percent(figures.nmse_percent),
-                    percent(figures.nmse_percent_wide_band),
-                    if figures.rests {
-                        "rests".into()
-                    } else {
-                        format!("{:.4}", figures.relative_error)
-                    },
-                    format!("{} {unit}", where_it_fails::significant(figures.peak_error)),
-                    format!("{} {unit}", where_it_fails::significant(figures.rms_force)),
-                    format!("{:.2} %", 100.0 * figures.outside_range),
-                ]);
-            }
-        }
+        let table = figures_table(&records, model);
         text.push_str(&format!(
             "{heading}, in the band up to {:.0} Hz:\n{table}\n\n",
             model.filters.band_hz
@@ -219,21 +181,77 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
             "validation"
         };
         text.push_str(&format!("Where the error on {role} records sits:\n"));
-        let mut table = Table::new(&["axis", "share of error", "of", "in"]);
-        for place in &comparison.places {
-            let of = match place.kind {
-                "state" => format!("{:.1} % of the rows", 100.0 * place.share_of_rows),
-                "time" => format!("{:.1} % of the time", 100.0 * place.share_of_rows),
-                _ => format!("{:.1} % of the band", 100.0 * place.share_of_rows),
-            };
-            table.row(vec![
-                place.axis.clone(),
-                format!("{:.0} %", 100.0 * place.share_of_error),
-                of,
-                place.region.clone(),
-            ]);
-        }
-        text.push_str(&table.to_string());
+        text.push_str(&places_table(&comparison.places).to_string());
     }
     text.trim_end().to_string()
+}
+
+/// Says which force errors are relative to where it is not the restoring force.
+pub(crate) fn relative_to_applied(axis: &str) -> String {
+    format!(
+        "Errors on {axis} are relative to the applied force: its inertia is identified, so its restoring force is not measured by itself.\n"
+    )
+}
+
+/// The figures of records, axis by axis.
+fn figures_table(records: &[&RecordFigures], model: &ModelFile) -> Table {
+    let mut table = Table::new(&[
+        "record",
+        "axis",
+        "NMSE",
+        "wide-band",
+        "relative error",
+        "peak error",
+        "RMS force",
+        "outside range",
+    ]);
+    for record in records {
+        for axis in &model.axes {
+            let Some(figures) = record.axes.get(&axis.name) else {
+                continue;
+            };
+            let unit = axis.kind.force_unit();
+            let percent = |value: f64| {
+                if figures.rests {
+                    "rests".into()
+                } else {
+                    format!("{value:.3} %")
+                }
+            };
+            table.row(vec![
+                record.file.clone(),
+                axis.name.clone(),
+                percent(figures.nmse_percent),
+                percent(figures.nmse_percent_wide_band),
+                if figures.rests {
+                    "rests".into()
+                } else {
+                    format!("{:.4}", figures.relative_error)
+                },
+                format!("{} {unit}", where_it_fails::significant(figures.peak_error)),
+                format!("{} {unit}", where_it_fails::significant(figures.rms_force)),
+                format!("{:.2} %", 100.0 * figures.outside_range),
+            ]);
+        }
+    }
+    table
+}
+
+/// Where the error sits, the largest share first.
+fn places_table(places: &[Place]) -> Table {
+    let mut table = Table::new(&["axis", "share of error", "of", "in"]);
+    for place in places {
+        let of = match place.kind {
+            "state" => format!("{:.1} % of the rows", 100.0 * place.share_of_rows),
+            "time" => format!("{:.1} % of the time", 100.0 * place.share_of_rows),
+            _ => format!("{:.1} % of the band", 100.0 * place.share_of_rows),
+        };
+        table.row(vec![
+            place.axis.clone(),
+            format!("{:.0} %", 100.0 * place.share_of_error),
+            of,
+            place.region.clone(),
+        ]);
+    }
+    table
 }

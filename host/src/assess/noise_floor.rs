@@ -11,7 +11,7 @@ use crate::signal::fir::apply;
 use crate::signal::motion::Motion;
 use crate::signal::spectrum::Accumulator;
 use crate::study::Axis;
-use jointwatch_shared::model::terms::InSi;
+use jointwatch_shared::base::terms::InSi;
 
 /// An axis rests in a record where displacement, velocity and force are under these parts of their largest RMS; the force
 /// channel is noisier than the encoder.

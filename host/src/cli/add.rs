@@ -2,6 +2,7 @@
 
 use super::console::Console;
 use super::plots::Plots;
+use super::report::Report;
 use crate::diagnose::PerAxis;
 use crate::diagnose::add::{self, Added};
 use crate::model::effects;
@@ -30,6 +31,8 @@ pub(crate) struct Add {
     force: bool,
     #[command(flatten)]
     plots: Plots,
+    #[command(flatten)]
+    report: Report,
 }
 
 impl Add {
@@ -38,10 +41,17 @@ impl Add {
         let model = ModelFile::read(&self.model)?;
         let study = Study::read(&self.study)?;
         let output = self.output.unwrap_or_else(|| output_beside(&self.model));
-        console.check_outputs(&[&output], &study, Some(&self.model))?;
+        let written: Vec<&Path> = [output.as_path()]
+            .into_iter()
+            .chain(self.report.outputs())
+            .collect();
+        console.check_outputs(&written, &study, Some(&self.model))?;
         working.set_message("finding all values anew");
         let added = add::add(&study, &model, &self.effects)?;
         let drawings = self.plots.of_added(&study, &added, &self.effects)?;
+        let page = self
+            .report
+            .of_added(&study, &model, &added, &self.effects)?;
         working.finish_and_clear();
         say(console, &added)?;
         if !added.helps && !self.force {
@@ -55,6 +65,7 @@ impl Add {
         added.model.write(&output)?;
         console.say(format!("\nModel written to {}.", output.display()))?;
         self.plots.write(console, &drawings)?;
+        self.report.write(console, page)?;
         console.json(&serde_json::json!({
             "model": output, "helps": added.helps, "changes": added.changes, "errors": added.errors,
             "noise_floor": noise_floor(&added), "effects": added.model.effects,
@@ -77,8 +88,8 @@ fn noise_floor(added: &Added) -> PerAxis {
 fn say(console: &Console, added: &Added) -> Result<()> {
     console.say(effects::table(&added.model.effects).to_string())?;
     for (role, heading) in [
-        (Role::Train, "Verification (records it was learnt from)"),
-        (Role::Validate, "Validation (records it has not seen)"),
+        (Role::Train, "Verification (training records)"),
+        (Role::Validate, "Validation (other records)"),
     ] {
         let changes = added.changes.iter().filter(|c| c.role == role && !c.rests);
         let mut table = Table::new(&[

@@ -2,6 +2,7 @@
 
 use super::console::Console;
 use super::plots::Plots;
+use super::report::Report;
 use crate::assess::compare::{self, Comparison};
 use crate::assess::data_checks;
 use crate::model::file::ModelFile;
@@ -9,7 +10,7 @@ use crate::study::Study;
 use crate::text::error::Result;
 use clap::Args;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch compare`.
 #[derive(Args)]
@@ -20,6 +21,8 @@ pub(crate) struct Compare {
     model: PathBuf,
     #[command(flatten)]
     plots: Plots,
+    #[command(flatten)]
+    report: Report,
 }
 
 /// What scripts read.
@@ -36,10 +39,12 @@ impl Compare {
         let working = console.working("comparing");
         let model = ModelFile::read(&self.model)?;
         let study = Study::read(&self.study)?;
-        console.check_outputs(&[], &study, Some(&self.model))?;
+        let written: Vec<&Path> = self.report.outputs().collect();
+        console.check_outputs(&written, &study, Some(&self.model))?;
         let comparison = compare::compare(&study, &model)?;
         let problems = data_checks::check(&study, &model.filters);
         let drawings = self.plots.of_comparison(&study, &model, &comparison)?;
+        let page = self.report.of_model(&study, &model)?;
         working.finish_and_clear();
         for note in &study.notes {
             console.say(format!("Note: {note}."))?;
@@ -52,6 +57,7 @@ impl Compare {
         }
         console.say(compare::in_words(&comparison, &model))?;
         self.plots.write(console, &drawings)?;
+        self.report.write(console, page)?;
         console.json(&Compared {
             comparison,
             data_problems,

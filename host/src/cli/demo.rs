@@ -1,10 +1,11 @@
-//! `jointwatch demo`: the whole story on a simulated rig, in a folder that the user can go on with.
+//! `jointwatch demo`: every step on a simulated rig with a hidden effect, in a folder that the user can go on with.
 //!
 //! Every step is a command as the user would type it, printed and then run through the same parser; the emulated device is
 //! the one step that has no command of its own.
 
 use super::console::Console;
 use crate::device::export;
+use crate::diagnose::LAST_PROPOSED;
 use crate::emulate::selftest::{self, Board};
 use crate::text::error::{Error, Result};
 use crate::text::table::quantity;
@@ -55,17 +56,7 @@ impl Demo {
         let (blob, diagnosis) = (story.file("model.bin"), story.file("diagnosis.json"));
         let mut model = story.file("model.json");
 
-        story.heading("1. A rig whose joint does something that its study does not list (what it is stays hidden until the end)")?;
-        let (hidden, share) = chosen(self.seed);
-        let (seed, share) = (self.seed.to_string(), format!("{share:.2}"));
-        let out_text = out.to_string_lossy();
-        let simulate = [
-            "simulate", "--out", &out_text, "--seed", &seed, "--share", &share,
-        ];
-        console.say(format!("$ {} --hidden …\n", line(&simulate)))?;
-        run(&[&simulate[..], &["--hidden", &hidden]].concat(), true)?;
-        console
-            .say("Four records of 10000 rows at 2000 Hz; sensor noise 60 dB below the signals.")?;
+        let hidden = story.simulate(self.seed)?;
 
         story.heading("2. A base model from the physics that the study does list")?;
         story.step(&["identify", &study, "--model", "physical", "-o", &base])?;
@@ -95,8 +86,8 @@ impl Demo {
             story.heading("5. Add it, and watch the error fall")?;
             let mut add = vec!["add", &study, &base];
             add.extend(found.iter().map(String::as_str));
-            let after = story.file("plots/after");
-            add.extend(["-o", &model, "--plots", &after]);
+            let (after, report) = (story.file("plots/after"), story.file("report.html"));
+            add.extend(["-o", &model, "--plots", &after, "--report", &report]);
             story.step(&add)?;
         }
 
@@ -148,6 +139,23 @@ impl Story<'_> {
         self.console.say(format!("\n{text}\n"))
     }
 
+    /// Simulates a rig with a hidden effect, and says everything of it but which.
+    fn simulate(&self, seed: u64) -> Result<String> {
+        self.heading("1. A rig whose joint does something that its study does not list (what it is stays hidden until the end)")?;
+        let (hidden, share) = chosen(seed);
+        let (seed, share) = (seed.to_string(), format!("{share:.2}"));
+        let out = self.out.to_string_lossy();
+        let words = [
+            "simulate", "--out", &out, "--seed", &seed, "--share", &share,
+        ];
+        self.console
+            .say(format!("$ {} --hidden …\n", line(&words)))?;
+        (self.run)(&[&words[..], &["--hidden", &hidden]].concat(), true)?;
+        self.console
+            .say("Four records of 10000 rows at 2000 Hz; sensor noise 60 dB below the signals.")?;
+        Ok(hidden)
+    }
+
     /// Prints a command and runs it.
     fn step(&self, words: &[&str]) -> Result<()> {
         self.console.say(format!("$ {}\n", line(words)))?;
@@ -168,7 +176,10 @@ fn line(words: &[&str]) -> String {
 /// Which effect of the joint a seed hides, on which axis, and its share of the RMS force.
 fn chosen(seed: u64) -> (String, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let may = |entry: &&Entry| entry.seat == Seat::Joint && !LISTED.contains(&entry.about.name);
+    let may = |entry: &&Entry| {
+        let proposed = entry.tag <= LAST_PROPOSED && !LISTED.contains(&entry.about.name);
+        entry.seat == Seat::Joint && proposed
+    };
     let names: Vec<&str> = EFFECTS.iter().filter(may).map(|e| e.about.name).collect();
     let effect = names.choose(&mut rng).unwrap_or(&"coulomb");
     let axis = AXES.choose(&mut rng).unwrap_or(&AXES[0]);

@@ -2,12 +2,12 @@
 
 use super::console::Console;
 use super::plots::Plots;
+use super::report::Report;
 use super::staircase;
 use crate::diagnose::apply::{self, Applied};
 use crate::diagnose::{self, Diagnosis, Ranked, Verdict};
 use crate::model::effects;
 use crate::model::file::ModelFile;
-use crate::report::Drawing;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, quantity};
@@ -29,6 +29,8 @@ pub(crate) struct Diagnose {
     output: Option<PathBuf>,
     #[command(flatten)]
     plots: Plots,
+    #[command(flatten)]
+    report: Report,
 }
 
 impl Diagnose {
@@ -39,33 +41,37 @@ impl Diagnose {
         let output = self
             .output
             .unwrap_or_else(|| super::add::output_beside(&self.model));
-        let written: &[&Path] = if self.apply { &[&output] } else { &[] };
-        console.check_outputs(written, &study, Some(&self.model))?;
+        let model_written = self.apply.then_some(output.as_path());
+        let written: Vec<&Path> = model_written
+            .into_iter()
+            .chain(self.report.outputs())
+            .collect();
+        console.check_outputs(&written, &study, Some(&self.model))?;
         working.set_message("searching for missing effects");
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));
             let applied = apply::apply(&study, &model, &each)?;
             let drawings = self.plots.of_applied(&study, &applied)?;
+            let page = self.report.of_applied(&study, &model, &applied)?;
             working.finish_and_clear();
-            return end(console, &output, &applied, &self.plots, &drawings);
+            end(console, &output, &applied)?;
+            self.plots.write(console, &drawings)?;
+            self.report.write(console, page)?;
+            return write_json(console, &output, &applied);
         }
         let diagnosis = diagnose::diagnose(&study, &model)?;
         let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
+        let page = self.report.of_diagnosis(&study, &model, &diagnosis)?;
         working.finish_and_clear();
         say(console, &diagnosis)?;
         self.plots.write(console, &drawings)?;
+        self.report.write(console, page)?;
         console.json(&diagnosis)
     }
 }
 
 /// Shows what was done and writes the model.
-fn end(
-    console: &Console,
-    output: &Path,
-    applied: &Applied,
-    plots: &Plots,
-    drawings: &[Drawing],
-) -> Result<()> {
+fn end(console: &Console, output: &Path, applied: &Applied) -> Result<()> {
     let added = applied.staircase.steps.len() > 1;
     if added {
         applied.model.write(output)?;
@@ -78,7 +84,12 @@ fn end(
     } else {
         console.say("Nothing was added, so no model was written.")?;
     }
-    plots.write(console, drawings)?;
+    Ok(())
+}
+
+/// What scripts read of it.
+fn write_json(console: &Console, output: &Path, applied: &Applied) -> Result<()> {
+    let added = applied.staircase.steps.len() > 1;
     let mut json = serde_json::to_value(&applied.first).map_err(not_json)?;
     let more = serde_json::json!({
         "staircase": applied.staircase,

@@ -12,7 +12,7 @@ use jointwatch_shared::effect::{EFFECTS, Entry};
 pub(crate) struct Effects {
     /// The effect to explain; a list of all of them when left out.
     name: Option<String>,
-    /// Print all of them as a page in Markdown: docs/effects.md is made with it.
+    /// Print all of them as a page in Markdown: docs/reference/effects.md is made with it.
     #[arg(long, conflicts_with = "name")]
     markdown: bool,
 }

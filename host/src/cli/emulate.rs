@@ -10,7 +10,7 @@ use crate::emulate::size::{self, Size};
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
 use clap::Args;
-use jointwatch_shared::telemetry::Status;
+use jointwatch_shared::wire::telemetry::Status;
 use std::fmt::Write;
 use std::path::PathBuf;
 

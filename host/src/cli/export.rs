@@ -9,7 +9,7 @@ use crate::text::error::{Error, Result};
 use crate::text::output;
 use crate::text::table::Table;
 use clap::Args;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
 use std::path::{Path, PathBuf};
 
 /// Mean time between false alarms of the monitor unless another one is asked for.
@@ -24,7 +24,7 @@ pub(crate) struct Export {
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
     /// Write the rig block instead, which the device needs besides the model: from a rig.toml that says how the sensors are
-    /// wired (docs/rig-block.md), or `defaults` for the emulated rig of --study.
+    /// wired (docs/reference/rig-block.md), or `defaults` for the emulated rig of --study.
     #[arg(long, value_name = "FILE|defaults")]
     pub(super) rig: Option<PathBuf>,
     /// With --rig: the study from whose validation records the monitor's limits are set (left out, the block has none, and the

@@ -2,6 +2,7 @@
 
 use super::console::Console;
 use super::identify_network::{self, NetworkArguments};
+use super::report::Report;
 use crate::assess::compare;
 use crate::fit::identify::{self, Identified};
 use crate::fit::polynomial::{Method, PolynomialOptions};
@@ -11,7 +12,7 @@ use crate::text::error::{Error, Result};
 use crate::text::table::{Table, significant};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Which kind of model.
 #[derive(Clone, Copy, ValueEnum)]
@@ -55,6 +56,8 @@ pub(crate) struct Identify {
     /// Where to write the model.
     #[arg(short, long, value_name = "FILE", default_value = "model.json")]
     output: PathBuf,
+    #[command(flatten)]
+    page: Report,
 }
 
 impl Identify {
@@ -69,7 +72,11 @@ impl Identify {
         }
         let working = console.working("reading the records");
         let study = Study::read(&self.study)?;
-        console.check_outputs(&[&self.output], &study, None)?;
+        let written: Vec<&Path> = [self.output.as_path()]
+            .into_iter()
+            .chain(self.page.outputs())
+            .collect();
+        console.check_outputs(&written, &study, None)?;
         let identified = match self.model {
             Kind::Polynomial => self.fit_polynomial(&study, &working)?,
             Kind::Network => self.network.train(&study, &working)?,
@@ -78,10 +85,12 @@ impl Identify {
                 identify::physical(&study)?
             }
         };
+        let page = self.page.of_model(&study, &identified.model)?;
         working.finish_and_clear();
         identified.model.write(&self.output)?;
         report(console, &study, &identified)?;
         console.say(format!("\nModel written to {}.", self.output.display()))?;
+        self.page.write(console, page)?;
         console.json(&identified.model)
     }
 
@@ -182,7 +191,7 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
     }
     compare::say_summary(
         &model.verification,
-        "Verification (records it was learnt from)",
+        "Verification (training records)",
         |text| console.say(text),
     )?;
     if model.validation.is_empty() {
@@ -191,11 +200,9 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
              motions it has not seen.",
         )?;
     } else {
-        compare::say_summary(
-            &model.validation,
-            "Validation (records it has not seen)",
-            |text| console.say(text),
-        )?;
+        compare::say_summary(&model.validation, "Validation (other records)", |text| {
+            console.say(text)
+        })?;
     }
     for warning in &model.warnings {
         console.say(format!("Warning: {warning}."))?;

@@ -10,9 +10,9 @@ use crate::study::AxisKind;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, significant};
 use clap::Args;
-use jointwatch_shared::blob;
-use jointwatch_shared::model::axis::{Convention, InputRange};
-use jointwatch_shared::model::{Base as DeviceBase, Model};
+use jointwatch_shared::base::axis::{Convention, InputRange};
+use jointwatch_shared::base::{Base as DeviceBase, Model};
+use jointwatch_shared::wire::blob;
 use std::path::PathBuf;
 
 /// Options of `jointwatch inspect`.

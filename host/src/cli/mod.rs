@@ -17,6 +17,7 @@ mod outputs;
 mod paper;
 mod plots;
 mod replay;
+mod report;
 mod respond;
 mod sign;
 mod simulate;
@@ -58,8 +59,8 @@ struct Global {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Tell the whole story on a simulated rig: simulate, identify, compare, export, replay, and the firmware's
-    /// evaluation on an emulated microcontroller.
+    /// Run a 10-second demo: a simulated rig with one effect hidden in its joint, which the tool then finds, up to the
+    /// firmware on an emulated microcontroller.
     Demo(demo::Demo),
     /// Simulate a rig with a nonlinear joint and write its study: study.toml, records, and the truth beside them.
     Simulate(simulate::Simulate),

@@ -6,7 +6,7 @@ use crate::device::telemetry::listen::{Heard, Listener, Tally};
 use crate::device::telemetry::words::{Reader, closing};
 use crate::text::error::{Error, Result};
 use clap::Args;
-use jointwatch_shared::telemetry::{BAUD, Received, Report, Request};
+use jointwatch_shared::wire::telemetry::{BAUD, Received, Report, Request};
 use serde::Serialize;
 use std::fs::File;
 use std::io::Write;

@@ -56,19 +56,10 @@ impl Plots {
 
     /// The pictures of the model with everything that was missing, and the staircase down to it.
     pub(super) fn of_applied(&self, study: &Study, applied: &Applied) -> Result<Vec<Drawing>> {
-        let steps = applied.staircase.steps.iter().map(|step| Step {
-            label: if step.added.is_empty() {
-                "before".into()
-            } else {
-                step.added.join(", ")
-            },
-            errors: step.relative_error.clone(),
-        });
-        let steps: Vec<Step> = steps.collect();
         self.with_staircase(
             study,
             &applied.model,
-            &steps,
+            &steps_applied(applied),
             &applied.staircase.noise_floor,
         )
     }
@@ -116,8 +107,21 @@ impl Plots {
     }
 }
 
+/// Before, and after each addition.
+pub(super) fn steps_applied(applied: &Applied) -> Vec<Step> {
+    let steps = applied.staircase.steps.iter().map(|step| Step {
+        label: if step.added.is_empty() {
+            "before".into()
+        } else {
+            step.added.join(", ")
+        },
+        errors: step.relative_error.clone(),
+    });
+    steps.collect()
+}
+
 /// Before, and after everything that was found.
-fn steps_found(diagnosis: &Diagnosis) -> Vec<Step> {
+pub(super) fn steps_found(diagnosis: &Diagnosis) -> Vec<Step> {
     let mut steps = vec![Step {
         label: "before".into(),
         errors: diagnosis.relative_error_before.clone(),

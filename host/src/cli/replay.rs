@@ -3,6 +3,7 @@
 use super::console::Console;
 use super::export::drift;
 use super::watched::{self, Basis, FailOn};
+use crate::assess::compare::relative_to_applied;
 use crate::assess::where_it_fails::significant;
 use crate::device::export;
 use crate::device::monitor_limits::{self, Purpose};
@@ -15,10 +16,10 @@ use crate::text::error::{Error, Result};
 use crate::text::output;
 use crate::text::table::Table;
 use clap::Args;
-use jointwatch_shared::blob;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
 use jointwatch_shared::monitor::Cause;
-use jointwatch_shared::rig_block::RigBlock;
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::rig::Rig;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -144,7 +145,7 @@ impl Replay {
         study: &Study,
         set_up: &replay::SetUp,
         model: &Model,
-        board: Option<(&Path, &RigBlock)>,
+        board: Option<(&Path, &Rig)>,
     ) -> Result<Option<Basis>> {
         if !self.monitor {
             return Ok(None);
@@ -236,8 +237,10 @@ fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> Stri
     } else {
         String::new()
     };
+    let axes = study.axes.iter().filter(|axis| axis.inertia.is_none());
+    let relative: String = axes.map(|axis| relative_to_applied(&axis.name)).collect();
     format!(
-        "The device's integers, from raw counts on (errors in the common band, over rows inside the training range):\n\
+        "{relative}The device's integers, from raw counts on (errors in the common band, over rows inside the training range):\n\
          {table}\nForce and residual lag the sensors by {:.1} ms, the band-limited residual by {:.1} ms.{rails}",
         1e3 * delays_s[0],
         1e3 * delays_s[1]

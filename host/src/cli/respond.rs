@@ -1,13 +1,14 @@
 //! `jointwatch respond`: how the rig would move with the model in place of its joint.
 
 use super::console::Console;
+use super::report::Report;
 use crate::model::file::ModelFile;
 use crate::simulate::respond::{self, Options};
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::output;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch respond`.
 #[derive(Args)]
@@ -28,19 +29,30 @@ pub(crate) struct Respond {
     /// Write simulated and measured states as CSV; needs --record in a study of several.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    report: Report,
 }
 
 impl Respond {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("simulating the response");
         let model = ModelFile::read(&self.model)?;
-        let study = model.corrected(&Study::read(&self.study)?)?.into_owned();
+        let logged = Study::read(&self.study)?;
+        let written: Vec<&Path> = self
+            .output
+            .as_deref()
+            .into_iter()
+            .chain(self.report.outputs())
+            .collect();
+        console.check_outputs(&written, &logged, Some(&self.model))?;
+        let study = model.corrected(&logged)?.into_owned();
         let options = Options {
             record: self.record,
             restart_s: self.restart,
             measured: self.measured,
         };
         let response = respond::respond(&study, &model, &options)?;
+        let page = self.report.of_response(&logged, &model, &response)?;
         working.finish_and_clear();
         if let Some(path) = &self.output {
             let [only] = response.records.as_slice() else {
@@ -70,6 +82,7 @@ impl Respond {
         if let Some(path) = &self.output {
             console.say(format!("States written to {}.", path.display()))?;
         }
+        self.report.write(console, page)?;
         console.json(&response)
     }
 }

@@ -6,6 +6,7 @@ use crate::device::upload::{Patience, READ_TIMEOUT, upload};
 use crate::text::error::{Error, Result};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use jointwatch_shared::wire::telemetry::BAUD;
 use std::io::{IsTerminal, Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
@@ -18,8 +19,8 @@ pub(crate) struct Upload {
     /// The serial port (/dev/ttyUSB0, COM3), or tcp:HOST:PORT or unix:PATH for an emulator's socket.
     #[arg(long, value_name = "PORT")]
     port: String,
-    /// Bits per second of a serial port.
-    #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
+    /// Bits per second of a serial port; the default is what the firmware speaks.
+    #[arg(long, value_name = "BAUD", default_value_t = BAUD)]
     baud: u32,
 }
 
@@ -45,8 +46,8 @@ impl Upload {
             .slot
             .map_or(String::new(), |slot| format!(" into slot {slot:?}"));
         console.say(format!(
-            "Uploaded {} bytes{slot}; {} requests were sent again. The device has checked the model and starts it, on trial, at \
-             its next restart; until it has run for a while, the old one stays.",
+            "Uploaded {} bytes{slot}; {} requests were sent again. The device has checked the model, restarts by itself within \
+             about a second and runs it on trial for 10 s; if it restarts before that is over, it goes back to the old model.",
             done.bytes, done.repeated
         ))?;
         console.json(&done)
@@ -90,4 +91,25 @@ fn progress_bar(console: &Console, total: u64) -> ProgressBar {
         bar.set_style(style);
     }
     bar
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Words {
+        #[command(flatten)]
+        upload: Upload,
+    }
+
+    /// The firmware sets its divider from the same constant.
+    #[test]
+    fn without_a_rate_the_port_is_opened_at_that_of_the_firmware() {
+        let parse = |words: &[&str]| Words::parse_from(words).upload.baud;
+        let words = ["upload", "model.signed", "--port", "/dev/ttyUSB0"];
+        assert_eq!(parse(&words), BAUD);
+        assert_eq!(parse(&[&words[..], &["--baud", "57600"]].concat()), 57_600);
+    }
 }

@@ -5,7 +5,7 @@ use crate::device::replay;
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
 use clap::ValueEnum;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
 use jointwatch_shared::monitor::limits::Limits;
 use jointwatch_shared::monitor::{
     AxisHealth, Faults, Monitor, MonitorState, RECENT, State, Verdict,

@@ -5,14 +5,14 @@ use crate::model::corrections::of_the_joint;
 use crate::model::file::{Base, ModelFile};
 use crate::study::Convention;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::blob::{self, BLOB_LEN};
+use jointwatch_shared::base::axis::{self, Axis, Name};
+use jointwatch_shared::base::network_quantise::Weights;
+use jointwatch_shared::base::terms::Memory;
+use jointwatch_shared::base::{Header, Model};
 use jointwatch_shared::effect::Seat;
-use jointwatch_shared::fixed::q31_to_f64;
-use jointwatch_shared::model::axis::{self, Axis, Name};
-use jointwatch_shared::model::network_quantise::Weights;
-use jointwatch_shared::model::terms::Memory;
-use jointwatch_shared::model::{Header, Model};
+use jointwatch_shared::scalar::fixed::q31_to_f64;
 use jointwatch_shared::selftest::{CORNER_POINTS, Points, corner};
+use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use serde::Serialize;
 use std::path::Path;
 
@@ -68,46 +68,10 @@ pub struct Exported {
 /// the number of neurons when the device has not as many.
 pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
     let budget = budget.unwrap_or_else(|| default_budget(&file.base));
-    let refuse = |e: jointwatch_shared::error::Error| {
+    let refuse = |e: jointwatch_shared::fault::Error| {
         Error::data(format!("this model cannot be exported: {e}"))
     };
-    let mut axes = heapless::Vec::new();
-    for (index, (mine, ranges)) in file
-        .axes
-        .iter()
-        .zip(file.base.inputs().chunks_exact(2))
-        .enumerate()
-    {
-        let validation = file.validation.iter().find(|v| v.axis == mine.name);
-        let range = |r: &crate::model::InputRange| axis::InputRange {
-            center: r.center,
-            half_range: r.half_range,
-        };
-        let axis = Axis {
-            name: Name::new(index as u8, &mine.name).map_err(refuse)?,
-            kind: mine.kind.into(),
-            convention: match mine.restoring_force {
-                Convention::ForceMinusInertia => axis::Convention::ForceMinusInertia,
-                Convention::InertiaMinusForce => axis::Convention::InertiaMinusForce,
-            },
-            inertia: mine.inertia,
-            displacement: range(&ranges[0]),
-            velocity: range(&ranges[1]),
-            validation: validation.map(|v| axis::Validation {
-                // A figure beyond f32 stays finite: the blob holds no infinities.
-                nmse_percent: v.nmse_percent.min(f64::from(f32::MAX)) as f32,
-                relative_error: v.relative_error.min(f64::from(f32::MAX)) as f32,
-            }),
-        };
-        // ModelFile::check allows two axes at most.
-        let _ = axes.push(axis);
-    }
-    let header = Header {
-        sample_rate_hz: file.filters.sample_rate_hz,
-        band_hz: file.filters.band_hz,
-        state_band_hz: file.filters.state_band_hz,
-        axes,
-    };
+    let header = header(file).map_err(refuse)?;
     let budgets: Vec<f64> = file
         .fits
         .iter()
@@ -158,12 +122,53 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
     })
 }
 
+/// What the blob says of the model beside its numbers.
+fn header(file: &ModelFile) -> std::result::Result<Header, jointwatch_shared::fault::Error> {
+    let mut axes = heapless::Vec::new();
+    for (index, (mine, ranges)) in file
+        .axes
+        .iter()
+        .zip(file.base.inputs().chunks_exact(2))
+        .enumerate()
+    {
+        let validation = file.validation.iter().find(|v| v.axis == mine.name);
+        let range = |r: &crate::model::InputRange| axis::InputRange {
+            center: r.center,
+            half_range: r.half_range,
+        };
+        let axis = Axis {
+            name: Name::new(index as u8, &mine.name)?,
+            kind: mine.kind.into(),
+            convention: match mine.restoring_force {
+                Convention::ForceMinusInertia => axis::Convention::ForceMinusInertia,
+                Convention::InertiaMinusForce => axis::Convention::InertiaMinusForce,
+            },
+            inertia: mine.inertia,
+            displacement: range(&ranges[0]),
+            velocity: range(&ranges[1]),
+            validation: validation.map(|v| axis::Validation {
+                // A figure beyond f32 stays finite: the blob holds no infinities.
+                nmse_percent: v.nmse_percent.min(f64::from(f32::MAX)) as f32,
+                relative_error: v.relative_error.min(f64::from(f32::MAX)) as f32,
+            }),
+        };
+        // ModelFile::check allows two axes at most.
+        let _ = axes.push(axis);
+    }
+    Ok(Header {
+        sample_rate_hz: file.filters.sample_rate_hz,
+        band_hz: file.filters.band_hz,
+        state_band_hz: file.filters.state_band_hz,
+        axes,
+    })
+}
+
 /// Brings a network to fixed point, with the scale of its outputs folded into their weights.
 fn from_network(
     header: Header,
     network: &Network,
     budgets: &[f64],
-) -> std::result::Result<Model, jointwatch_shared::error::Error> {
+) -> std::result::Result<Model, jointwatch_shared::fault::Error> {
     let outputs = network.outputs.iter();
     let output: Vec<Vec<f64>> = outputs
         .clone()

@@ -7,16 +7,19 @@ use crate::model::corrections::Corrections;
 use crate::signal;
 use crate::signal::motion::{self, Filters, Motion, low_pass};
 use crate::signal::statistics::peak;
-use crate::study::{Channels, Convention, Record, Study};
+use crate::study::{AxisKind, Channels, Convention, Record, Study};
 use crate::text::error::{Error, Result};
-use jointwatch_shared::blob;
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::model::Model;
-use jointwatch_shared::model::corrections::ForceCorrection;
-use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawAxis, RawSample};
-use jointwatch_shared::rig::{ChannelDelays, Rig, RigAxis};
-use jointwatch_shared::rig_block::RigBlock;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::corrections::ForceCorrection;
+use jointwatch_shared::base::hum::Hum;
+use jointwatch_shared::chain::{Chain, ChainState, Output, RawAxis, RawSample};
 use jointwatch_shared::selftest::Digest;
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::rig::{ChannelDelays, Rig, RigAxis};
+use jointwatch_shared::wire::wiring::{
+    ACCELEROMETERS, Accelerometer, AxisWiring, CHANNELS, COUNTERS, Converter, Counter, Signed,
+    SignedDirection, Wiring,
+};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -24,6 +27,8 @@ use std::collections::BTreeMap;
 const CONVERTER_FULL_SCALE: f64 = (1 << 23) as f64;
 /// A converter's range is set this much wider than what the study's records reach.
 const CONVERTER_HEADROOM: f64 = 1.25;
+/// Distance between the accelerometers of a pair, m, on a rig that is known from its study only.
+const PAIR_DISTANCE_M: f64 = 0.1;
 /// Where a study states no encoder step, the displacement's range is cut into this many counts.
 const COUNTS_WITHOUT_ENCODER: f64 = (1 << 22) as f64;
 
@@ -57,14 +62,15 @@ pub struct RecordReplay {
     pub axes: BTreeMap<String, AxisReplay>,
 }
 
-/// What each sensor's count means on the rig that a study describes, as the device would be configured for it if every force
-/// channel were right; [`corrected`] is the rig as it is.
+/// The rig that a study describes, as the device would be configured for it if every force channel were right; [`corrected`] is the
+/// rig as it is. Its chips are wired in a plain order, and there may be more counters than a board has.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the study does not fit the model.
 pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
+    let wiring = plain_wiring(study);
     let mut axes = heapless::Vec::new();
-    for (index, axis) in study.axes.iter().enumerate() {
+    for (index, (axis, wired)) in study.axes.iter().zip(&wiring.axes).enumerate() {
         let channels = || study.records.iter().map(|record| &record.axes[index]);
         let step = axis.encoder_step.unwrap_or_else(|| {
             let largest = largest(
@@ -74,13 +80,10 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
             largest * CONVERTER_HEADROOM / COUNTS_WITHOUT_ENCODER
         });
         let code = |largest: f64| largest * CONVERTER_HEADROOM / CONVERTER_FULL_SCALE;
-        let has_acceleration = channels().all(|c| c.acceleration.is_some());
-        let has_body = channels().all(|c| c.body_position.is_some());
         let rig_axis = RigAxis {
             displacement_step: step,
-            displacement_difference: channels().all(|c| c.displacement_second.is_some()),
-            body_step: if has_body { step } else { 0.0 },
-            acceleration_step: if has_acceleration {
+            body_step: if wired.body.is_some() { step } else { 0.0 },
+            acceleration_step: if wired.acceleration[0].is_some() {
                 code(largest(channels().map(|c| c.acceleration.as_ref())))
             } else {
                 0.0
@@ -100,13 +103,91 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
     }
     let (velocity, acceleration, band) = filters.taps()?;
     Ok(Rig {
+        model_checksum: blob::checksum_of(model),
         sample_rate_hz: study.sample_rate_hz,
+        wiring,
         axes,
         velocity,
         acceleration,
         band,
         band_every_log2: monitor_limits::band_every_log2(filters),
+        limits: None,
     })
+}
+
+/// Counters in the order of the axes, one bridge channel each, a pair of accelerometers on rotations.
+fn plain_wiring(study: &Study) -> Wiring {
+    let mut wiring = Wiring {
+        counters: [None; COUNTERS],
+        accelerometers: [None; ACCELEROMETERS],
+        converter: Converter {
+            gain_log2: [0; CHANNELS],
+            oversampling: 3,
+        },
+        axes: heapless::Vec::new(),
+    };
+    let mut free = 0..;
+    for (index, axis) in study.axes.iter().enumerate() {
+        let channels = || study.records.iter().map(|record| &record.axes[index]);
+        let mut counter = || {
+            let place = free.next().unwrap_or(u8::MAX);
+            if let Some(chip) = wiring.counters.get_mut(usize::from(place)) {
+                *chip = Some(Counter {
+                    quadrature: 4,
+                    start: 0,
+                    index: false,
+                });
+            }
+            Signed {
+                place,
+                negative: false,
+            }
+        };
+        let far = counter();
+        let is_difference = channels().all(|c| c.displacement_second.is_some());
+        let near = is_difference.then(&mut counter);
+        let has_body = channels().all(|c| c.body_position.is_some());
+        let is_near = |c: &Channels| c.body_position == c.displacement_second;
+        let body = match near {
+            _ if !has_body => None,
+            Some(near) if channels().all(is_near) => Some(near),
+            _ => Some(counter()),
+        };
+        let measured = channels().all(|c| c.acceleration.is_some());
+        let turns = measured && axis.kind == AxisKind::Rotation;
+        let direction = |chip: u8, negative: bool| SignedDirection {
+            chip,
+            // A translation takes x or y by its number, a rotation z.
+            direction: if turns { 2 } else { index as u8 },
+            negative,
+        };
+        let acceleration = match (measured, turns) {
+            (false, _) => [None; 2],
+            (true, false) => [Some(direction(0, false)), None],
+            (true, true) => [Some(direction(1, false)), Some(direction(0, true))],
+        };
+        for one in acceleration.iter().flatten() {
+            wiring.accelerometers[usize::from(one.chip)] = Some(Accelerometer {
+                range: 1,
+                filter: 0,
+                external_sync: false,
+            });
+        }
+        let wired = AxisWiring {
+            far,
+            near,
+            body,
+            force: Signed {
+                place: index as u8,
+                negative: false,
+            },
+            acceleration,
+            pair_distance_m: if turns { PAIR_DISTANCE_M } else { 0.0 },
+        };
+        // A study has at most two axes.
+        let _ = wiring.axes.push(wired);
+    }
+    wiring
 }
 
 /// The rig with what the model knows to be wrong with its force channels put right.
@@ -221,7 +302,7 @@ impl SetUp {
     /// # Errors
     /// As [`SetUp::new`], and [`crate::text::error::Kind::Data`] when the block is for another model, and when
     /// its wiring cannot give a record.
-    pub fn of_block(study: &Study, model: &Model, block: &RigBlock) -> Result<Self> {
+    pub fn of_block(study: &Study, model: &Model, block: &Rig) -> Result<Self> {
         if block.model_checksum != blob::checksum_of(model) {
             return Err(Error::data(
                 "the rig block is for another model, and a device would not use it; export it for this model with `export --rig`",
@@ -229,10 +310,15 @@ impl SetUp {
         }
         let filters = filters(study, model)?;
         let wired = Wired::new(study, model, &filters, block)?;
+        let chain = Chain::new(model, block).map_err(|e| {
+            Error::data(format!(
+                "the rig block cannot run on the device's integers ({e}); export it again with `export --rig`"
+            ))
+        })?;
         Ok(Self {
-            rig: block.rig.clone(),
+            rig: block.clone(),
             sensors: Sensors::Wired(wired),
-            chain: block.chain.clone(),
+            chain,
             filters,
         })
     }

@@ -4,52 +4,52 @@ use crate::device::monitor_limits;
 use crate::device::replay::{self, SetUp};
 use crate::device::rig_file;
 use crate::signal::motion::Filters;
+use crate::study::Study;
 use crate::study::description::Source;
-use crate::study::{AxisKind, Study};
 use crate::text::error::{Error, Result};
 use crate::text::table::Table;
-use jointwatch_shared::blob;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::chain::Chain;
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits};
 use jointwatch_shared::monitor::{Cause, OCTAVE, SHARE, SIDES};
-use jointwatch_shared::rig::{Rig, RigAxis};
-use jointwatch_shared::rig_block::{self, RIG_BLOCK_LEN, RIG_BLOCK_MAGIC, RigBlock};
-use jointwatch_shared::wiring::{
-    Accelerometer, AxisWiring, Converter, Counter, Signed, SignedDirection, Wiring,
-};
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::rig::{Rig, RigAxis};
+use jointwatch_shared::wire::rig_block::{self, RIG_BLOCK_LEN, RIG_BLOCK_MAGIC};
+use jointwatch_shared::wire::wiring::{AxisWiring, COUNTERS, Signed, SignedDirection};
 use std::path::Path;
 
 /// A converter of 24 bits is this much finer than an accelerometer of 20.
 const ACCELEROMETER_STEP: f64 = 16.0;
-/// Distance between the accelerometers of a pair, m, on a rig that is known from its study only.
-const PAIR_DISTANCE_M: f64 = 0.1;
 
 /// The rig that a `rig.toml` describes, with the filters and corrections of a model.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`], one sentence with the line, or the quantity that the device cannot hold.
-pub fn of_file(path: &Path, model: &Model) -> Result<RigBlock> {
+pub fn of_file(path: &Path, model: &Model) -> Result<Rig> {
     let text = std::fs::read_to_string(path).map_err(|e| {
         Error::data(format!(
-            "{}: the description of the rig could not be read ({e}); docs/rig-block.md has an example",
+            "{}: the description of the rig could not be read ({e}); docs/reference/rig-block.md has an example",
             path.display()
         ))
     })?;
     let source = Source { path, text: &text };
-    let file: rig_file::RigFile = source.parse("rig-block.md")?;
+    let file: rig_file::RigFile = source.parse("reference/rig-block.md")?;
     let described = rig_file::described(&source, &file, model)?;
     let header = model.header();
     let filters = Filters::for_bands(header.sample_rate_hz, header.band_hz, header.state_band_hz)?;
     let (velocity, acceleration, band) = filters.taps()?;
     let converters = Rig {
+        model_checksum: blob::checksum_of(model),
         sample_rate_hz: header.sample_rate_hz,
+        wiring: described.wiring,
         axes: described.axes.into_iter().collect(),
         velocity,
         acceleration,
         band,
         band_every_log2: monitor_limits::band_every_log2(&filters),
+        limits: None,
     };
-    finished(path, converters, described.wiring, model)
+    finished(path, &converters, model)
 }
 
 /// The rig as `replay` sets it up for a study: steps from the records' ranges, and chips in a plain order. It is what an
@@ -57,31 +57,43 @@ pub fn of_file(path: &Path, model: &Model) -> Result<RigBlock> {
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the study does not fit the model, or needs more counters than a board has.
-pub fn of_study(study: &Study, model: &Model) -> Result<RigBlock> {
+pub fn of_study(study: &Study, model: &Model) -> Result<Rig> {
     let header = model.header();
     let filters = Filters::for_bands(study.sample_rate_hz, header.band_hz, header.state_band_hz)?;
     let mut converters = replay::rig(study, model, &filters)?;
     for axis in &mut converters.axes {
         axis.acceleration_step *= ACCELEROMETER_STEP;
     }
-    let wiring = plain_wiring(study, &converters)?;
-    finished(&study.path, converters, wiring, model)
+    let wired = converters.wiring.axes.iter();
+    let mut counters = wired
+        .flat_map(|axis| [Some(axis.far), axis.near, axis.body])
+        .flatten();
+    if counters.any(|counter| usize::from(counter.place) >= COUNTERS) {
+        return Err(Error::data(format!(
+            "{}: this rig has more than four encoders, and the board four counters; measure a difference as one \
+             channel, or leave body_position out",
+            study.path.display()
+        )));
+    }
+    finished(&study.path, &converters, model)
 }
 
 /// Corrections put in, everything checked, the chain's own check included.
-fn finished(path: &Path, converters: Rig, wiring: Wiring, model: &Model) -> Result<RigBlock> {
-    let mut rig = replay::corrected(&converters, model.corrections());
+fn finished(path: &Path, converters: &Rig, model: &Model) -> Result<Rig> {
+    let mut rig = replay::corrected(converters, model.corrections());
     for (axis, read) in rig.axes.iter_mut().zip(&converters.axes) {
         // The board's own skew, besides what the model knows of the channel.
         axis.force_delay_samples += read.force_delay_samples;
     }
-    let refuse = |e: jointwatch_shared::error::Error| {
+    let refuse = |e: jointwatch_shared::fault::Error| {
         Error::data(format!(
             "{}: the device cannot hold this rig ({e}); check the counts, gains and skews, and their units",
             path.display()
         ))
     };
-    RigBlock::new(rig, wiring, None, model).map_err(refuse)
+    rig.check().map_err(refuse)?;
+    Chain::new(model, &rig).map_err(refuse)?;
+    Ok(rig)
 }
 
 /// Puts the monitor's limits into a block: from the study's validation records, as this board's sensors would count them.
@@ -89,7 +101,7 @@ fn finished(path: &Path, converters: Rig, wiring: Wiring, model: &Model) -> Resu
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the study does not fit the model or the board, or has too little validation.
 pub fn set_limits(
-    block: &mut RigBlock,
+    block: &mut Rig,
     study: &Study,
     model: &Model,
     false_alarm_days: u32,
@@ -113,10 +125,7 @@ pub fn set_limits(
 ///
 /// # Errors
 /// [`Cause::NoLimits`] and [`Cause::OtherModel`].
-pub fn usable_limits<'a>(
-    block: &'a RigBlock,
-    model: &Model,
-) -> std::result::Result<&'a Limits, Cause> {
+pub fn usable_limits<'a>(block: &'a Rig, model: &Model) -> std::result::Result<&'a Limits, Cause> {
     let limits = block.limits.as_ref().ok_or(Cause::NoLimits)?;
     if limits.model_checksum == blob::checksum_of(model) {
         Ok(limits)
@@ -129,7 +138,7 @@ pub fn usable_limits<'a>(
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] with the file and what to do.
-pub fn limits_for<'a>(path: &Path, block: &'a RigBlock, model: &Model) -> Result<&'a Limits> {
+pub fn limits_for<'a>(path: &Path, block: &'a Rig, model: &Model) -> Result<&'a Limits> {
     usable_limits(block, model).map_err(|cause| {
         Error::data(format!(
             "{}: {}; export the rig block again with this model and --study",
@@ -143,102 +152,16 @@ pub fn limits_for<'a>(path: &Path, block: &'a RigBlock, model: &Model) -> Result
 ///
 /// # Errors
 /// As [`encode`].
-pub fn checksum(block: &RigBlock) -> Result<u32> {
+pub fn checksum(block: &Rig) -> Result<u32> {
     let bytes = encode(block)?;
     Ok(bytes.last_chunk().copied().map_or(0, u32::from_le_bytes))
-}
-
-/// Counters in the order of the axes, one bridge channel each, a pair of accelerometers on rotations.
-fn plain_wiring(study: &Study, rig: &Rig) -> Result<Wiring> {
-    let mut wiring = Wiring {
-        counters: [None; 4],
-        accelerometers: [None; 2],
-        converter: Converter {
-            gain_log2: [0; 4],
-            oversampling: 3,
-        },
-        axes: heapless::Vec::new(),
-    };
-    let mut free = 0..4_u8;
-    for (index, (of_rig, axis)) in rig.axes.iter().zip(&study.axes).enumerate() {
-        let mut counter = || {
-            let place = free.next().ok_or_else(|| {
-                Error::data(format!(
-                    "{}: this rig has more than four encoders, and the board four counters; measure a difference as one \
-                     channel, or leave body_position out",
-                    study.path.display()
-                ))
-            })?;
-            wiring.counters[usize::from(place)] = Some(Counter {
-                quadrature: 4,
-                start: 0,
-                index: false,
-            });
-            Ok(Signed {
-                place,
-                negative: false,
-            })
-        };
-        let far = counter()?;
-        let near = of_rig
-            .displacement_difference
-            .then(&mut counter)
-            .transpose()?;
-        let is_near = |record: &crate::study::Record| {
-            let channels = &record.axes[index];
-            channels.body_position.is_some()
-                && channels.body_position == channels.displacement_second
-        };
-        let body = match near {
-            _ if of_rig.body_step == 0.0 => None,
-            Some(near) if study.records.iter().all(is_near) => Some(near),
-            _ => Some(counter()?),
-        };
-        let mut acceleration = [None; 2];
-        let measured = of_rig.acceleration_step > 0.0;
-        let turns = measured && axis.kind == AxisKind::Rotation;
-        if measured {
-            let direction = |chip: u8, negative: bool| SignedDirection {
-                chip,
-                // A translation takes x or y by its number, a rotation z.
-                direction: if turns { 2 } else { index as u8 },
-                negative,
-            };
-            acceleration = if turns {
-                [Some(direction(1, false)), Some(direction(0, true))]
-            } else {
-                [Some(direction(0, false)), None]
-            };
-            for one in acceleration.iter().flatten() {
-                wiring.accelerometers[usize::from(one.chip)] = Some(Accelerometer {
-                    range: 1,
-                    filter: 0,
-                    external_sync: false,
-                });
-            }
-        }
-        let wired = AxisWiring {
-            far,
-            near,
-            body,
-            force: Signed {
-                place: index as u8,
-                negative: false,
-            },
-            acceleration,
-            pair_distance_m: if turns { PAIR_DISTANCE_M } else { 0.0 },
-        };
-        // A study has at most two axes.
-        let _ = wiring.axes.push(wired);
-    }
-    Ok(wiring)
 }
 
 /// The bytes of a block that was made here.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] with the quantity that cannot be held.
-pub fn encode(block: &RigBlock) -> Result<[u8; RIG_BLOCK_LEN]> {
+pub fn encode(block: &Rig) -> Result<[u8; RIG_BLOCK_LEN]> {
     rig_block::encode(block).map_err(|e| Error::data(format!("this rig cannot be exported: {e}")))
 }
 
@@ -251,7 +174,7 @@ pub fn begins_like_one(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] with the file and the reason for which the device would refuse it too.
-pub fn decode(path: &Path, bytes: &[u8]) -> Result<RigBlock> {
+pub fn decode(path: &Path, bytes: &[u8]) -> Result<Rig> {
     rig_block::decode(bytes).map_err(|e| Error::data(format!("{}: {e}", path.display())))
 }
 
@@ -259,7 +182,7 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<RigBlock> {
 ///
 /// # Errors
 /// As [`decode`], and when the file cannot be read.
-pub fn read(path: &Path) -> Result<RigBlock> {
+pub fn read(path: &Path) -> Result<Rig> {
     let bytes = std::fs::read(path).map_err(|e| {
         Error::data(format!(
             "{}: could not be read ({e}); give the file that `jointwatch export --rig` wrote",
@@ -304,8 +227,8 @@ fn skews_us(axis: &RigAxis, sample_rate_hz: f64) -> [f64; 4] {
 }
 
 /// The block for a person to read.
-pub fn in_words(block: &RigBlock) -> String {
-    let (rig, wiring) = (&block.rig, &block.wiring);
+pub fn in_words(rig: &Rig) -> String {
+    let wiring = &rig.wiring;
     let mut text = format!(
         "Rig block: {} axes at {} Hz; derivatives of {} taps, residual's low-pass of {} taps, a value at every {}; {} limits of the monitor; for the model \
          whose checksum is {:08x}.\n",
@@ -317,12 +240,12 @@ pub fn in_words(block: &RigBlock) -> String {
             1 => "sample".into(),
             every => format!("{every} samples"),
         },
-        if block.limits.is_some() {
+        if rig.limits.is_some() {
             "with"
         } else {
             "without"
         },
-        block.model_checksum,
+        rig.model_checksum,
     );
     let mut table = Table::new(&[
         "axis",
@@ -384,7 +307,7 @@ pub fn in_words(block: &RigBlock) -> String {
     text.push_str(&format!(
         "\nCounters, bridge channels and accelerometers, with their signs:\n{table}"
     ));
-    if let Some(limits) = &block.limits {
+    if let Some(limits) = &rig.limits {
         text.push_str(&limits_in_words(limits, rig.sample_rate_hz));
     }
     text
@@ -450,8 +373,8 @@ fn limits_as_json(limits: &Limits, sample_rate_hz: f64) -> serde_json::Value {
 }
 
 /// The block as JSON, SI units.
-pub fn as_json(block: &RigBlock) -> serde_json::Value {
-    let (rig, wiring) = (&block.rig, &block.wiring);
+pub fn as_json(rig: &Rig) -> serde_json::Value {
+    let wiring = &rig.wiring;
     let axes = rig.axes.iter().zip(&wiring.axes).map(|(axis, wired)| {
         let [displacement, body, acceleration, force] = skews_us(axis, rig.sample_rate_hz);
         serde_json::json!({
@@ -479,14 +402,14 @@ pub fn as_json(block: &RigBlock) -> serde_json::Value {
     });
     serde_json::json!({
         "rig_block": rig_block::RIG_BLOCK_VERSION,
-        "model_checksum": block.model_checksum,
+        "model_checksum": rig.model_checksum,
         "sample_rate_hz": rig.sample_rate_hz,
         "derivative_taps": rig.velocity.taps.len(),
         "band_taps": rig.band.taps.len(),
         "band_every": 1_u32 << rig.band_every_log2,
         "gains": wiring.converter.gain_log2.map(|gain| 1_u32 << gain),
         "oversampling": 128_u32 << wiring.converter.oversampling,
-        "limits": block.limits.as_ref().map(|limits| limits_as_json(limits, rig.sample_rate_hz)),
+        "limits": rig.limits.as_ref().map(|limits| limits_as_json(limits, rig.sample_rate_hz)),
         "axes": axes.collect::<Vec<_>>(),
     })
 }

@@ -6,7 +6,7 @@
 
 use crate::device::signing::SignedModel;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::telemetry::{
     Decoder, Kind, MAX_CHUNK, MAX_FRAME, Refusal, Report, Request, Signature, Slot, UploadReply,
     UploadRequest, encode,
 };
@@ -49,7 +49,7 @@ impl Default for Patience {
 pub struct Uploaded {
     /// Bytes of model and rig block.
     pub bytes: u32,
-    /// The slot that the model went into; it runs from the device's next restart on.
+    /// The slot that the model went into. The device restarts by itself about a second later, and runs it on trial.
     pub slot: Option<Slot>,
     /// Where an earlier upload of the same model had stopped, if this one went on from there.
     pub went_on_at: u32,

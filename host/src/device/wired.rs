@@ -7,11 +7,10 @@
 use crate::signal::motion::Filters;
 use crate::study::{Channels, Record, Study};
 use crate::text::error::{Error, Result};
-use jointwatch_shared::model::Model;
-use jointwatch_shared::pipeline::RawSample;
-use jointwatch_shared::rig::{Rig, RigAxis};
-use jointwatch_shared::rig_block::RigBlock;
-use jointwatch_shared::wiring::{AxisWiring, Readings, Signed, SignedDirection, Wiring};
+use jointwatch_shared::base::Model;
+use jointwatch_shared::chain::RawSample;
+use jointwatch_shared::wire::rig::{Rig, RigAxis};
+use jointwatch_shared::wire::wiring::{AxisWiring, Readings, Signed, SignedDirection, Wiring};
 
 /// Lowest and highest code of the bridge converter.
 const CONVERTER_RAILS: [i64; 2] = [-(1 << 23), (1 << 23) - 1];
@@ -22,7 +21,6 @@ const ACCELEROMETER_RAILS: [i64; 2] = [-(1 << 19), (1 << 19) - 1];
 #[derive(Clone, Debug)]
 pub struct Wired {
     converters: Rig,
-    wiring: Wiring,
 }
 
 /// What one axis of one row comes to in counts; `None` where the record has no such channel and another one gives it.
@@ -35,14 +33,14 @@ struct Wanted {
 }
 
 impl Wired {
-    /// The rig of `block` fed with the records of a study.
+    /// The rig fed with the records of a study.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when the block is for another rate or other filters than the model, when a record lacks a
     /// channel that the rig measures, and when the wiring gives two channels from one chip that differ in a record.
-    pub fn new(study: &Study, model: &Model, filters: &Filters, block: &RigBlock) -> Result<Self> {
-        let (rig, axes) = (&block.rig, study.axes.len());
-        if rig.axes.len() != axes || block.wiring.axes.len() != axes {
+    pub fn new(study: &Study, model: &Model, filters: &Filters, rig: &Rig) -> Result<Self> {
+        let axes = study.axes.len();
+        if rig.axes.len() != axes || rig.wiring.axes.len() != axes {
             return Err(Error::data(format!(
                 "the rig block has {} axes and the study {axes}; export the block for this model with `export --rig`",
                 rig.axes.len()
@@ -64,10 +62,7 @@ impl Wired {
         for (axis, correction) in converters.axes.iter_mut().zip(model.corrections()) {
             axis.force_step /= 1.0 - correction.excess;
         }
-        let wired = Self {
-            converters,
-            wiring: block.wiring.clone(),
-        };
+        let wired = Self { converters };
         study
             .records
             .iter()
@@ -77,7 +72,7 @@ impl Wired {
 
     /// The wiring.
     pub fn wiring(&self) -> &Wiring {
-        &self.wiring
+        &self.converters.wiring
     }
 
     /// What every chip gives for each row of a record.
@@ -88,7 +83,7 @@ impl Wired {
     /// What the chain gets for each row of a record.
     pub fn counts(&self, record: &Record) -> Vec<RawSample> {
         let readings = self.readings(record);
-        readings.map(|r| self.wiring.raw_sample(&r)).collect()
+        readings.map(|r| self.wiring().raw_sample(&r)).collect()
     }
 
     fn check(&self, study: &Study, record: &Record) -> Result<()> {
@@ -98,7 +93,8 @@ impl Wired {
                 study.path.with_file_name(&record.file).display()
             )))
         };
-        for ((wired, channels), axis) in self.wiring.axes.iter().zip(&record.axes).zip(&study.axes)
+        for ((wired, channels), axis) in
+            self.wiring().axes.iter().zip(&record.axes).zip(&study.axes)
         {
             let shared = |place: Signed| {
                 place.place == wired.far.place
@@ -130,7 +126,7 @@ impl Wired {
 
     /// One row, and the chip that would have to give two values at once.
     fn row(&self, record: &Record, row: usize) -> (Readings, Option<String>) {
-        let axes = self.wiring.axes.iter().zip(&self.converters.axes);
+        let axes = self.wiring().axes.iter().zip(&self.converters.axes);
         let wanted: Vec<(&AxisWiring, Wanted)> = axes
             .zip(&record.axes)
             .map(|((wiring, rig), channels)| (wiring, wanted(wiring, rig, channels, row)))

@@ -2,10 +2,12 @@
 
 use crate::assess::compare::{self, RecordFigures};
 use crate::assess::noise_floor;
+use crate::diagnose::PerAxis;
 use crate::diagnose::start::start;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::{Learnt, Prepared, effect_terms, fit_alone, fit_in_time};
 use crate::fit::with_base::{OnRecords, WithBase};
+use crate::model::corrections::missing_inertia;
 use crate::model::course::{Course, add_forces};
 use crate::model::effects::Bound;
 use crate::model::file::{AxisError, Base, ErrorChange, HistoryEntry, JudgedOn, ModelFile};
@@ -122,7 +124,7 @@ pub fn add(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Added
     })
 }
 
-/// The model's terms and those to be added.
+/// The model's terms, without those that are special cases of what is added, and those to be added.
 fn wider(model: &ModelFile, effects: &[String]) -> Result<Vec<Bound>> {
     let names: Vec<&str> = model.axes.iter().map(|a| a.name.as_str()).collect();
     let mut terms: Vec<String> = model.effects.iter().map(|e| e.name()).collect();
@@ -133,6 +135,11 @@ fn wider(model: &ModelFile, effects: &[String]) -> Result<Vec<Bound>> {
                 bound.name(&names)
             )));
         }
+        let special = |term: &String| {
+            let term = Bound::parse(term, &names);
+            term.is_ok_and(|term| bound.replaces(&term))
+        };
+        terms.retain(|term| !special(term));
         terms.push(bound.name(&names));
     }
     Bound::parse_all(&terms, &names)
@@ -163,7 +170,11 @@ fn learnt_with(
     model: &ModelFile,
     terms: &[Bound],
 ) -> Result<Learnt> {
-    let known = model.effects_in_si()?;
+    let mut known = model.effects_in_si()?;
+    known.retain(|old| {
+        let mut kept = terms.iter();
+        kept.any(|term| term.entry == old.entry && term.axis == usize::from(old.axis))
+    });
     let values: Vec<Vec<f64>> = known.into_iter().map(|effect| effect.values).collect();
     let (known, added) = terms.split_at(values.len());
     let search = |records: &Records<'_>| start(records, known, &values, added);
@@ -292,6 +303,30 @@ fn floors(
         &effects,
         inertia,
     ))
+}
+
+/// Per axis the relative error that the noise alone makes: what no model can go below.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`] when the study is not the model's or has no training record.
+pub(crate) fn noise_floors(study: &Study, model: &ModelFile) -> Result<PerAxis> {
+    let prepared = Prepared::with_filters(study, model.filters.clone())?;
+    let inertia = model.axes.iter();
+    let inertia: Vec<f64> = inertia
+        .map(|axis| axis.inertia - missing_inertia(&model.effects, &axis.name))
+        .collect();
+    let compared = compare::compare_motions(study, model, &prepared.motions)?;
+    let role = match prepared.validation(study).is_empty() {
+        true => Role::Train,
+        false => Role::Validate,
+    };
+    let floors = floors(study, &prepared, model, &inertia)?;
+    let axes = study.axes.iter().zip(floors);
+    let relative = axes.map(|(axis, floor)| {
+        let force = rms_force(&compared.records, role, &axis.name);
+        (axis.name.clone(), floor.rms / force)
+    });
+    Ok(relative.collect())
 }
 
 /// RMS force of an axis over all records of a role.

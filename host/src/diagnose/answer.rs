@@ -164,7 +164,7 @@ fn ranked(judged: &Judged, round: &Round, study: &Study) -> Ranked {
     let both = bound.entry.acts == Acts::BothAxes;
     let kind = |axis: usize| {
         let axis = study.axes.get(axis).or(study.axes.first());
-        axis.map_or(jointwatch_shared::model::axis::AxisKind::Translation, |a| {
+        axis.map_or(jointwatch_shared::base::axis::AxisKind::Translation, |a| {
             a.kind.into()
         })
     };

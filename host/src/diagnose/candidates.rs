@@ -24,6 +24,9 @@ pub(crate) const REFINED: usize = 8;
 const REFINING_STEPS: usize = 8;
 /// A refinement ends with a step that gains less than this part: what is chosen is fitted anew with the whole model.
 const LITTLE: f64 = 3e-4;
+/// Effects with a larger tag are added by name and never proposed: this search has no price for flexibility, and would name them for the
+/// simpler laws that they contain.
+pub(crate) const LAST_PROPOSED: u8 = 24;
 /// A column of which less than this part is left beside the model's own is no news.
 const LEAST_NEW: f64 = 1e-7;
 
@@ -109,7 +112,7 @@ impl<'a> Beside<'a> {
     /// [`REFINED`] of them are refined.
     pub(crate) fn search(&self, axes: usize) -> Vec<Candidate> {
         let mut bounds = Vec::new();
-        for entry in EFFECTS {
+        for entry in EFFECTS.iter().filter(|e| e.tag <= LAST_PROPOSED) {
             let places = match entry.acts {
                 Acts::OwnAxis => 0..axes,
                 Acts::BothAxes => 0..axes.min(2) / 2,

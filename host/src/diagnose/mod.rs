@@ -17,4 +17,5 @@ mod tolerances;
 mod verdict;
 
 pub use answer::{Absorbed, CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict};
+pub(crate) use candidates::LAST_PROPOSED;
 pub use verdict::diagnose;

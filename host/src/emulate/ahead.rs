@@ -6,7 +6,7 @@
 
 use super::board::Place;
 use super::link::Host;
-use jointwatch_shared::wiring::COUNTERS;
+use jointwatch_shared::wire::wiring::COUNTERS;
 
 /// Kinds of transfers: counters from 0, then these.
 const CONVERTER: u8 = 4;

@@ -7,8 +7,8 @@ use super::link::{Host, Memory, Next};
 use crate::device::telemetry::listen::Tally;
 use crate::device::upload::Uploaded;
 use crate::text::error::Result;
-use jointwatch_shared::telemetry::{Event, Hello, Snapshot, Status, UploadReply};
-use jointwatch_shared::wiring::{Readings, Wiring};
+use jointwatch_shared::wire::telemetry::{Event, Hello, Snapshot, Status, UploadReply};
+use jointwatch_shared::wire::wiring::{Readings, Wiring};
 use serde::Serialize;
 
 /// Instants at which the rig rests before the record begins, so that the device can set its chips up: encoders at their start

@@ -4,7 +4,7 @@ use super::chips::ads131m04::{Ads131m04, UNITS_PER_CODE_AT_GAIN_1};
 use super::chips::adxl355::Adxl355;
 use super::chips::ls7366r::Ls7366r;
 use super::chips::{Chip, UNDRIVEN};
-use jointwatch_shared::wiring::{ACCELEROMETERS, COUNTERS, Readings, Wiring};
+use jointwatch_shared::wire::wiring::{ACCELEROMETERS, COUNTERS, Readings, Wiring};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

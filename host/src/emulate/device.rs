@@ -10,10 +10,10 @@ use crate::device::signing::{PrivateKey, SignedModel};
 use crate::device::wired::Wired;
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
-use jointwatch_shared::blob;
-use jointwatch_shared::model::Model;
-use jointwatch_shared::rig_block::RigBlock;
-use jointwatch_shared::telemetry::SampleOutput;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::rig::Rig;
+use jointwatch_shared::wire::telemetry::SampleOutput;
 use std::path::Path;
 use std::time::Duration;
 
@@ -28,7 +28,7 @@ pub struct Device<'a> {
     study: &'a Study,
     model: &'a Model,
     /// What the slot holds besides the model.
-    pub block: RigBlock,
+    pub block: Rig,
     /// The host's side of the same.
     pub set_up: SetUp,
 }
@@ -47,7 +47,7 @@ impl<'a> Device<'a> {
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when the block does not fit model and study, or has chips that are slower than the sampling.
-    pub fn new(study: &'a Study, model: &'a Model, block: Option<RigBlock>) -> Result<Self> {
+    pub fn new(study: &'a Study, model: &'a Model, block: Option<Rig>) -> Result<Self> {
         let given = block.is_some();
         let mut block = match block {
             Some(block) => block,
@@ -140,15 +140,15 @@ impl<'a> Device<'a> {
         let known = [&[self.known()], others].concat();
         let wired = self.wired();
         let rows = wired.readings(record).collect();
-        let rate = self.block.rig.sample_rate_hz;
+        let rate = self.block.sample_rate_hz;
         let judge = Judge::new(replayed, known);
         Ok(Bench::new(wired.wiring(), rate, rows, judge, scenario))
     }
 }
 
 /// Chips that give less often than they are asked would be taken for silent.
-fn fast_enough(block: &RigBlock) -> Result<()> {
-    let rate = block.rig.sample_rate_hz;
+fn fast_enough(block: &Rig) -> Result<()> {
+    let rate = block.sample_rate_hz;
     let refuse = |what: &str, hz: f64, advice: &str| {
         Err(Error::data(format!(
             "the {what} gives {hz} samples per second and is asked for {rate}: {advice} in rig.toml"

@@ -2,9 +2,9 @@
 //! its chain against the host's.
 
 use crate::device::telemetry::listen::{Heard, Listener, Tally};
-use jointwatch_shared::model::Model;
-use jointwatch_shared::pipeline::{Chain, ChainState, Output, RawAxis, RawSample};
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::base::Model;
+use jointwatch_shared::chain::{Chain, ChainState, Output, RawAxis, RawSample};
+use jointwatch_shared::wire::telemetry::{
     Event, Hello, Occasion, Report, Sample, SampleOutput, Snapshot, Status, UploadReply,
 };
 use serde::Serialize;

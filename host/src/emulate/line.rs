@@ -3,7 +3,7 @@
 use crate::device::signing::SignedModel;
 use crate::device::upload::{Patience, READ_TIMEOUT, Uploaded, upload};
 use crate::text::error::Result;
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::telemetry::{
     Answered, Decoder, MAX_FRAME, Occasion, Report, Request, encode,
 };
 use rand::{RngExt, SeedableRng};

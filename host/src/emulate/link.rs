@@ -1,6 +1,6 @@
 //! The link's host side: requests of the device come in over one pipe, answers go out over the other.
 //!
-//! `docs/firmware.md`, "The link", has the protocol byte by byte.
+//! `docs/notebook/emulation.md`, "The link", has the protocol byte by byte.
 
 use super::ahead::{Ahead, LATCH, transfer};
 use super::board::Place;

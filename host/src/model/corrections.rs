@@ -16,13 +16,13 @@ use crate::model::EffectTerm;
 use crate::model::effects::{Bound, is_correction};
 use crate::study::Record;
 use crate::text::error::{Error, Result};
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::axis::AxisKind;
+use jointwatch_shared::base::corrections::ForceCorrection;
+use jointwatch_shared::base::hum::Hum;
+use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::chain::interpolate::Between;
 use jointwatch_shared::effect::{Entry, Seat};
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::interpolate::Between;
-use jointwatch_shared::model::Model;
-use jointwatch_shared::model::axis::AxisKind;
-use jointwatch_shared::model::corrections::ForceCorrection;
-use jointwatch_shared::model::terms::InSi;
 
 /// Corrections of the force channels, axis by axis; that of an inertia stands in the model's axis.
 #[derive(Clone, Debug, PartialEq)]

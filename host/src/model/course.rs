@@ -2,8 +2,8 @@
 
 use crate::signal::motion::Motion;
 use crate::study::Convention;
+use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::{Entry, Instrument, Kinematics, Law, Parameters, States};
-use jointwatch_shared::model::terms::InSi;
 use jointwatch_shared::scalar::Scalar;
 use std::borrow::Cow;
 

@@ -4,9 +4,9 @@ use super::ModelAxis;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use crate::text::table::Table;
+use jointwatch_shared::base::{Model, axis, terms::InSi};
 use jointwatch_shared::effect::about::Parameter;
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
-use jointwatch_shared::model::{Model, axis, terms::InSi};
 use serde::{Deserialize, Serialize};
 
 /// One effect of a model, with the values that were found.
@@ -269,7 +269,13 @@ impl Bound {
     /// Whether a model cannot have both on the same axis.
     pub fn rules_out(&self, other: &Self) -> bool {
         let never = |a: &Self, b: &Self| a.entry.never_with.contains(&b.entry.about.name);
-        self.axis == other.axis && (never(self, other) || never(other, self))
+        let both = self.axis == other.axis && (never(self, other) || never(other, self));
+        both || self.replaces(other) || other.replaces(self)
+    }
+
+    /// Whether the other one is this one with special strengths, so that adding this one takes it out of a model.
+    pub fn replaces(&self, other: &Self) -> bool {
+        self.axis == other.axis && self.entry.replaces.contains(&other.entry.about.name)
     }
 
     /// `effect@axis`, or the effect's name alone when it acts on both axes.

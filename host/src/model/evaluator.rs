@@ -5,8 +5,8 @@ use super::{InputRange, Network, Polynomial, exponents};
 use crate::model::corrections::of_the_joint;
 use crate::model::file::{Base, ModelFile, NoBase};
 use crate::text::error::Result;
+use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::{Instrument, Kinematics, Law as EffectLaw, Parameters, States};
-use jointwatch_shared::model::terms::InSi;
 
 /// A model at work inside a simulation: what was learnt, and what the model remembers of the motion so far.
 ///

@@ -9,7 +9,7 @@ use crate::signal::motion::{self, Filters, Motion};
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::output;
-use jointwatch_shared::model::terms::InSi;
+use jointwatch_shared::base::terms::InSi;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;

@@ -4,8 +4,8 @@
 //! Its law is evaluated twice, a quarter of a turn apart, and least squares on the two says how much of it a record holds.
 
 use crate::model::course::{Course, law_parameters};
+use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::about::Shape;
-use jointwatch_shared::model::terms::InSi;
 use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
@@ -43,21 +43,28 @@ pub(crate) fn part_of(
 ) -> Vec<f64> {
     let values = term.entry.parameters().iter().zip(&term.values);
     let unit = values.map(|(p, &v)| if p.is_per_record() { 1.0 } else { v });
-    let parameters = law_parameters(term.entry, &unit.collect::<Vec<_>>());
-    // Such a law takes nothing from the motion but its time.
-    let still = vec![0.0; rows];
-    let course = Course::of_states(&[&still, &still], period_s);
-    let along = |phase: f64| {
-        let mut force = Vec::with_capacity(rows);
-        let law = term.entry.real;
-        course.along(law, &parameters, 0, phase, |v| v, |_, [f, _]| force.push(f));
-        force
+    let unit = InSi {
+        values: unit.collect(),
+        ..term.clone()
     };
+    let along = |phase: f64| along(&unit, phase, rows, period_s);
     let (sine, cosine) = (along(0.0), along(QUARTER));
     let seen = first..first + series.len();
     let [a, b] = least_squares([&sine[seen.clone()], &cosine[seen]], series);
     let both = sine.iter().zip(&cosine);
     both.map(|(f, g)| a * f + b * g).collect()
+}
+
+/// What such an effect adds to a record in which it begins at `phase`, in turns.
+pub(crate) fn along(term: &InSi, phase: f64, rows: usize, period_s: f64) -> Vec<f64> {
+    // Such a law takes nothing from the motion but its time.
+    let still = vec![0.0; rows];
+    let course = Course::of_states(&[&still, &still], period_s);
+    let parameters = law_parameters(term.entry, &term.values);
+    let mut force = Vec::with_capacity(rows);
+    let law = term.entry.real;
+    course.along(law, &parameters, 0, phase, |v| v, |_, [f, _]| force.push(f));
+    force
 }
 
 /// Takes such effects among `terms` out of the residual of an axis in one record.

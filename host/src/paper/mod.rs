@@ -18,7 +18,7 @@ pub use crate::report::Drawing;
 pub use measured::{MeasuredFit, MeasuredJoint};
 pub use polynomials::Denominator;
 pub use results::{PaperOptions, Results};
-pub use simulated::{Drawn, Sensors};
+pub use simulated::{BothOnlyRun, Drawn, Sensors};
 pub use spread::Spread;
 
 use crate::text::error::{Error, Result};
@@ -75,12 +75,21 @@ pub fn paper(options: &PaperOptions, progress: &dyn Fn(&str)) -> Result<Paper> {
             }
         }
     }
+    let mut both_only = Vec::new();
+    for seed in 1..=options.seeds {
+        progress(&format!(
+            "seed {seed} of {}: the record with both axes driven, alone",
+            options.seeds
+        ));
+        both_only.push(simulated::learn_from_both_only(seed, options.restarts)?);
+    }
     let drawn = drawn.ok_or_else(|| Error::failed("no study was simulated"))?;
     let results = Results {
         restarts: options.restarts,
         drawn,
         perfect,
         rig,
+        both_only,
         measured,
     };
     Ok(Paper {

@@ -62,6 +62,19 @@ impl Trained {
         })
     }
 
+    /// Validation errors of every training in the order of their seeds, and which of them was kept.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`] when a record cannot be compared.
+    pub(super) fn each(&self, study: &Study) -> Result<(Vec<Errors>, usize)> {
+        let errors = self.fit.restarts.iter().map(|restart| {
+            let mut model = self.model.clone();
+            model.base = Base::Network(restart.network.clone());
+            Errors::of(&model, study)
+        });
+        Ok((errors.collect::<Result<_>>()?, self.fit.best))
+    }
+
     /// When the training that was kept first had a sixteenth of the plain polynomial's validation error on every axis.
     fn cpu_s_to_sixteenth(&self, study: &Study, plain: &[f64]) -> Result<Option<f64>> {
         let motions = motion::motions(study, &self.model.filters)?;

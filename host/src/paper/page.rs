@@ -1,12 +1,14 @@
-//! The page `docs/paper.md`: its text, with every number formatted from the results.
+//! The page `docs/notebook/paper.md`: its text, with every number formatted from the results.
 
 use super::measured::{MeasuredJoint, SOURCES, Source};
 use super::polynomials::Denominator;
 use super::ratios::{
-    Band, PAPERS_ERROR_RATIO, PAPERS_TIME_RATIO, SeedRun, Share, error_ratio, time_ratio,
+    Band, PAPERS_ERROR_RATIO, PAPERS_TIME_RATIO, SeedRun, Share, error_ratio, rms_error_ratio,
+    time_ratio,
 };
+use super::results::{PaperOptions, Results};
+use super::simulated::BothOnlyRun;
 use super::spread::Spread;
-use super::{PaperOptions, Results};
 use crate::assess::where_it_fails::significant;
 use crate::model::file::AxisError;
 use crate::simulate::{ENCODER_STEP, SimulationOptions};
@@ -19,9 +21,10 @@ pub(super) fn page(results: &Results) -> String {
     let mut text = introduction(results);
     text += &figures_of_the_simulation(results);
     text += &ratios(results);
+    text += &both_only(results);
     text += "\n## Measured joints, in place of Figs. 14 to 18\n\n\
-             The paper's test rig and its records are not public. These two joints are; `jointwatch identify` and \
-             `jointwatch compare` on the named study give the same numbers.\n";
+             The records of the paper's test rig are not public. Those of the two joints below are. `jointwatch identify` and \
+             `jointwatch compare` with the study named give the same numbers.\n";
     for (source, joint) in SOURCES.iter().zip(&results.measured) {
         text += &measured(source, joint);
     }
@@ -32,17 +35,18 @@ pub(super) fn page(results: &Results) -> String {
 fn introduction(results: &Results) -> String {
     format!(
         "# The paper, reproduced\n\n\
-         Tasbihgoo, Caffrey and Masri learnt the restoring force of a joint with two axes by a polynomial and by a network, and held \
-         both against records that they had not learnt from (Int. J. Non-Linear Mechanics 42 (2007) 99–117). This page does the same \
-         with Jointwatch. The page, all figures and all numbers on it are written by\n\n\
+         Tasbihgoo, Caffrey and Masri identified the restoring force of a two-axis joint with a polynomial and with a network \
+         (Int. J. Non-Linear Mechanics 42 (2007) 99–117). They tested both on records that were not used in training. This page \
+         repeats that work with Jointwatch. One command writes the page, its figures and all its numbers:\n\n\
          ```\n{}\n```\n\n\
-         `--json FILE` gives the numbers alone. Grey is what was simulated or measured, dash-dot what the model says.\n",
+         `--json FILE` writes the numbers alone. In the figures, grey is simulated or measured; dash-dot is the model. As in the \
+         paper, *verification* means on the training records and *validation* means on other records.\n",
         command(results)
     )
 }
 
 fn command(results: &Results) -> String {
-    let mut command = "jointwatch paper --out docs".to_owned();
+    let mut command = "jointwatch paper --out docs/notebook".to_owned();
     let usual = PaperOptions::default();
     let seeds = results.perfect.len();
     if seeds as u64 != usual.seeds {
@@ -59,27 +63,27 @@ fn figures_of_the_simulation(results: &Results) -> String {
     let [low, high] = usual.band_hz;
     let [polynomial, network] = &results.drawn;
     format!(
-        "\n## What was simulated\n\n\
-         The four-body rig of the paper's Section 3 with our parameters, since the paper gives none \
-         ([simulated-rig.md](simulated-rig.md)). Clearance on both axes, a coupling between them, random drives from {low} to {high} Hz. \
-         Three records of {duration} s at {rate} Hz to learn from, {rows} rows in all: x driven alone, φ driven alone, both driven. A \
-         fourth to validate on: both driven at {level} of that level, from another seed. For the figures the sensors are perfect, \
-         as in the paper; seed 1.\n\n\
+        "\n## The simulated rig\n\n\
+         The rig has the four bodies of the paper's Section 3. The paper gives no parameter values, so they are ours \
+         ([the simulated rig](../explanation/simulated-rig.md)). Both axes have clearance, a coupling connects them, and the \
+         drives are random, {low} to {high} Hz. There are three training records of {duration} s at {rate} Hz, {rows} rows in \
+         all: x driven alone, φ driven alone, both driven. The validation record has both axes driven at {level} of that level, \
+         with another seed. The figures show seed 1 with noise-free sensors, as in the paper.\n\n\
          ![Restoring force over displacement and velocity in the three training records](paper/fig06-training.svg)\n\n\
-         **Fig. 6, training.** In the clearance, the middle of (a) and (b) over displacement, only the weak spring and the dampers act; \
-         outside, the contact as well. With both axes driven (c) the displacement and velocity of one axis no longer settle its force: the \
-         coupling adds what the other axis does, which is why the models have four inputs.\n\n\
+         **Fig. 6, training.** Inside the clearance, in the middle of (a) and (b), only the weak spring and the dampers act. \
+         Outside it, the contact acts too. With both axes driven (c), displacement and velocity of one axis do not determine its \
+         force, because the coupling depends on the other axis. That is why the models have four inputs.\n\n\
          ## The polynomial: Figs. 7 and 8\n\n\
-         256 terms per axis, plain least squares, as in the paper's Section 3.2.1. Verification (the training records): {pv}. \
-         Validation (the fourth record): {pw}.\n\n\
+         256 terms per axis, plain least squares, as in the paper's Section 3.2.1. Verification NMSE: {pv}. Validation NMSE: \
+         {pw}.\n\n\
          ![Polynomial against a training record](paper/fig07-polynomial-verification.svg)\n\n\
          **Fig. 7, polynomial, verification**, on the record with both axes driven.\n\n\
          ![Polynomial against the validation record](paper/fig08-polynomial-validation.svg)\n\n\
-         **Fig. 8, polynomial, validation.** Where the record visits states that training visited rarely, products of high powers make \
-         forces that nobody measured: the excursions in (c) and (d).\n\n\
+         **Fig. 8, polynomial, validation.** The excursions in (c) and (d) are extrapolation. The record visits states that \
+         training visited rarely, and there the products of high powers are not constrained by data.\n\n\
          ## The network: Figs. 9 and 10\n\n\
          Forty tanh neurons as in the paper's Section 3.2.2, trained as in its Section 2.4.2: Levenberg–Marquardt with Bayesian \
-         regularisation, in stages with ever more rows, {restarts}. Verification: {nv}. Validation: {nw}.\n\n\
+         regularisation, in stages with more and more rows, {restarts}. Verification NMSE: {nv}. Validation NMSE: {nw}.\n\n\
          ![Network against a training record](paper/fig09-network-verification.svg)\n\n\
          **Fig. 9, network, verification**, on the record with both axes driven.\n\n\
          ![Network against the validation record](paper/fig10-network-validation.svg)\n\n\
@@ -122,41 +126,38 @@ fn ratios(results: &Results) -> String {
     };
     let mut text = format!(
         "\n## The two ratios\n\n\
-         The paper says that the network's percentage error on validation was about {PAPERS_ERROR_RATIO} times lower than the \
-         polynomial's, and that its training took about {PAPERS_TIME_RATIO} times longer. Neither is a constant of nature: both \
-         depend on the joint, on how much was recorded, and on which fit of the polynomial they are taken against. Hence three \
-         fits: **plain least squares** on all terms (the paper's), **ridge** (all terms, penalised; Jointwatch's default), and \
-         **selected terms** (a few of them). The error is 100·Σ(r−r̂)²/(N·var r) on the validation record: over the whole band, which for noise-free data \
-         is the paper's way, and in the common band, with both forces low-passed alike, as `jointwatch compare` has it. The paper does not say \
-         which percentage error it means; of RMS errors the ratio would be the square root of that of NMSE. Figures are \
-         medians over the studies of {seeds}, ranges in brackets; each ratio is taken within one study.\n\n\
+         The paper states two ratios. The network's percentage error on validation was about {PAPERS_ERROR_RATIO} times lower than \
+         the polynomial's, and its training took about {PAPERS_TIME_RATIO} times longer. Neither is a constant: both depend on the \
+         joint, on the length of the records and on how the polynomial is fitted. The tables therefore compare three fits:\n\n\
+         - **plain least squares** on all terms, as in the paper,\n\
+         - **ridge**, all terms with a penalty, the default of Jointwatch,\n\
+         - **selected terms**, a few of them.\n\n\
+         Errors are on the validation record. *Whole band* has no low-pass, as in the paper. *Common band* has both forces \
+         low-passed alike, as in `jointwatch compare`. Figures are medians over the studies of {seeds}, with ranges in brackets. \
+         Each ratio is taken within one study.\n\n\
          ### Validation error, polynomial over network\n\n\
+         The paper does not define its percentage error. The first table is the ratio of NMSE, 100·Σ(r−r̂)²/(N·var r).\n\n\
          | denominator | noise-free, whole band: x | φ | noise-free, common band: x | φ | sensors of a rig, common band: x | φ |\n\
          |---|---|---|---|---|---|---|\n\
          | the paper, plain | about {PAPERS_ERROR_RATIO} | | | | | |\n"
     );
-    for fit in Denominator::ALL {
-        let columns = [
-            (runs, Band::Whole),
-            (runs, Band::Common),
-            (&results.rig, Band::Common),
-        ];
-        let cells = columns
-            .into_iter()
-            .flat_map(|(runs, band)| [0, 1].map(|axis| cell(error_ratio(runs, fit, axis, band))));
-        let cells: Vec<String> = cells.collect();
-        text += &format!("| {} | {} |\n", fit.words(), cells.join(" | "));
-    }
+    text += &ratio_rows(results, error_ratio);
     text += &format!(
-        "\nThe sensors of a rig are noise {} dB below the signals and encoders in counts of {} µm and {} µrad. One such study by itself: \
-         `jointwatch simulate --out rig --seed 1`, then `jointwatch identify rig --model polynomial` or `network`. The polynomials' figures \
-         come out the same; the network's by and large, because the logs have nine digits and a training that starts from numbers rounded \
-         differently ends in another minimum, as another restart does.\n\n\
+        "\nThe second table is the same for RMS errors, the square roots of the first.\n\n\
+         | denominator | RMS, noise-free, whole band: x | φ | noise-free, common band: x | φ | sensors of a rig, common band: x | φ |\n\
+         |---|---|---|---|---|---|---|\n\
+         | the paper, plain | about {PAPERS_ERROR_RATIO} | | | | | |\n"
+    );
+    text += &ratio_rows(results, rms_error_ratio);
+    text += &format!(
+        "\nThe sensors of a rig have noise {} dB below the signals and encoders with counts of {} µm and {} µrad. To repeat one such \
+         study, run `jointwatch simulate --out rig --seed 1` and `jointwatch identify rig --model polynomial` or `network`. The \
+         polynomials then have the same errors. The network's errors are close but not equal: the logs have nine digits, and a \
+         training that starts from differently rounded numbers ends in another minimum.\n\n\
          NMSE on the validation record in percent, noise-free, whole band:\n\n{}\n\
          With the sensors of a rig, common band:\n\n{}\n\
          ### Training time, network over polynomial\n\n\
-         CPU seconds on both sides, one thread, so that neither the number of cores nor what else the machine does counts; noise-free \
-         studies.\n\n\
+         CPU seconds of one thread on both sides, on noise-free studies.\n\n\
          | denominator | one training | {} | one training, up to a {PAPERS_ERROR_RATIO}th of the plain polynomial's error on both axes |\n\
          |---|---|---|---|\n\
          | the paper, plain | about {PAPERS_TIME_RATIO} | | |\n",
@@ -178,6 +179,66 @@ fn ratios(results: &Results) -> String {
     text += &seconds(runs);
     text
 }
+
+/// What one fit's error is over the network's, from seed to seed.
+type Ratio = fn(&[SeedRun], Denominator, usize, Band) -> Option<Spread>;
+
+/// The rows of a table of error ratios.
+fn ratio_rows(results: &Results, ratio: Ratio) -> String {
+    let columns = [
+        (&results.perfect, Band::Whole),
+        (&results.perfect, Band::Common),
+        (&results.rig, Band::Common),
+    ];
+    let row = |fit: Denominator| {
+        let cells = columns
+            .iter()
+            .flat_map(|(runs, band)| [0, 1].map(|axis| cell(ratio(runs, fit, axis, *band))));
+        let cells: Vec<String> = cells.collect();
+        format!("| {} | {} |\n", fit.words(), cells.join(" | "))
+    };
+    Denominator::ALL.map(row).concat()
+}
+
+/// The claim of the paper's Section 6 on the third training record.
+fn both_only(results: &Results) -> String {
+    let runs = &results.both_only;
+    let spread = |of: &dyn Fn(&BothOnlyRun) -> f64| cell(Spread::of(runs.iter().map(of)));
+    let three = |of: &dyn Fn(&SeedRun) -> f64| cell(Spread::of(results.perfect.iter().map(of)));
+    let mut text = String::from(
+        "\n## One record with both axes driven\n\n\
+         The paper's Section 6 says that models identified from the record with both axes driven alone (Fig. 6 (c)) would have failed in \
+         the generalisation tests, for lack of information about the coupling. Here they do not. Validation NMSE in percent, \
+         noise-free, whole band, median and range over the seeds:\n\n\
+         | model | three records: x | φ | that record alone: x | φ |\n|---|---|---|---|---|\n",
+    );
+    for (index, fit) in Denominator::ALL.into_iter().enumerate() {
+        let cells =
+            [0, 1].map(|a| three(&|r| r.polynomials[index].validation_nmse_percent.whole[a]));
+        let alone = [0, 1].map(|a| spread(&|r| r.polynomials[index].whole[a]));
+        text += &format!(
+            "| {} | {} | {} |\n",
+            fit.words(),
+            cells.join(" | "),
+            alone.join(" | ")
+        );
+    }
+    let cells = [0, 1].map(|a| three(&|r| r.network.validation_nmse_percent.whole[a]));
+    let alone = [0, 1].map(|a| spread(&|r| r.network.whole[a]));
+    text += &format!(
+        "| network | {} | {} |\n",
+        cells.join(" | "),
+        alone.join(" | ")
+    );
+    text + BOTH_ONLY
+}
+
+/// How the table of [`both_only`] is to be read; it holds whatever the numbers are.
+const BOTH_ONLY: &str = "\n\
+The two drives are independent and broadband, so this one record visits the four-dimensional state space as the validation record does. \
+It holds the coupling in full, because the coupling acts only when both axes move. In the other two records one axis rests, so their \
+states lie in a plane. What is lost without them is rows: 10,000 are left of 30,000. Correlated drives, or a record too short to fill the \
+state space, could make the claim true.\n";
 
 fn cell(spread: Option<Spread>) -> String {
     spread.map_or("never".into(), |s| s.to_string())
@@ -211,12 +272,12 @@ fn seconds(runs: &[SeedRun]) -> String {
         .iter()
         .filter(|r| r.network.cpu_s_to_sixteenth.is_some());
     format!(
-        "\nThe last column counts the {} of {} studies in which the error came down that far. Plain least squares is timed from rows to \
-         coefficients and nothing else; ridge and selected terms with the cross-validation that chooses their weight or number. On the \
-         machine that wrote this page, in the median, {} ms, {} ms and {} ms stood against {} s for one training: the ratios \
-         travel to other machines, more or less, the seconds do not.\n\n\
-         Plain least squares here comes from sums over products of powers, tens of times faster than a general least-squares solver \
-         ([fits.md](fits.md)); that makes the ratio larger than it would be against such a solver.\n",
+        "\nThe last column counts the {} of {} studies that reached that error. The time of plain least squares is that from rows to \
+         coefficients. Ridge and selected terms include the cross-validation that chooses their weight or number. The medians on \
+         the machine that wrote this page were {} ms, {} ms and {} ms, against {} s for one training. Ratios carry over to other \
+         machines approximately; seconds do not.\n\n\
+         Plain least squares here uses sums over products of powers. It is tens of times faster than a general least-squares solver \
+         ([fits](../explanation/fits.md)), and the ratio is larger by that factor.\n",
         reached.count(),
         runs.len(),
         polynomial(0),
@@ -233,8 +294,11 @@ fn measured(source: &Source, joint: &MeasuredJoint) -> String {
         return text;
     }
     let mut study = format!(
-        "The study is [{0}]({0}), beside {1} and {2}.",
-        source.study_page, source.logs[0], source.logs[1]
+        "The study is [{3}]({0}); its logs are {1} and {2}.",
+        source.study_page,
+        source.logs[0],
+        source.logs[1],
+        source.study_page.trim_start_matches("../")
     );
     if let Some(inertia) = joint.inertia {
         study += &format!(" Identified mass: {inertia:.2} kg.");
@@ -252,6 +316,7 @@ fn measured(source: &Source, joint: &MeasuredJoint) -> String {
         let (verification, validation) = (percent(&fit.verification), percent(&fit.validation));
         text += &format!("| {} | {verification} | {validation} |\n", fit.fit);
     }
+    text += &trainings_of(joint);
     let figure = |number: u8, file: &str, caption: &str| {
         format!(
             "\n![{caption}](paper/fig{number}-{}-{file}.svg)\n\n**In place of Fig. {number}**: {caption}.\n",
@@ -275,23 +340,42 @@ fn measured(source: &Source, joint: &MeasuredJoint) -> String {
     text
 }
 
+/// The validation errors of all trainings of a measured joint's network, of which one was kept.
+fn trainings_of(joint: &MeasuredJoint) -> String {
+    if joint.trainings.len() < 2 {
+        return String::new();
+    }
+    let each = joint.trainings.iter().map(|nmse| significant(*nmse));
+    format!(
+        "\nValidation NMSE of the {} trainings of the network: {} %. Training {} was kept, for its evidence on the training record.\n",
+        joint.trainings.len(),
+        each.collect::<Vec<_>>().join(", "),
+        joint.kept + 1
+    )
+}
+
 /// What is not as in the paper; it holds whatever the numbers are.
-const DIFFERENCES: &str = "\n## Where this differs from the paper, and why\n\n\
-- **Parameters of the rig.** The paper refers to another source for them. Ours are chosen, and with them how hard the contact is and how \
-strong the coupling; the error ratio depends on that.\n\
-- **Eq. (16).** The print has lost the dots over its velocities. We read the coupling as a friction that depends on velocity and \
-position and acts when both axes move; [simulated-rig.md](simulated-rig.md) says why.\n\
-- **Least squares.** The paper calls its solver non-linear; the polynomial is linear in its coefficients, and one linear solution is \
-the minimum.\n\
-- **Training.** Levenberg–Marquardt moves the hidden layer only, the output layer is solved for exactly at each step; the precisions of \
+const DIFFERENCES: &str = "\n## Differences from the paper\n\n\
+- **Axes and orders.** At most two axes, and exponents up to 3 of each state. The paper's formulation has no such limits.\n\
+- **Parameters of the rig.** The paper refers to another source for them. Ours are chosen, with the contact stiffness and the coupling \
+among them. The error ratio depends on both.\n\
+- **Eq. (16).** The printed equation has lost the dots over its velocities. We read the coupling as a friction force that depends on \
+velocity and position and acts when both axes move ([the simulated rig](../explanation/simulated-rig.md)).\n\
+- **Least squares.** The paper calls its solver non-linear. The polynomial is linear in its coefficients, so one linear solution is the \
+minimum.\n\
+- **Unknown mass.** The paper adds the acceleration to the inputs of a network. Here the inertia is identified first, by a linear fit \
+beside a polynomial, and the network learns what is left of the applied force.\n\
+- **Training.** Levenberg–Marquardt moves the hidden layer only. The output layer is solved exactly at each step, and the precisions of \
 weights and noise follow from the evidence.\n\
-- **Restarts.** The paper looks whether the weights of about five trainings agree. Neurons can be permuted without changing the network, so \
-`jointwatch identify --model network` compares the predictions instead, and the training with the highest evidence is kept; validation \
-records decide nothing.\n\
-- **States and band.** Velocities are derived from displacements, as a rig has to, and measured and predicted force are low-passed alike \
-before they are compared. The polynomial's and the network's errors are figures of the same band.\n\
-- **Normalisation.** Inputs are brought to ±1 about the middle of their range instead of their mean.\n\
-- **Figures.** Figs. 7 and 9 show phase plots only in the paper; here they have time histories too, as its Figs. 15 and 16. Time \
-histories show about twenty swings from the middle of the record. In Fig. 6 and Fig. 14 the force stands over velocity as well.\n\
-- **Measured joints.** Ours have one axis each, so their figures show phase plots over displacement and over velocity instead of those \
-of two axes.\n";
+- **Tolerance of a stage.** The paper halves a target for the error from stage to stage. Here a stage's tolerance is the relative gain per \
+step below which the stage ends, also halved from stage to stage.\n\
+- **Restarts.** The paper compares the weights of about five trainings. Neurons can be permuted without changing a network, so \
+`jointwatch identify --model network` compares predictions instead. The training with the highest evidence is kept; validation records \
+decide nothing.\n\
+- **States and band.** Velocities are derived from displacements, as on a rig. Measured and predicted force are low-passed alike before \
+they are compared.\n\
+- **Normalisation.** Inputs are scaled to ±1 about the middle of their range instead of their mean.\n\
+- **Figures.** Figs. 7 and 9 of the paper are phase plots only; here they have time histories too. Time histories show about twenty \
+cycles from the middle of the record. Figs. 6 and 14 also show the force over velocity.\n\
+- **Measured joints.** Ours have one axis each. Their figures show phase plots over displacement and over velocity instead of those of two \
+axes.\n";

@@ -114,6 +114,19 @@ pub fn error_ratio(runs: &[SeedRun], fit: Denominator, axis: usize, band: Band) 
     }))
 }
 
+/// The same ratio of RMS errors, the square root of that of NMSE run by run; `None` without seeds.
+pub fn rms_error_ratio(
+    runs: &[SeedRun],
+    fit: Denominator,
+    axis: usize,
+    band: Band,
+) -> Option<Spread> {
+    Spread::of(runs.iter().filter_map(|run| {
+        let one = error_ratio(std::slice::from_ref(run), fit, axis, band)?;
+        Some(one.median.sqrt())
+    }))
+}
+
 /// Which part of the training is held against the polynomial's fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Share {
@@ -178,6 +191,10 @@ mod tests {
         let x = error_ratio(&runs, Denominator::Plain, 0, Band::Whole).unwrap();
         // The medians of both errors would give 40, the ratios' median is 30.
         assert!((x.median - 30.0).abs() < 1e-9 && (x.least - 20.0).abs() < 1e-9);
+        let rms = rms_error_ratio(&runs, Denominator::Plain, 0, Band::Whole).unwrap();
+        assert!(
+            (rms.median - 30_f64.sqrt()).abs() < 1e-9 && (rms.most - 80_f64.sqrt()).abs() < 1e-9
+        );
         let common = error_ratio(&runs, Denominator::Plain, 0, Band::Common).unwrap();
         assert!((common.median - 300.0).abs() < 1e-9);
         let phi = error_ratio(&runs, Denominator::Ridge, 1, Band::Whole).unwrap();

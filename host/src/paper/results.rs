@@ -2,7 +2,7 @@
 
 use super::measured::MeasuredJoint;
 use super::ratios::SeedRun;
-use super::simulated::Drawn;
+use super::simulated::{BothOnlyRun, Drawn};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -39,6 +39,8 @@ pub struct Results {
     pub perfect: Vec<SeedRun>,
     /// Seed by seed, seen through a rig's sensors.
     pub rig: Vec<SeedRun>,
+    /// Seed by seed, learnt from the record with both axes driven alone; perfect sensors.
+    pub both_only: Vec<BothOnlyRun>,
     /// The measured joints.
     pub measured: Vec<MeasuredJoint>,
 }

@@ -79,6 +79,36 @@ pub(super) fn learn(sensors: Sensors, seed: u64, restarts: usize) -> Result<(See
     Ok((run, learnt))
 }
 
+/// What the record with both axes driven gives by itself, without the two records in which one axis is driven alone.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BothOnlyRun {
+    /// Seed of the drives.
+    pub seed: u64,
+    /// On the validation record, in the order of [`Denominator::ALL`].
+    pub polynomials: Vec<Errors>,
+    /// On the validation record, of the training that was kept.
+    pub network: Errors,
+}
+
+/// Learns every model from the third training record alone, seen through perfect sensors: the claim of the paper's Section 6 is that
+/// such a model fails on other records.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`] when a model cannot be learnt.
+pub(super) fn learn_from_both_only(seed: u64, restarts: usize) -> Result<BothOnlyRun> {
+    let mut study = Sensors::Perfect.study(seed)?;
+    study.records.drain(..2);
+    let polynomials = Denominator::ALL
+        .iter()
+        .map(|fit| Errors::of(&fit.identify(&study)?, &study))
+        .collect::<Result<Vec<Errors>>>()?;
+    Ok(BothOnlyRun {
+        seed,
+        polynomials,
+        network: Errors::of(&network::train(&study, restarts)?.model, &study)?,
+    })
+}
+
 /// Errors of a model that is drawn.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Drawn {

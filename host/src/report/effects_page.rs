@@ -2,11 +2,11 @@
 
 use crate::text::table::Table;
 use crate::text::text_plot::TextPlot;
+use jointwatch_shared::base::axis::AxisKind::{Rotation, Translation};
 use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::effect::{
     Acts, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, Seat, States,
 };
-use jointwatch_shared::model::axis::AxisKind::{Rotation, Translation};
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
@@ -75,6 +75,7 @@ fn found_by(parameter: &Parameter) -> &'static str {
         Role::Linear { positive: true } => "least squares; positive",
         Role::Linear { positive: false } => "least squares",
         Role::SizePerRecord => "least squares in every record, with a phase",
+        Role::Shape(shape) if shape.is_given() => "given, not found",
         Role::Shape(_) => "search",
     }
 }
@@ -230,50 +231,61 @@ fn curve(entry: &Entry) -> Vec<(f64, f64)> {
     all.skip(skipped).collect()
 }
 
-/// All effects as the page docs/effects.md.
+/// All effects as the page docs/reference/effects.md.
 pub fn markdown() -> String {
     let mut text = String::from(
-        "# The effects\n\nEvery physical effect that a model can hold and that a diagnosis looks for. This page is generated; change the effect's file \
-         in `shared/src/effect/` and write it anew:\n\n```\njointwatch effects --markdown > docs/effects.md\n```\n\n\
-         x is the displacement of the axis that the effect is bound to (`effect@axis`), ẋ its velocity, φ and φ̇ those of the other axis, F and a the \
-         applied force and the acceleration of the body, s = 1 for r = F − m·a and −1 for r = m·a − F. The loops are drawn in units of the \
-         motion: displacement and velocity reach 1.\n\n| effect | what it is | acts on | belongs to |\n|---|---|---|---|\n",
+        "# The effects\n\nEvery physical effect that a model can hold and that a diagnosis looks for. This page is generated. Change the effect's file \
+         in `shared/src/effect/` and write the page anew:\n\n```\njointwatch effects --markdown > docs/reference/effects.md\n```\n\n\
+         x is the displacement of the axis that the effect is bound to (`effect@axis`), and ẋ its velocity. φ and φ̇ are those of the other axis. F is the \
+         applied force and a the acceleration of the body; s = 1 for r = F − m·a and −1 for r = m·a − F. The loops are drawn in units of the \
+         motion: displacement and velocity reach 1. What belongs to the joint runs on the device too. Parameters that \
+         are not *searched* follow by least squares. Blank cells: one axis, joint.\n\n| effect | what it is | acts on | belongs to | number in a blob |\n|---|---|---|---|---|\n",
     );
     for entry in EFFECTS {
         let about = &entry.about;
         let _ = writeln!(
             text,
-            "| [{0}](#{0}) | {1} | {2} | {3} |",
+            "| [{0}](#{0}) | {1} | {2} | {3} | {4} |",
             about.name,
             about.title,
-            acts_on(entry),
-            seat(entry)
+            if entry.acts == Acts::OwnAxis && !entry.needs_two_axes() {
+                ""
+            } else {
+                acts_on(entry)
+            },
+            if entry.seat == Seat::Joint {
+                ""
+            } else {
+                seat(entry)
+            },
+            entry.tag
         );
     }
     for entry in EFFECTS {
         let about = &entry.about;
-        let _ = write!(
-            text,
-            "\n## {}\n\n{}: `{}`\n\n| parameter | symbol | unit | found by | meaning |\n|---|---|---|---|---|\n",
-            about.name,
-            upper_first(about.title),
-            about.equation
-        );
+        let _ = write!(text, "\n## {}\n\n`{}`\n\n", about.name, about.equation);
         for p in entry.parameters() {
+            let searched = match p.role {
+                Role::Shape(shape) if !shape.is_given() => ", searched",
+                _ => "",
+            };
             let _ = writeln!(
                 text,
-                "| `{}` | {} | {} | {} | {} |",
+                "- `{}` {} ({}{searched}): {}",
                 p.name,
                 p.symbol,
                 unit_in_words(p),
-                found_by(p),
                 p.meaning
             );
         }
+        // Of a part of the joint the table above says it all.
+        let fate = match entry.seat {
+            Seat::Joint => String::new(),
+            _ => format!("- It is {}.\n", on_the_device(entry)),
+        };
         let _ = write!(
             text,
-            "\n- It is {}.\n- Source: {}.\n- Where it is missing: {}.\n- Told apart: {}\n\n```\n{}\n{}\n```\n",
-            on_the_device(entry),
+            "{fate}- Source: {}.\n- Residual signature: {}.\n- Separated by: {}\n\n```\n{}\n{}\n```\n",
             about.source,
             about.absence,
             about.separated_by,
@@ -282,13 +294,6 @@ pub fn markdown() -> String {
         );
     }
     text.trim_end().into()
-}
-
-fn upper_first(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| {
-        first.to_uppercase().chain(letters).collect()
-    })
 }
 
 /// One effect as `--json` gives it.

@@ -10,6 +10,7 @@ mod course;
 pub mod drawing;
 pub mod effects_page;
 mod figure;
+pub mod page;
 pub mod phase;
 pub mod pictures;
 mod quantity;

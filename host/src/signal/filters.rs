@@ -6,7 +6,7 @@ use super::fir::{quantise, to_f64};
 use crate::signal::motion::motions;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
+use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
 use serde::{Deserialize, Serialize};
 
 /// The states' band is at least this many times the common band, so that a force law sees the corners it makes.
@@ -88,13 +88,13 @@ impl Filters {
             filters = Self::differentiators(rate, wanted_hz)?;
             filters.band_hz = band_hz;
             reason += &format!(
-                "; states to {} Hz for the sake of that band, though the displacement drowns in its noise at {} Hz",
+                "; states up to {} Hz as that band needs, although the displacement is below its noise floor above {} Hz",
                 short(wanted_hz),
                 short(drowned_hz)
             );
         } else {
             reason += &format!(
-                "; states to {} Hz, where the displacement drowns in its noise or the sample rate sets the end",
+                "; states up to {} Hz: above that the displacement is below its noise floor, or the sample rate is the limit",
                 short(drowned_hz)
             );
         }

@@ -1,7 +1,7 @@
 //! Applying a linear-phase FIR filter with zero phase, and the integer taps that the device shares.
 
 use crate::text::error::{Error, Result};
-use jointwatch_shared::rig::Taps;
+use jointwatch_shared::wire::rig::Taps;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Rows filtered at a time, so that they stay in the first-level cache while all taps pass over them.

@@ -11,13 +11,13 @@ use crate::fit::effects::unknowns::reference;
 use crate::model::corrections::Corrections;
 use crate::model::course::{Course, law_parameters};
 use crate::model::effects::Bound;
-use crate::model::{EffectTerm, Evaluator};
+use crate::model::{EffectTerm, Evaluator, mains_hum};
 use crate::study::{Convention, Record};
 use crate::text::error::{Error, Result};
+use jointwatch_shared::base::axis::AxisKind;
+use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::Seat;
 use jointwatch_shared::effect::about::{About, Parameter, Role};
-use jointwatch_shared::model::axis::AxisKind;
-use jointwatch_shared::model::terms::InSi;
 use jointwatch_shared::units::References;
 
 /// What to hide.
@@ -132,9 +132,6 @@ impl Rig<'_> {
                  study.toml to hide it"
             )));
         }
-        if bound.entry.is_per_record() {
-            return Err(cannot_simulate(&bound.entry.about));
-        }
         let plain = (self.take)(None)?;
         let references = references(&plain, bound.axis);
         let mut term = InSi {
@@ -187,9 +184,9 @@ impl Rig<'_> {
             return Ok((hidden / force_power(&records, axis)).sqrt());
         }
         let mut added = Vec::new();
-        for taken in plain {
+        for (index, taken) in plain.iter().enumerate() {
             let record = taken.record(self.axes.len());
-            let logged = in_the_log(term, &record, self.sample_rate_hz, self.axes.len())?;
+            let logged = in_the_log(term, index, &record, self.sample_rate_hz, self.axes.len())?;
             let inertia = stated_inertia(term, axis, self.inertia[axis])? - self.inertia[axis];
             let channels = record.axes[axis].force.iter().zip(&logged.axes[axis].force);
             let motion = channels.zip(&taken.truth.acceleration[axis]);
@@ -219,18 +216,30 @@ impl Rig<'_> {
     }
 }
 
-/// A record as instruments with this fault would have logged it: exactly what the model's correction undoes.
+/// Turns by which the phase of mains hum differs from one record to the next: the golden ratio's fraction, so that no two agree.
+const PHASE_PER_RECORD: f64 = 0.618_034;
+
+/// The record at `index` as instruments with this fault would have logged it: exactly what the model's correction undoes.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Usage`] for a fault that is too large, or one that the simulator cannot put into a log.
 pub(super) fn in_the_log(
     term: &InSi,
+    index: usize,
     record: &Record,
     sample_rate_hz: f64,
     axes: usize,
 ) -> Result<Record> {
     if term.entry.seat != Seat::Instrument || term.entry.about.name == "inertia_error" {
         return Ok(record.clone());
+    }
+    if term.entry.is_per_record() {
+        let mut logged = record.clone();
+        let force = &mut logged.axes[usize::from(term.axis)].force;
+        let phase = PHASE_PER_RECORD * index as f64;
+        let hum = mains_hum::along(term, phase, force.len(), 1.0 / sample_rate_hz);
+        force.iter_mut().zip(hum).for_each(|(f, h)| *f += h);
+        return Ok(logged);
     }
     let usage = |e: Error| Error::usage(e.sentence);
     let mut inverse = Corrections::of(std::slice::from_ref(term), axes).map_err(usage)?;
@@ -248,7 +257,7 @@ pub(super) fn in_the_log(
 /// What is said of a fault that the simulator cannot put into a log.
 fn cannot_simulate(about: &About) -> Error {
     Error::usage(format!(
-        "the simulated instruments know no {}: hide an effect of the joint, or inertia_error, force_gain, time_delay or crosstalk",
+        "the simulated instruments know no {}: hide an effect of the joint, or inertia_error, force_gain, time_delay, crosstalk or mains_hum",
         about.name
     ))
 }
@@ -284,6 +293,8 @@ fn starting_values(bound: &Bound, references: &References) -> Vec<f64> {
                 linear += 1;
                 [1.0, 2.0, 0.05][(linear - 1).min(2)]
             }
+            // Hum has the frequency of a mains, and none between two of them.
+            Role::Shape(shape) if bound.entry.is_per_record() => shape.starts[0],
             Role::Shape(shape) => {
                 let middle = (shape.starts.len() - 1) / 2;
                 let next = (middle + 1).min(shape.starts.len() - 1);
@@ -298,7 +309,7 @@ fn starting_values(bound: &Bound, references: &References) -> Vec<f64> {
 /// Multiplies the force of an effect.
 fn scale(bound: &Bound, term: &mut InSi, factor: f64) {
     for (parameter, value) in bound.entry.parameters().iter().zip(&mut term.values) {
-        if parameter.is_linear() {
+        if parameter.is_linear() || parameter.is_per_record() {
             *value *= factor;
         }
     }

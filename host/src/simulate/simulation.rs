@@ -9,7 +9,7 @@ use super::sensors::{COLUMNS, ENCODER_STEP, add_noise, noise_rms, quantise, read
 use super::truth::{Taken, Truth};
 use crate::study::{Axis, AxisKind, Convention, Role, Study};
 use crate::text::error::{Error, Result};
-use jointwatch_shared::model::terms::InSi;
+use jointwatch_shared::base::terms::InSi;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
@@ -201,9 +201,10 @@ pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
         taken.into_iter().map(|t| (t.columns, t.truth)).unzip();
     let mut axes = axes;
     if let Some(term) = effect {
-        for columns in &mut columns {
+        for (index, columns) in columns.iter_mut().enumerate() {
             let right = record("", Role::Train, columns, axes.len());
-            let logged = hidden::in_the_log(term, &right, options.sample_rate_hz, axes.len())?;
+            let logged =
+                hidden::in_the_log(term, index, &right, options.sample_rate_hz, axes.len())?;
             for (axis, channels) in logged.axes.into_iter().enumerate() {
                 columns[8 + axis] = channels.force;
             }

@@ -1,7 +1,7 @@
 //! A study: the rig and its records, as `study.toml` describes them, read into SI units.
 //!
 //! [`Study::read`] is the one way in. What a study may say, and every reason for which it is refused, stands in
-//! `docs/study.md`.
+//! `docs/reference/study.md`.
 
 mod check;
 mod csv;

@@ -16,7 +16,7 @@ impl Study {
     ///
     /// # Errors
     /// One sentence of kind [`Data`](crate::text::error::Kind::Data) that names the file, the row (the line of a text file), the
-    /// column and what to try; `docs/study.md` lists what is refused.
+    /// column and what to try; `docs/reference/study.md` lists what is refused.
     pub fn read(path: &Path) -> Result<Self> {
         let path = if path.is_dir() {
             path.join("study.toml")
@@ -43,7 +43,7 @@ impl Study {
             // Some editors begin the file with a byte order mark, which TOML does not know.
             text: text.strip_prefix('\u{feff}').unwrap_or(&text),
         };
-        let said = source.parse("study.md")?;
+        let said = source.parse("reference/study.md")?;
         let (plan, axes) = plan(&source, &said)?;
         let folder = path.parent().unwrap_or(Path::new(".")).to_owned();
         let mut notes = check_records(&source, &said, &folder)?;

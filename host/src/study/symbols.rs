@@ -1,7 +1,7 @@
 //! The SI symbols that belong to an axis, as they are printed.
 
 use crate::study::AxisKind;
-use jointwatch_shared::model::axis;
+use jointwatch_shared::base::axis;
 
 impl AxisKind {
     /// `m` or `rad`.

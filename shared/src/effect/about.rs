@@ -78,6 +78,24 @@ pub struct Tie {
     pub other_axis: bool,
 }
 
+impl Shape {
+    /// A quantity that is not searched for: it has the one value in the list, and the law takes one over it.
+    pub const fn given(value: &'static [f64; 1]) -> Self {
+        Self {
+            starts: value,
+            least: value[0],
+            most: value[0],
+            reciprocal: true,
+            tie: None,
+        }
+    }
+
+    /// Whether it has one value and is not searched for.
+    pub fn is_given(&self) -> bool {
+        self.least >= self.most
+    }
+}
+
 impl Parameter {
     /// A parameter that the force is proportional to.
     pub const fn linear(
@@ -99,6 +117,11 @@ impl Parameter {
     /// Whether the force is proportional to it.
     pub fn is_linear(&self) -> bool {
         matches!(self.role, Role::Linear { .. } | Role::SizePerRecord)
+    }
+
+    /// Whether it has one value and is not searched for.
+    pub fn is_given(&self) -> bool {
+        matches!(self.role, Role::Shape(shape) if shape.is_given())
     }
 
     /// Whether its size, and the phase that belongs to it, is another one in every record.

@@ -16,6 +16,7 @@ pub(super) struct BoucWen;
 
 impl Effect for BoucWen {
     const TAG: u8 = 12;
+    const LOOKS_LIKE: &'static [&'static str] = &["jenkins"];
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
     const FADING: Fading = Fading::Within(4);
 

@@ -19,6 +19,7 @@ pub(super) const TRANSITION: Shape = Shape {
 
 impl Effect for Coulomb {
     const TAG: u8 = 5;
+    const LOOKS_LIKE: &'static [&'static str] = &["stribeck"];
 
     const ABOUT: About = About {
         name: "coulomb",

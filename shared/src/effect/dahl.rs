@@ -27,6 +27,7 @@ pub(super) fn relax<S: Scalar>(z: S, travel: S) -> S {
 
 impl Effect for Dahl {
     const TAG: u8 = 14;
+    const LOOKS_LIKE: &'static [&'static str] = &["bouc_wen"];
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
     const FADING: Fading = Fading::Within(4);
 

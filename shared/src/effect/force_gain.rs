@@ -10,6 +10,7 @@ pub(super) struct ForceGain;
 
 impl Effect for ForceGain {
     const TAG: u8 = 21;
+    const LOOKS_LIKE: &'static [&'static str] = &["inertia_error"];
     const SEAT: Seat = Seat::Instrument;
 
     const NEVER_WITH: &'static [&'static str] = &["inertia_error"];

@@ -10,6 +10,7 @@ pub(super) struct InertiaError;
 
 impl Effect for InertiaError {
     const TAG: u8 = 20;
+    const LOOKS_LIKE: &'static [&'static str] = &["force_gain"];
     const SEAT: Seat = Seat::Instrument;
 
     const NEVER_WITH: &'static [&'static str] = &["force_gain"];

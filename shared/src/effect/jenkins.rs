@@ -24,6 +24,7 @@ const SLIP: Shape = Shape {
 
 impl Effect for Jenkins {
     const TAG: u8 = 13;
+    const LOOKS_LIKE: &'static [&'static str] = &["bouc_wen"];
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
     // What a sample adds is the difference of two rounded positions, so that roundings cancel along any path. The slider, too,
     // passes on errors of its input and gathers none: its position follows the largest of them at most once, and the spring's

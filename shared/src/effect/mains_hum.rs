@@ -14,7 +14,7 @@ impl Effect for MainsHum {
 
     const ABOUT: About = About {
         name: "mains_hum",
-        title: "line of the mains in the force channel",
+        title: "mains hum in the force channel",
         equation: "r_measured − r = A·sin(2π(f·t + p)), A and p found in every record anew",
         source: "pick-up of mains wiring; H. W. Ott, Noise Reduction Techniques in Electronic Systems, Wiley 1988, ch. 2",
         absence: "the residual holds a narrow line near 50 or 60 Hz of the same size in every record, at rest too",

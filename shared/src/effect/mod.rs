@@ -4,273 +4,66 @@
 //! device, the docs and the tests) walks the table.
 
 pub mod about;
+mod backlash;
 mod bilinear;
 mod bouc_wen;
+mod bouc_wen_by_direction;
+mod bouc_wen_by_place;
+mod bouc_wen_by_rate;
+mod by_direction;
 mod clearance;
 mod clearance_coupling;
 mod cogging;
 mod coulomb;
+mod coulomb_by_direction;
 mod cross_coupling;
 mod crosstalk;
 mod cubic_hardening;
 mod dahl;
+mod damping_by_other;
+mod damping_by_other_squared;
+mod delayed_feedback;
+mod digressive_damping;
 mod end_stop;
 mod force_gain;
+mod gap_jenkins;
+mod gap_jenkins_by_direction;
+mod gravity;
 mod inertia_error;
+mod iwan;
 mod jenkins;
+mod lagged_friction;
+mod law;
+mod load_friction;
 mod lugre;
 mod mains_hum;
 mod maxwell;
+mod mullins;
+mod periodic_friction;
+mod position_friction;
+mod power_contact;
+mod power_damper;
+mod power_damper_by_direction;
+mod power_law;
+mod power_spring;
+mod power_spring_by_direction;
 mod preload;
 mod quadratic_drag;
 mod stiffness;
+mod stiffness_by_other;
+mod stiffness_by_other_squared;
 mod stiffness_drift;
 mod stribeck;
 mod time_delay;
 mod viscous;
+mod viscous_by_direction;
 
-use crate::scalar::Scalar;
-use crate::scalar::q::Q;
-#[cfg(feature = "fit")]
-use crate::scalar::{dual::Dual, interval::Interval};
-use about::About;
-#[cfg(feature = "fit")]
-use about::Parameter;
-
-/// The most parameters that an effect may have.
-pub const MAX_PARAMETERS: usize = 6;
-/// The most internal states that an effect may have.
-pub const MAX_STATES: usize = 2;
-
-/// What an effect sees of the joint at one sample.
-///
-/// On the host everything is in SI; on the device each quantity is relative to its reference
-/// ([`crate::units::References`]), and time to the sample period.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kinematics<S> {
-    /// Relative displacement of the axis that the effect is bound to.
-    pub displacement: S,
-    /// Relative velocity of that axis.
-    pub velocity: S,
-    /// What the displacement has changed by since the sample before; 0 at the first one.
-    pub step: S,
-    /// Relative displacement of the other axis; 0 where there is none.
-    pub other_displacement: S,
-    /// Relative velocity of the other axis; 0 where there is none.
-    pub other_velocity: S,
-    /// The sample period.
-    pub period: S,
-    /// What the instruments say besides: for effects of the instrument, which only the host evaluates.
-    pub instrument: Instrument<S>,
-}
-
-/// What the instruments of a rig say about one sample besides the joint's motion, signed as it enters the restoring force of
-/// the axis that the effect is bound to (s·(F − m·a), with s = 1 or −1 as the study's convention says). All 0 on the device.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Instrument<S> {
-    /// Time since the record began.
-    pub time: S,
-    /// s·a, the acceleration of the body that carries the inertia.
-    pub acceleration: S,
-    /// s·F, the applied force.
-    pub force: S,
-    /// s·dF/dt.
-    pub force_rate: S,
-    /// s·F of the other axis.
-    pub other_force: S,
-    /// Where in its turn, from 0 to 1, what repeats with time alone was when the record began: nobody knows it beforehand, so
-    /// it is found in every record anew.
-    pub phase: S,
-}
-
-impl<S: Scalar> Kinematics<S> {
-    /// What the displacement has changed by since the sample before, in units of the length whose reciprocal is `per_length`.
-    ///
-    /// Its roundings do not add up along a path ([`Scalar::change`]).
-    pub fn travel(&self, per_length: S) -> S {
-        self.displacement.change(self.step, per_length)
-    }
-
-    /// The same as a short number, held between −`limit` and `limit`.
-    pub fn short_travel(&self, per_length: S, limit: S::Short) -> S::Short {
-        self.displacement.short_change(self.step, per_length, limit)
-    }
-}
-
-impl<S: Scalar> Instrument<S> {
-    /// Instruments that say nothing.
-    pub fn silent() -> Self {
-        Self::of(S::zero())
-    }
-
-    /// Instruments that say nothing, from a zero that is known beforehand.
-    pub(crate) const fn of(zero: S) -> Self {
-        Self {
-            time: zero,
-            acceleration: zero,
-            force: zero,
-            force_rate: zero,
-            other_force: zero,
-            phase: zero,
-        }
-    }
-}
-
-/// Where an effect belongs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Seat {
-    /// To the joint: it is part of its model, on the host and on the device.
-    Joint,
-    /// To the joint, as it changes while a record runs: it explains data on the host and is refused at export, because a
-    /// device that never stops does not know when a record began.
-    JointOverTime,
-    /// To the instruments: it corrects a channel of the study, and reaches the device in the rig block.
-    Instrument,
-}
-
-/// Which forces an effect contributes to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Acts {
-    /// That of the axis it is bound to: `coulomb@x`.
-    OwnAxis,
-    /// Those of both axes of the joint: `clearance_coupling`.
-    BothAxes,
-}
-
-/// The largest magnitude of an internal state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bound {
-    /// This number, whatever the input; the state has no unit.
-    Number(i32),
-    /// This many times half the range of the displacement; the state is a displacement.
-    Displacement(i32),
-}
-
-/// How the device's error of an internal state fades, so that a bound holds for any length of run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fading {
-    /// It never exceeds this many times what a sample at rest may add: proven for 1, measured for more (docs/numerics.md).
-    Within(i32),
-    /// Every sample keeps a share of it below 1, whatever the motion; the interval law says which.
-    WithTime,
-}
-
-/// Numbers of an effect's parameters, in the order in which it lists them; those it has not are 0.
-pub type Parameters<S> = [S; MAX_PARAMETERS];
-/// An effect's internal states; those it has not are 0.
-pub type States<S> = [S; MAX_STATES];
-/// A law for one kind of number: force on the own axis and on the other one.
-pub type Law<S> = fn(&Parameters<S>, &Kinematics<S>, &mut States<S>) -> [S; 2];
-
-/// A physical effect.
-pub trait Effect {
-    /// Its number in blobs: never changed, never used again.
-    const TAG: u8;
-    /// Which forces it contributes to.
-    const ACTS: Acts = Acts::OwnAxis;
-    /// Where it belongs.
-    const SEAT: Seat = Seat::Joint;
-    /// Effects that a model cannot have on the same axis beside this one, because only their sum shows.
-    const NEVER_WITH: &'static [&'static str] = &[];
-    /// Pairs of parameters, by their places, of which the first is never less than the second in nature.
-    const NEVER_LESS: &'static [(usize, usize)] = &[];
-    /// Parameters, by their places, at whose largest value the law has become another one.
-    const NOT_AT_MOST: &'static [usize] = &[];
-    /// Largest magnitude of each internal state; empty for a law without memory.
-    const STATE_BOUNDS: &'static [Bound] = &[];
-    /// How the device's error of the internal states stays bounded.
-    const FADING: Fading = Fading::Within(1);
-    /// What it is called, what it means, what it needs.
-    const ABOUT: About;
-
-    /// The force at one sample, after the internal states have been brought to it.
-    ///
-    /// Linear in every parameter that is declared linear, so that setting one of them to 1 and the others to 0 gives
-    /// its share.
-    fn law<S: Scalar>(
-        parameters: &Parameters<S>,
-        at: &Kinematics<S>,
-        states: &mut States<S>,
-    ) -> [S; 2];
-}
-
-/// An effect as the table lists it.
-#[derive(Clone, Copy, Debug)]
-pub struct Entry {
-    /// [`Effect::TAG`].
-    pub tag: u8,
-    /// [`Effect::ACTS`].
-    pub acts: Acts,
-    /// [`Effect::SEAT`].
-    pub seat: Seat,
-    /// How many parameters it has.
-    pub parameter_count: u8,
-    /// [`Effect::STATE_BOUNDS`].
-    pub state_bounds: &'static [Bound],
-    /// [`Effect::FADING`].
-    pub fading: Fading,
-    /// The law on the device; no force for an effect that does not belong to the joint, which no model on a device can have.
-    pub device: Law<Q>,
-    /// The law that predicts.
-    #[cfg(feature = "fit")]
-    pub real: Law<f64>,
-    /// The law that differentiates.
-    #[cfg(feature = "fit")]
-    pub dual: Law<Dual>,
-    /// The law that bounds.
-    #[cfg(feature = "fit")]
-    pub interval: Law<Interval>,
-    /// [`Effect::NEVER_WITH`].
-    #[cfg(feature = "fit")]
-    pub never_with: &'static [&'static str],
-    /// [`Effect::NEVER_LESS`].
-    pub never_less: &'static [(usize, usize)],
-    /// [`Effect::NOT_AT_MOST`].
-    pub not_at_most: &'static [usize],
-    /// [`Effect::ABOUT`].
-    #[cfg(feature = "fit")]
-    pub about: About,
-}
-
-/// The law that the device evaluates: of effects that no model on it can have there is none.
-const fn device_law<E: Effect>() -> Law<Q> {
-    match E::SEAT {
-        Seat::Joint => E::law::<Q>,
-        Seat::JointOverTime | Seat::Instrument => |_, _, _| [Q::from_raw(0); 2],
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.tag == other.tag
-    }
-}
+pub use law::{
+    Acts, Bound, Effect, Entry, Fading, Instrument, Kinematics, Law, MAX_PARAMETERS, MAX_STATES,
+    Parameters, Seat, States,
+};
 
 impl Entry {
-    const fn of<E: Effect>() -> Self {
-        Self {
-            tag: E::TAG,
-            acts: E::ACTS,
-            seat: E::SEAT,
-            parameter_count: E::ABOUT.parameters.len() as u8,
-            state_bounds: E::STATE_BOUNDS,
-            fading: E::FADING,
-            device: device_law::<E>(),
-            #[cfg(feature = "fit")]
-            real: E::law::<f64>,
-            #[cfg(feature = "fit")]
-            dual: E::law::<Dual>,
-            #[cfg(feature = "fit")]
-            interval: E::law::<Interval>,
-            #[cfg(feature = "fit")]
-            never_with: E::NEVER_WITH,
-            never_less: E::NEVER_LESS,
-            not_at_most: E::NOT_AT_MOST,
-            #[cfg(feature = "fit")]
-            about: E::ABOUT,
-        }
-    }
-
     /// The effect with this tag.
     pub fn with_tag(tag: u8) -> Option<&'static Self> {
         EFFECTS.iter().find(|entry| entry.tag == tag)
@@ -280,25 +73,6 @@ impl Entry {
     #[cfg(feature = "fit")]
     pub fn named(name: &str) -> Option<&'static Self> {
         EFFECTS.iter().find(|entry| entry.about.name == name)
-    }
-
-    /// Whether it needs a joint of two axes: it acts on both, or its parameters are measured against the other axis's.
-    #[cfg(feature = "fit")]
-    pub fn needs_two_axes(&self) -> bool {
-        let crosses = |parameter: &Parameter| parameter.dimension.has_other_axis();
-        self.acts == Acts::BothAxes || self.about.parameters.iter().any(crosses)
-    }
-
-    /// Whether its size and phase are another one in every record.
-    #[cfg(feature = "fit")]
-    pub fn is_per_record(&self) -> bool {
-        self.about.parameters.iter().any(Parameter::is_per_record)
-    }
-
-    /// Its parameters.
-    #[cfg(feature = "fit")]
-    pub fn parameters(&self) -> &'static [Parameter] {
-        self.about.parameters
     }
 }
 
@@ -328,4 +102,30 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<time_delay::TimeDelay>(),
     Entry::of::<crosstalk::Crosstalk>(),
     Entry::of::<mains_hum::MainsHum>(),
+    Entry::of::<coulomb_by_direction::CoulombByDirection>(),
+    Entry::of::<viscous_by_direction::ViscousByDirection>(),
+    Entry::of::<gap_jenkins::GapJenkins>(),
+    Entry::of::<gap_jenkins_by_direction::GapJenkinsByDirection>(),
+    Entry::of::<bouc_wen_by_direction::BoucWenByDirection>(),
+    Entry::of::<power_spring::PowerSpring>(),
+    Entry::of::<power_damper::PowerDamper>(),
+    Entry::of::<power_spring_by_direction::PowerSpringByDirection>(),
+    Entry::of::<power_damper_by_direction::PowerDamperByDirection>(),
+    Entry::of::<digressive_damping::DigressiveDamping>(),
+    Entry::of::<lagged_friction::LaggedFriction>(),
+    Entry::of::<stiffness_by_other::StiffnessByOther>(),
+    Entry::of::<stiffness_by_other_squared::StiffnessByOtherSquared>(),
+    Entry::of::<damping_by_other::DampingByOther>(),
+    Entry::of::<damping_by_other_squared::DampingByOtherSquared>(),
+    Entry::of::<gravity::Gravity>(),
+    Entry::of::<position_friction::PositionFriction>(),
+    Entry::of::<load_friction::LoadFriction>(),
+    Entry::of::<iwan::Iwan>(),
+    Entry::of::<mullins::Mullins>(),
+    Entry::of::<bouc_wen_by_rate::BoucWenByRate>(),
+    Entry::of::<bouc_wen_by_place::BoucWenByPlace>(),
+    Entry::of::<periodic_friction::PeriodicFriction>(),
+    Entry::of::<power_contact::PowerContact>(),
+    Entry::of::<backlash::Backlash>(),
+    Entry::of::<delayed_feedback::DelayedFeedback>(),
 ];

@@ -25,6 +25,7 @@ pub(super) fn left_of_rest<S: Scalar>(velocity: S, per_fall: S) -> S {
 
 impl Effect for Stribeck {
     const TAG: u8 = 8;
+    const LOOKS_LIKE: &'static [&'static str] = &["coulomb"];
 
     /// Friction at rest is never less than in motion.
     const NEVER_LESS: &'static [(usize, usize)] = &[(1, 0)];

@@ -19,7 +19,7 @@ pub(super) struct Waiting {
 /// A force in the monitor's units, rounded half up.
 #[inline(always)]
 pub(super) fn force(value: i32, shift: u8) -> i32 {
-    let rounded = crate::fixed::round_shift_32(value, u32::from(shift & 31));
+    let rounded = crate::scalar::fixed::round_shift_32(value, u32::from(shift & 31));
     rounded.clamp(-MOST_FORCE, MOST_FORCE)
 }
 

@@ -5,10 +5,10 @@
 
 use super::level::sides;
 use super::logarithm::OCTAVE;
-use crate::error::{Checks, Error};
-use crate::layout::laid_out;
-use crate::pipeline::Chain;
+use crate::chain::Chain;
+use crate::fault::{Checks, Error};
 use heapless::Vec;
+use serde::{Deserialize, Serialize};
 
 /// Sensor channels of one axis: both displacement counters, the body's, the accelerometer, the force.
 pub const CHANNELS: usize = 5;
@@ -26,19 +26,17 @@ const ALL_OF_FORCE: i32 = -3 * OCTAVE / 2;
 /// Between which errors, in octaves, a gross change begins: between a quarter of the force and seven tenths.
 const GROSS_DRIFTS: [i32; 2] = [-5 * OCTAVE, -2 * OCTAVE];
 
-laid_out! {
 /// One side of a cumulative sum (Page 1954): S ← max(0, S + y − drift), alarm at S ≥ threshold.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cusum {
     /// What a healthy joint stays below in the mean, in units of the statistic; above 0 or not.
     pub drift: i32,
     /// The sum that raises the alarm, in units of the statistic; above 0.
     pub threshold: i32,
 }
-}
 
 /// The two sides of a statistic with a sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TwoSided {
     /// Of the statistic itself.
     pub more: Cusum,
@@ -47,7 +45,7 @@ pub struct TwoSided {
 }
 
 /// What is normal on one axis.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisLimits {
     /// True where a stiffer joint lowers the measured force at a positive displacement, by the signs of the study's columns.
     pub reversed: bool,
@@ -75,7 +73,7 @@ pub struct AxisLimits {
 }
 
 /// The limits of the monitor for one model on one rig.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Limits {
     /// The checksum of the model blob for which they were set.
     pub model_checksum: u32,
@@ -121,10 +119,16 @@ impl Limits {
 
     /// Checks that they are for such a chain: for as many axes, with enough residuals in the band per block.
     pub(crate) fn check_beside(&self, chain: &Chain, checks: &mut Checks) {
-        let (seen, wanted) = (self.axes.len() as i32, chain.axes() as i32);
+        let every = chain.band_every().trailing_zeros();
+        self.check_for(chain.axes(), every, checks);
+    }
+
+    /// [`Limits::check_beside`] for so many axes, with a residual in the band at every 2^`every_log2` samples.
+    pub(crate) fn check_for(&self, axes: usize, every_log2: u32, checks: &mut Checks) {
+        let (seen, wanted) = (self.axes.len() as i32, axes as i32);
         checks.whole("axes of the monitor's limits", seen, wanted, wanted);
         let (most, quantity) = (i32::from(self.block), "residuals in the band per block");
-        checks.whole(quantity, self.values(chain), FEWEST_VALUES, most);
+        checks.whole(quantity, most >> (every_log2 & 15), FEWEST_VALUES, most);
     }
 }
 

@@ -2,13 +2,13 @@
 
 use super::limits::{CHANNELS, Limits};
 use super::verdict::Cause;
-use crate::pipeline::RawSample;
+use crate::chain::RawSample;
 
 /// Kinds of fault that a driver or the chain reports for a single sample.
 pub(super) const KINDS: usize = 6;
 
 /// What went wrong with the sensors at one instant. In every word, bit 5·axis + channel stands for one channel, channels in
-/// the order of [`RawAxis`](crate::pipeline::RawAxis): far and near displacement counter, body counter, accelerometer, force.
+/// the order of [`RawAxis`](crate::chain::RawAxis): far and near displacement counter, body counter, accelerometer, force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Faults {
     /// The converter stood at a rail of its code.

@@ -107,7 +107,7 @@ pub enum Cause {
     ReferenceLost = 54,
 }
 
-/// The channels of an axis, in the order of [`RawAxis`](crate::pipeline::RawAxis).
+/// The channels of an axis, in the order of [`RawAxis`](crate::chain::RawAxis).
 pub const CHANNEL_NAMES: [&str; 5] = [
     "far displacement counter",
     "near displacement counter",

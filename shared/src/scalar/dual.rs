@@ -113,6 +113,21 @@ impl Powers for Dual {
             slope: steepness * self.slope + value * logarithm * exponent.slope,
         }
     }
+    fn raised(self, exponent: Self) -> Self {
+        let a = self.value.max(0.0);
+        let value = a.powf(exponent.value);
+        let logarithm = a.max(f64::MIN_POSITIVE).ln();
+        // Below 0 the power stays 0, and with it its slope.
+        let steepness = if self.value < 0.0 {
+            0.0
+        } else {
+            exponent.value * a.powf(exponent.value - 1.0)
+        };
+        Self {
+            value,
+            slope: steepness * self.slope + value * logarithm * exponent.slope,
+        }
+    }
 }
 
 impl Scalar for Dual {

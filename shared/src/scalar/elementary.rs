@@ -13,7 +13,7 @@
 //! function of the number that was given.
 
 use super::q::{PLACES, Q, UNIT};
-use crate::fixed::{mul_high_add, round_shift};
+use crate::scalar::fixed::{mul_high_add, round_shift};
 
 /// The most by which `decay` is off: the polynomial 0.1 units, its roundings 1.5, log₂e 0.5, the last shift 0.5.
 pub const DECAY_ERROR: f64 = 3.0 * UNIT;

@@ -1,9 +1,9 @@
 //! All values that a quantity can take, and how far the device's number can be from the exact one: bounds for export.
 
 use super::elementary::{DECAY_ERROR, SINE_ERROR};
-use super::short::{self, POWER_ERROR};
+use super::short::{self, POWER_ERROR, RAISED_ERROR};
 use super::{Number, Powers, Scalar, q};
-use crate::tanh;
+use crate::base::tanh;
 use core::ops::{Add, Mul, Neg, Sub};
 
 /// A range of exact values together with a bound of |device − exact| over all of them, of a number with so many places behind the
@@ -182,6 +182,36 @@ impl Powers for Interval<{ short::PLACES }> {
             &[self, exponent],
         )
     }
+    fn raised(self, exponent: Self) -> Self {
+        // What the device's numbers can be; a power is monotonic in each of its two numbers, and so is its slope.
+        let a = [(self.least - self.error).max(0.0), self.most + self.error];
+        let n = [
+            exponent.least - exponent.error,
+            exponent.most + exponent.error,
+        ];
+        let corners = |of: fn(f64, f64) -> f64| {
+            let all = a.map(|a| n.map(|n| of(a, n)));
+            all.into_iter().flatten().fold(0.0, f64::max)
+        };
+        let steepest = corners(|a, n| n * a.powf(n - 1.0));
+        let largest = corners(f64::powf);
+        // |aⁿ·ln a| is at most 1/(e·n) up to 1, and grows beyond.
+        let by_exponent = (0.37 / n[0]).max(largest * a[1].max(1.0).ln());
+        let error = steepest * self.error
+            + by_exponent * exponent.error
+            + (1.0 + n[1]) * largest * RAISED_ERROR
+            + POWER_ERROR;
+        let [least, most] = [self.least.max(0.0), self.most.max(0.0)];
+        let between = [exponent.least, exponent.most];
+        let smallest = between.map(|n| least.powf(n)).into_iter();
+        let greatest = between.map(|n| most.powf(n)).into_iter();
+        Self::from(
+            smallest.fold(f64::INFINITY, f64::min),
+            greatest.fold(0.0, f64::max),
+            error,
+            &[self, exponent],
+        )
+    }
 }
 
 impl Scalar for Interval {
@@ -221,6 +251,12 @@ impl Scalar for Interval {
     }
     fn sine(self) -> Self {
         let error = core::f64::consts::TAU * self.error + SINE_ERROR;
-        Self::from(-1.0, 1.0, error, &[self])
+        // Of a parameter there is one value; a range of the motion may hold the whole wave.
+        let [least, most] = if self.least == self.most {
+            [self.least.sine(); 2]
+        } else {
+            [-1.0, 1.0]
+        };
+        Self::from(least, most, error, &[self])
     }
 }

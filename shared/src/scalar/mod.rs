@@ -18,6 +18,7 @@
 //! | [`Scalar::bell`] | e^(−a²) | |
 //! | [`Scalar::sine`] | sin(2πa): the sine of a turns | |
 //! | [`Powers::power`] | aⁿ for a from 0 to 1, n from 1 to 4 | |
+//! | [`Powers::raised`] | aⁿ for a from 0 to 8, n above 0, to 7 | |
 //!
 //! Where a law takes many steps with numbers that are all small, such as the internal state of a hysteresis, it takes them with
 //! [`Scalar::Short`] ones, which the device has in half as many bits ([`short::Short`]).
@@ -25,6 +26,7 @@
 #[cfg(feature = "fit")]
 pub mod dual;
 pub mod elementary;
+pub mod fixed;
 #[cfg(feature = "fit")]
 pub mod interval;
 pub mod q;
@@ -73,6 +75,8 @@ pub trait Number:
 pub trait Powers: Number {
     /// selfⁿ for a number from 0 to 1, held there, and an exponent from 1 to 4.
     fn power(self, exponent: Self) -> Self;
+    /// selfⁿ for a number from 0 to 8 and an exponent from above 0 to 7; 0 where `self` is negative.
+    fn raised(self, exponent: Self) -> Self;
 }
 
 /// A number that a force law can be evaluated with.
@@ -156,6 +160,9 @@ impl Number for f64 {
 impl Powers for f64 {
     fn power(self, exponent: Self) -> Self {
         self.clamp(0.0, 1.0).powf(exponent)
+    }
+    fn raised(self, exponent: Self) -> Self {
+        f64::max(self, 0.0).powf(exponent)
     }
 }
 

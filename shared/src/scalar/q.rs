@@ -6,8 +6,8 @@
 
 use super::short::{self, Short};
 use super::{Number, Scalar, elementary, ratio};
-use crate::fixed::{mul_high_add, round_shift, round_to_i64};
-use crate::tanh::tanh;
+use crate::base::tanh::tanh;
+use crate::scalar::fixed::{mul_high_add, round_shift, round_to_i64};
 use core::ops::{Add, Mul, Neg, Sub};
 
 /// A signed fixed-point number: `raw`/2³², from −2³¹ to 2³¹ − 2⁻³².
@@ -17,7 +17,7 @@ use core::ops::{Add, Mul, Neg, Sub};
 /// | `+`, `−`, negation, [`Number::abs`], [`Number::toward`] | exact | saturates |
 /// | [`Number::half`] | to nearest, half up | cannot leave the range |
 /// | `·` | to nearest, half up | saturates |
-/// | [`Scalar::tanh`] | that of [`mod@crate::tanh`] | cannot leave the range |
+/// | [`Scalar::tanh`] | that of [`mod@crate::base::tanh`] | cannot leave the range |
 /// | [`Scalar::decay`], [`Scalar::sine`] | that of [`mod@super::elementary`] | cannot leave the range |
 /// | [`Q::from_f64`] | to nearest, half up | saturates; NaN becomes 0 |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]

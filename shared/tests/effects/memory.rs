@@ -1,10 +1,10 @@
 //! Long runs: the device's error beside its bound, laws with memory beside their differential equations.
 
 use super::{header, of_the_joint, parameters, run, taken, term};
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::terms::{InSi, Memory};
 use jointwatch_shared::effect::{Instrument, Kinematics, MAX_PARAMETERS, MAX_STATES};
-use jointwatch_shared::fixed;
-use jointwatch_shared::model::Model;
-use jointwatch_shared::model::terms::{InSi, Memory};
+use jointwatch_shared::scalar::fixed;
 use jointwatch_shared::units::References;
 
 /// The largest |device − f64| of a model of one effect along a motion in units of the training range, and the bound that it
@@ -109,12 +109,18 @@ fn errors_stay_within_their_bounds_and_those_of_states_do_not_gather() {
 
 #[test]
 fn a_state_follows_its_differential_equation_at_usual_sample_rates() {
-    // The motion as it is sampled, and the same motion sampled 32 times as often.
+    // A motion that begins at rest, as every state does, as it is sampled, and the same motion sampled 32 times as often.
     const FINER: usize = 32;
     let at = |t: f64| {
         let x = 0.6 * t.sin() + 0.35 * (2.7 * t + 1.0).sin();
         let v = 0.6 * t.cos() + 0.945 * (2.7 * t + 1.0).cos();
-        [x, v, 0.0, 0.0]
+        let still = (-4.0 * t * t).exp();
+        [
+            (1.0 - still) * x,
+            (1.0 - still) * v + 8.0 * t * still * x,
+            0.0,
+            0.0,
+        ]
     };
     let sampled = |finer: usize| -> Vec<[f64; 4]> {
         let rows = 0..4000 * finer;

@@ -1,14 +1,14 @@
 //! Models to write as blobs: a different value in every field, so that no two fields can be taken for each other.
 
-use jointwatch_shared::blob::{BLOB_LEN, CHECKSUM_OFFSET};
+use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name, Validation};
+use jointwatch_shared::base::corrections::ForceCorrection;
+use jointwatch_shared::base::hum::Hum;
+use jointwatch_shared::base::network_quantise::Weights;
+use jointwatch_shared::base::terms::{InSi, MAX_TERMS};
+use jointwatch_shared::base::{Header, Model};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name, Validation};
-use jointwatch_shared::model::corrections::ForceCorrection;
-use jointwatch_shared::model::network_quantise::Weights;
-use jointwatch_shared::model::terms::{InSi, MAX_TERMS};
-use jointwatch_shared::model::{Header, Model};
 use jointwatch_shared::selftest::Points;
+use jointwatch_shared::wire::blob::{BLOB_LEN, CHECKSUM_OFFSET};
 
 /// A header with a different value in every field.
 pub(crate) fn header(axes: usize) -> Header {
@@ -98,10 +98,15 @@ pub(crate) fn network(axes: usize, neurons: usize, seed: u64) -> Model {
     Model::from_network(header(axes), &weights, &[1e-4; 2]).unwrap()
 }
 
+/// The largest tag of an effect in these models.
+const LAST_SAMPLED: u8 = 18;
+
 /// Effects with a different value in every parameter: as many of the table as act on these axes and a blob holds.
 pub(crate) fn effects(axes: usize, seed: u64) -> Vec<InSi> {
     let mut points = Points::new(seed);
-    let known = EFFECTS.iter().rev().filter(|e| e.seat == Seat::Joint);
+    // The first ones, so that new effects change no sample.
+    let known = EFFECTS.iter().rev();
+    let known = known.filter(|e| e.seat == Seat::Joint && e.tag <= LAST_SAMPLED);
     let allowed = known.filter(|entry| axes == 2 || !entry.needs_two_axes());
     let term = |(number, entry): (usize, &'static Entry)| InSi {
         entry,

@@ -2,13 +2,14 @@
 #![allow(dead_code, reason = "every test uses its own part")]
 
 use crc::{CRC_32_ISO_HDLC, Crc};
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::model::axis::{Axis, AxisKind, Convention, InputRange, Name};
-use jointwatch_shared::model::{Base, Header, Model, Output};
+use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name};
+use jointwatch_shared::base::hum::Hum;
+use jointwatch_shared::base::{Base, Header, Model, Output};
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
-use jointwatch_shared::rig::{ChannelDelays, MAX_BAND_TAPS, MAX_TAPS, Rig, RigAxis, Taps};
-use jointwatch_shared::rig_block::{CHECKSUM_OFFSET, RIG_BLOCK_LEN, RigBlock};
-use jointwatch_shared::wiring::{
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::rig::{ChannelDelays, MAX_BAND_TAPS, MAX_TAPS, Rig, RigAxis, Taps};
+use jointwatch_shared::wire::rig_block::{CHECKSUM_OFFSET, RIG_BLOCK_LEN};
+use jointwatch_shared::wire::wiring::{
     Accelerometer, AxisWiring, Converter, Counter, Signed, SignedDirection, Wiring,
 };
 
@@ -64,11 +65,10 @@ pub(crate) fn counter(place: u8, negative: bool) -> Signed {
     Signed { place, negative }
 }
 
-/// A block that uses every field, or a one-axis one with as little as there can be.
-pub(crate) fn block(axes: usize, full: bool) -> RigBlock {
+/// A rig that uses every field, or a one-axis one with as little as there can be.
+pub(crate) fn block(axes: usize, full: bool) -> Rig {
     let rig_axis = |n: usize| RigAxis {
         displacement_step: 2e-6 + n as f64 * 1e-6,
-        displacement_difference: full,
         body_step: if full { 3e-6 } else { 0.0 },
         acceleration_step: if full { 4e-5 } else { 0.0 },
         force_step: 1e-2,
@@ -120,16 +120,10 @@ pub(crate) fn block(axes: usize, full: bool) -> RigBlock {
         external_sync: true,
     });
     let (derivative, band) = if full { (129, 257) } else { (5, 1) };
-    RigBlock::new(
-        Rig {
-            sample_rate_hz: 2000.0,
-            axes: (0..axes).map(rig_axis).collect(),
-            velocity: taps::<MAX_TAPS>(derivative, -1, false, 18),
-            acceleration: taps::<MAX_TAPS>(derivative, 1, true, -3),
-            band: taps::<MAX_BAND_TAPS>(band, 1, false, 28),
-            band_every_log2: if full { 2 } else { 0 },
-        },
-        Wiring {
+    Rig {
+        model_checksum: blob::checksum_of(&model(axes)),
+        sample_rate_hz: 2000.0,
+        wiring: Wiring {
             counters: if full {
                 [fitted; 4]
             } else {
@@ -142,10 +136,13 @@ pub(crate) fn block(axes: usize, full: bool) -> RigBlock {
             accelerometers: [chip; 2],
             axes: (0..axes).map(wired).collect(),
         },
-        full.then(|| limits(axes)),
-        &model(axes),
-    )
-    .unwrap()
+        axes: (0..axes).map(rig_axis).collect(),
+        velocity: taps::<MAX_TAPS>(derivative, -1, false, 18),
+        acceleration: taps::<MAX_TAPS>(derivative, 1, true, -3),
+        band: taps::<MAX_BAND_TAPS>(band, 1, false, 28),
+        band_every_log2: if full { 2 } else { 0 },
+        limits: full.then(|| limits(axes)),
+    }
 }
 
 /// A model of so many axes; what it says does not matter here.
@@ -178,7 +175,7 @@ pub(crate) fn model(axes: usize) -> Model {
     Model::new(header, outputs, base).unwrap()
 }
 
-pub(crate) fn blocks() -> [RigBlock; 3] {
+pub(crate) fn blocks() -> [Rig; 3] {
     [block(2, true), block(1, true), block(1, false)]
 }
 

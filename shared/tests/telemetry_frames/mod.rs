@@ -5,7 +5,7 @@
 )]
 
 use heapless::Vec;
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::telemetry::{
     Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, Counters, Event, Health, Hello, Kind,
     MAX_CHUNK, MAX_FRAME, Message, ModelIdentity, Occasion, Quantity, Received, Refusal, Report,
     Request, RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Signature, Slot,
@@ -21,8 +21,8 @@ pub(crate) fn frame<M: Message>(message: &M, sequence: u16) -> std::vec::Vec<u8>
 /// What a decoder finds in these bytes.
 pub(crate) fn decode<M: Message>(
     bytes: &[u8],
-) -> std::vec::Vec<Result<Received<M>, jointwatch_shared::telemetry::Damage>> {
-    let mut decoder = jointwatch_shared::telemetry::Decoder::default();
+) -> std::vec::Vec<Result<Received<M>, jointwatch_shared::wire::telemetry::Damage>> {
+    let mut decoder = jointwatch_shared::wire::telemetry::Decoder::default();
     let found = bytes.iter().filter_map(|&byte| decoder.push(byte));
     found.collect()
 }

@@ -1,10 +1,10 @@
-//! The kernels once more, in 128-bit integers that cannot overflow, written from docs/numerics.md.
+//! The kernels once more, in 128-bit integers that cannot overflow, written from docs/explanation/numerics.md.
 
-use jointwatch_shared::model::network::NetworkModel;
-use jointwatch_shared::model::polynomial::PolynomialModel;
-use jointwatch_shared::model::terms::Memory;
-use jointwatch_shared::model::{Base, Model};
-use jointwatch_shared::tanh::tanh_scaled;
+use jointwatch_shared::base::network::NetworkModel;
+use jointwatch_shared::base::polynomial::PolynomialModel;
+use jointwatch_shared::base::tanh::tanh_scaled;
+use jointwatch_shared::base::terms::Memory;
+use jointwatch_shared::base::{Base, Model};
 
 /// ⌊x/2ⁿ + ½⌋.
 fn round(x: i128, n: u32) -> i128 {

@@ -5,7 +5,7 @@
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use jointwatch_tests::hidden::cases::{Case, Options};
-use jointwatch_tests::hidden::catalogue::SUBJECTS;
+use jointwatch_tests::hidden::catalogue::{BY_NAME, SUBJECTS, without_law};
 use jointwatch_tests::hidden::judge::{Judgement, describe, diagnose};
 use jointwatch_tests::hidden::{study, table};
 use jointwatch_tests::program;
@@ -64,7 +64,8 @@ impl Asked {
 
 /// Names of what can be hidden.
 fn hideable() -> Vec<&'static str> {
-    let subjects = SUBJECTS.iter().map(|subject| subject.name);
+    let subjects = SUBJECTS.iter().chain(&BY_NAME);
+    let subjects = subjects.map(|subject| subject.name);
     std::iter::once("none").chain(subjects).collect()
 }
 
@@ -135,6 +136,10 @@ fn main() -> Result<(), String> {
             },
         );
         println!("{}", table::report(&judged, asked.seed));
+        println!(
+            "without a law here, never hidden: {}",
+            without_law().join(", ")
+        );
     }
     Ok(())
 }

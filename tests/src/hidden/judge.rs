@@ -4,6 +4,7 @@ use super::cases::Case;
 use super::catalogue::Kind;
 use super::study::{axis_name, write, write_truth};
 use crate::program::run;
+use jointwatch_shared::effect::{EFFECTS, Entry};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -81,25 +82,19 @@ impl Named {
 
     /// As [`Named::is`], or one of the effects that measurements cannot tell from it in general.
     fn is_or_equals(&self, said: &Self) -> bool {
-        let equals = EQUIVALENTS
-            .iter()
-            .any(|(hidden, named)| *hidden == self.effect && *named == said.effect);
+        let equals = equivalents(&self.effect).contains(&said.effect.as_str());
         self.is(said) || (equals && self.on_axis_of(said))
     }
 }
 
-/// What was hidden, and what may be named for it without being wrong: an inertia error is a gain error of the force seen
-/// from the other side; Dahl's law is Wen's with exponent 1; Jenkin's element is a sharp Wen loop; Coulomb's law
-/// is Stribeck's without the excess at rest.
-const EQUIVALENTS: [(&str, &str); 7] = [
-    ("inertia_error", "force_gain"),
-    ("force_gain", "inertia_error"),
-    ("dahl", "bouc_wen"),
-    ("jenkins", "bouc_wen"),
-    ("bouc_wen", "jenkins"),
-    ("stribeck", "coulomb"),
-    ("coulomb", "stribeck"),
-];
+/// What may be named for a hidden effect without being wrong: what its file says looks like it, and every law that is it with special
+/// strengths.
+fn equivalents(hidden: &str) -> Vec<&'static str> {
+    let alike = Entry::named(hidden).map_or(&[][..], |entry| entry.looks_like);
+    let wider = EFFECTS.iter().filter(|e| e.replaces.contains(&hidden));
+    let wider = wider.map(|e| e.about.name);
+    alike.iter().copied().chain(wider).collect()
+}
 
 impl std::fmt::Display for Named {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -118,6 +118,90 @@ pub enum Form {
         /// Time after which it has its full strength, s.
         duration_s: f64,
     },
+    /// Dry friction, backwards another one.
+    SidedDry {
+        /// As in [`Form::Dry`].
+        edge: f64,
+        /// Friction backwards over that forwards.
+        back: f64,
+    },
+    /// A damper, backwards another one.
+    SidedDamper {
+        /// Damping backwards over that forwards.
+        back: f64,
+    },
+    /// A dry slider, a spring and a gap in series.
+    GapSlider {
+        /// Half the gap.
+        gap: f64,
+        /// Way of the spring until the slider slips.
+        slip: f64,
+        /// Force backwards over that forwards.
+        back: f64,
+    },
+    /// [`Form::Wen`] with another force backwards.
+    SidedWen {
+        /// As in [`Form::Wen`].
+        saturation: f64,
+        /// As in [`Form::Wen`].
+        roundness: f64,
+        /// As in [`Form::Wen`].
+        exponent: f64,
+        /// Force backwards over that forwards.
+        back: f64,
+    },
+    /// A spring with a power of the displacement.
+    PowerSpring {
+        /// The power.
+        exponent: f64,
+        /// Displacement at which the power is 1.
+        length: f64,
+        /// Force at negative displacement over that at positive.
+        back: f64,
+    },
+    /// A damper with a power of the velocity, rounded at rest.
+    PowerDamper {
+        /// The power.
+        exponent: f64,
+        /// Velocity at which the power is 1.
+        speed: f64,
+        /// Force backwards over that forwards.
+        back: f64,
+    },
+    /// A damper that gives way above a knee: v/(1 + |v|/knee).
+    Valve {
+        /// Velocity at which half the slope's force is left.
+        knee: f64,
+    },
+    /// Dry friction behind a lag: ż = (direction − z)/lag.
+    LateFriction {
+        /// As in [`Form::Dry`].
+        edge: f64,
+        /// Time of the lag, s.
+        lag_s: f64,
+    },
+    /// A spring times a power of the other axis's displacement.
+    SpringTimesOther {
+        /// The power.
+        power: i32,
+    },
+    /// A damper times a power of the other axis's displacement.
+    DamperTimesOther {
+        /// The power.
+        power: i32,
+    },
+    /// Dry friction that grows along the travel.
+    TighterAlong {
+        /// As in [`Form::Dry`].
+        edge: f64,
+        /// Displacement at which it has its full size.
+        length: f64,
+    },
+    /// Dry friction under the load of the spring that is deflected.
+    RingSpring {
+        /// As in [`Form::Dry`].
+        edge: f64,
+    },
     /// Outside the library: a spring lost in proportion to the largest excursion so far.
     Softening {
         /// Excursion at which its full strength is lost.
@@ -164,6 +248,11 @@ pub struct Law {
 /// Sign of a velocity with an edge: v/√(v² + e²).
 fn direction(v: f64, edge: f64) -> f64 {
     v / v.hypot(edge)
+}
+
+/// A force forwards as it is, backwards times `back`.
+fn sided(force: f64, back: f64) -> f64 {
+    if force < 0.0 { back * force } else { force }
 }
 
 /// Static over kinetic friction at a speed, by the Gaussian of Armstrong-Hélouvry.
@@ -216,6 +305,33 @@ impl Law {
             Form::Constant => 1.0,
             Form::CrossSpring => return [self.strength * other, self.strength * x],
             Form::GrowingSpring { duration_s } => x * around.time_s / duration_s,
+            Form::SidedDry { edge, back } => sided(direction(v, edge), back),
+            Form::SidedDamper { back } => sided(v, back),
+            Form::GapSlider { gap, slip, back } => {
+                sided((beyond(z, gap) / slip).clamp(-1.0, 1.0), back)
+            }
+            Form::SidedWen {
+                saturation, back, ..
+            } => sided(z / saturation, back),
+            Form::PowerSpring {
+                exponent,
+                length,
+                back,
+            } => sided((x / length).abs().powf(exponent).copysign(x), back),
+            Form::PowerDamper {
+                exponent,
+                speed,
+                back,
+            } => {
+                let u = v / speed;
+                sided(u * u.hypot(2e-3).powf(exponent - 1.0), back)
+            }
+            Form::Valve { knee } => v / (1.0 + v.abs() / knee),
+            Form::LateFriction { .. } => z,
+            Form::SpringTimesOther { power } => x * other.powi(power),
+            Form::DamperTimesOther { power } => v * other.powi(power),
+            Form::TighterAlong { edge, length } => direction(v, edge) * x / length,
+            Form::RingSpring { edge } => direction(v, edge) * x.abs(),
             Form::Softening { excursion } => -x * around.largest / excursion,
             Form::FrictionInBouts {
                 edge,
@@ -245,12 +361,26 @@ impl Law {
                 saturation,
                 roundness,
                 exponent,
+            }
+            | Form::SidedWen {
+                saturation,
+                roundness,
+                exponent,
+                ..
             } => {
                 let full = (z / saturation).abs().powf(exponent);
                 let closing = if v * z >= 0.0 { 1.0 } else { -1.0 };
                 v * (1.0 - full * (roundness * closing + 1.0 - roundness))
             }
             Form::Dahl { saturation } => v - v.abs() * z / saturation,
+            Form::GapSlider { gap, slip, .. } => {
+                if z.abs() >= gap + slip && z * v > 0.0 {
+                    0.0
+                } else {
+                    v
+                }
+            }
+            Form::LateFriction { edge, lag_s } => (direction(v, edge) - z) / lag_s,
             Form::SpringSlider { slip } => {
                 if z.abs() >= slip && z * v > 0.0 {
                     0.0
@@ -276,6 +406,17 @@ impl Law {
         let spring = |stiffness: f64| (stiffness / moving_inertia).sqrt();
         match self.form {
             Form::Dry { edge } | Form::FrictionInBouts { edge, .. } => s / (edge * moving_inertia),
+            Form::SidedDry { edge, back } => s * back.max(1.0) / (edge * moving_inertia),
+            Form::TighterAlong { edge, .. } => 2.0 * s / (edge * moving_inertia),
+            Form::GapSlider { slip, back, .. } => spring(s * back.max(1.0) / slip),
+            Form::SidedWen {
+                saturation, back, ..
+            } => spring(s * back.max(1.0) / saturation).max(2.0 * top_speed / saturation),
+            Form::PowerSpring { length, back, .. } => spring(8.0 * s * back.max(1.0) / length),
+            Form::PowerDamper { speed, back, .. } => {
+                8.0 * s * back.max(1.0) / (speed * moving_inertia)
+            }
+            Form::LateFriction { lag_s, .. } => 1.0 / lag_s,
             Form::Stribeck { ratio, edge, .. } => ratio * s / (edge * moving_inertia),
             Form::Spring | Form::Play { .. } | Form::Stop { .. } | Form::OneSided => spring(s),
             Form::SpringSlider { slip } => spring(s / slip),
@@ -352,6 +493,32 @@ mod tests {
         let lossy = 3.0 * PI * relaxation_s / (1.0 + relaxation_s * relaxation_s);
         near(area(Form::SpringDamper { relaxation_s }), lossy, 1e-3);
         near(area(Form::SqueezeFilm), 0.75 * PI, 1e-6);
+        // One way as above, the other way twice. A gap shortens the slider's way as its spring does: 4·F·(X − gap − slip).
+        near(
+            area(Form::SidedDry {
+                edge: 1e-3,
+                back: 2.0,
+            }),
+            18.0,
+            2e-3,
+        );
+        near(area(Form::SidedDamper { back: 2.0 }), 4.5 * PI, 1e-6);
+        let gap = Form::GapSlider {
+            gap: 0.1,
+            slip: 0.2,
+            back: 1.0,
+        };
+        near(area(gap), 12.0 * 0.7, 1e-3);
+        // With the power 1 a damper, with 2 drag.
+        let power = |exponent| Form::PowerDamper {
+            exponent,
+            speed: 1.0,
+            back: 1.0,
+        };
+        near(area(power(1.0)), 3.0 * PI, 1e-4);
+        near(area(power(2.0)), 8.0, 1e-4);
+        // Two triangles either side of zero: 2·F·X².
+        near(area(Form::RingSpring { edge: 1e-3 }), 6.0, 2e-3);
         for form in [
             Form::Spring,
             Form::Duffing,

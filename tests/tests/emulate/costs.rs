@@ -6,17 +6,17 @@ use jointwatch::emulate::device::Device;
 use jointwatch::emulate::selftest::{self, Board};
 use jointwatch::emulate::size;
 use jointwatch_shared::monitor::State;
-use jointwatch_shared::telemetry::{Counters, Event};
+use jointwatch_shared::wire::telemetry::{Counters, Event};
 
-/// What the estimate of the highest sample rate in `docs/firmware.md` rests on: a full board's time on the bus, from the data sheets' clocks;
+/// What the estimate of the highest sample rate in `docs/explanation/firmware.md` rests on: a full board's time on the bus, from the data sheets' clocks;
 /// the processor's clock; and cycles per instruction, which no emulator counts.
 const BUS_S: f64 = 120e-6;
 const CLOCK_HZ: f64 = 168e6;
 const CYCLES_PER_INSTRUCTION: f64 = 1.5;
 /// Bytes of flash and of variables that an image may take.
-const MOST_FLASH: u64 = 96 * 1024;
-const MOST_VARIABLES: u32 = 24 * 1024;
-/// Instructions of a start: as `docs/numerics.md` states.
+const MOST_FLASH: u64 = 192 * 1024;
+const MOST_VARIABLES: u32 = 40 * 1024;
+/// Instructions of a start: as `docs/explanation/numerics.md` states.
 const MOST_OF_START: u32 = 4_200_000;
 
 #[test]

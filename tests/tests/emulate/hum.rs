@@ -5,8 +5,8 @@ use jointwatch::emulate::bench::{REST, Run, Scenario};
 use jointwatch::emulate::board::{Injection, Place, Trouble};
 use jointwatch::emulate::device::Device;
 use jointwatch::study::{Record, Role, Study};
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::hum::Hum;
 use jointwatch_shared::monitor::State;
 use jointwatch_tests::watched::add_line;
 

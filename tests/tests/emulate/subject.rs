@@ -9,10 +9,10 @@ use jointwatch::fit::identify;
 use jointwatch::fit::polynomial::PolynomialOptions;
 use jointwatch::simulate::{Simulation, SimulationOptions, simulate};
 use jointwatch::study::{Record, Role};
-use jointwatch_shared::blob;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
 use jointwatch_shared::monitor::Cause;
-use jointwatch_shared::telemetry::Counters;
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::telemetry::Counters;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 

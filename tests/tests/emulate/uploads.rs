@@ -8,11 +8,11 @@ use jointwatch::emulate::bench::Scenario;
 use jointwatch::emulate::device::Device;
 use jointwatch::emulate::line::{Talk, Uploading};
 use jointwatch::text::error::Error;
-use jointwatch_shared::blob;
 use jointwatch_shared::monitor::Cause;
-use jointwatch_shared::rig_block::RigBlock;
-use jointwatch_shared::slot::{ContentCrc, signed_prefix};
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::rig::Rig;
+use jointwatch_shared::wire::slot::{ContentCrc, signed_prefix};
+use jointwatch_shared::wire::telemetry::{
     Decoder, Event, Kind, MAX_FRAME, Report, Request, Restart, Signature, UploadReply,
     UploadRequest as Ask, encode,
 };
@@ -30,14 +30,11 @@ fn patience() -> Patience {
 }
 
 /// The same rig with the other model on it.
-fn other_block(device: &Device<'_>) -> RigBlock {
-    let RigBlock {
-        rig,
-        wiring,
-        limits,
-        ..
-    } = device.block.clone();
-    RigBlock::new(rig, wiring, limits, &subject().physical).unwrap()
+fn other_block(device: &Device<'_>) -> Rig {
+    Rig {
+        model_checksum: blob::checksum_of(&subject().physical),
+        ..device.block.clone()
+    }
 }
 
 /// The other model for the same rig, signed.
@@ -223,7 +220,7 @@ fn what_no_honest_host_sends_is_refused_by_the_device_itself() {
     let mut corrupt = good.clone();
     corrupt[7] ^= 64;
     let mut newer = good.clone();
-    newer[4] = jointwatch_shared::blob::BLOB_VERSION as u8 + 1;
+    newer[4] = jointwatch_shared::wire::blob::BLOB_VERSION as u8 + 1;
     let long = vec![0; 8196];
     for (content, announced, wanted) in [
         (corrupt.clone(), crc(&good), "Checksum"),

@@ -1,10 +1,10 @@
 //! Models of every kind, and effects beside them.
 
+use jointwatch_shared::base::network_quantise::Weights;
+use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::{Header, Model};
 use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::effect::{EFFECTS, Entry, Seat};
-use jointwatch_shared::model::network_quantise::Weights;
-use jointwatch_shared::model::terms::InSi;
-use jointwatch_shared::model::{Header, Model};
 use jointwatch_shared::selftest::{Points, reference_model};
 use jointwatch_shared::units::References;
 

@@ -8,7 +8,7 @@ use super::chips::LATCH;
 use super::files::Files;
 use crate::board::semihosting::exit;
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
-use jointwatch_shared::wiring::COUNTERS;
+use jointwatch_shared::wire::wiring::COUNTERS;
 
 /// Takes back what was made ahead from this transfer on.
 const TAKE_BACK: u8 = 8;

@@ -4,7 +4,7 @@ use super::ahead;
 use super::files::Files;
 use core::convert::Infallible;
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
-use jointwatch_shared::wiring::{ACCELEROMETERS, COUNTERS};
+use jointwatch_shared::wire::wiring::{ACCELEROMETERS, COUNTERS};
 
 /// Kinds of requests: counters 0 to 3, then these.
 const CONVERTER: u8 = 4;

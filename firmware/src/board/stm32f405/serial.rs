@@ -2,7 +2,7 @@
 
 use crate::app::Line;
 use crate::clock::{Clock, Source};
-use jointwatch_shared::telemetry::BAUD;
+use jointwatch_shared::wire::telemetry::BAUD;
 use stm32f4::stm32f405::{GPIOA, RCC, USART2};
 
 // USART_SR, RM0090, “Status register”.

@@ -1,9 +1,9 @@
 //! SPI1 and the chip selects: one bus, one chip at a time, or all four counters at once to latch them.
 //!
-//! `docs/wiring.md` has the pins. Every wait is bounded: a bus that does not answer is an error, and never holds up a sample.
+//! `docs/howto/wiring.md` has the pins. Every wait is bounded: a bus that does not answer is an error, and never holds up a sample.
 
 use embedded_hal::spi::{Error, ErrorKind, ErrorType, Operation, SpiDevice};
-use jointwatch_shared::wiring::{ACCELEROMETERS, COUNTERS};
+use jointwatch_shared::wire::wiring::{ACCELEROMETERS, COUNTERS};
 use stm32f4::stm32f405::{GPIOA, GPIOB, RCC, SPI1};
 
 /// Chip selects on port B, in the order of the board's chips.

@@ -6,7 +6,7 @@ use super::super::presence::{
 use super::chips::{AccelerometerChip, Chip, ConverterChip, CounterChip, Line};
 use super::*;
 use heapless::Vec as Bounded;
-use jointwatch_shared::wiring::{AxisWiring, Signed, SignedDirection};
+use jointwatch_shared::wire::wiring::{AxisWiring, Signed, SignedDirection};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::vec::Vec;

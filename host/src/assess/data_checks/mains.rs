@@ -77,7 +77,7 @@ pub(super) fn check(study: &Study, index: usize) -> Vec<Finding> {
             let at: Vec<String> = lines.iter().map(|l| format!("{:.2}", l.hz)).collect();
             found.push(Finding {
                 sentence: format!(
-                    "all records: {name} has a line of the mains at {} Hz, {:.3e} {unit} RMS, that the displacement has not; screen \
+                    "all records: {name} has mains hum at {} Hz, {:.3e} {unit} RMS, which the displacement does not have; screen \
                      its cable and earth it at one end",
                     at.join(", "),
                     power.sqrt()

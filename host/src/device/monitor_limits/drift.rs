@@ -4,7 +4,7 @@ use super::Course;
 use crate::device::replay::SetUp;
 use crate::study::{Record, Study};
 use crate::text::error::Result;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
 
 /// What drifts: all forces, or all displacements, which are a joint that is softer or stiffer throughout.
 const QUANTITIES: [&str; 2] = ["force", "displacement"];

@@ -1,7 +1,7 @@
 //! The monitor's limits, from how a healthy joint's validation records look after the device's own integers.
 //!
 //! Every record runs through the chain and the monitor itself; what the monitor sums up per block is what the limits are
-//! set on. `docs/monitor.md` derives the formulas; in short, per statistic y and side:
+//! set on. `docs/explanation/monitor.md` derives the formulas; in short, per statistic y and side:
 //!
 //! - in-control mean μ: the largest over the records (a model is better on one than on another), plus its own uncertainty;
 //! - drift = μ + a part of the shift that a change by 10 % of the RMS force makes: a half for the error, and for stiffness and friction
@@ -28,15 +28,15 @@ use crate::study::{Record, Role, Study};
 use crate::text::error::{Error, Result};
 pub use cusum::Healthy;
 use cusum::{gross_threshold, healthy};
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::chain::{Output, RawSample};
 use jointwatch_shared::monitor::limits::{
     AxisLimits, BLOCK, CHANNELS, Cusum, FEWEST_VALUES, Limits, MOST_CUSUM, TwoSided,
 };
 use jointwatch_shared::monitor::{
     Faults, GrossSums, Monitor, MonitorState, OCTAVE, SIDES, Sums, share_of_change,
 };
-use jointwatch_shared::pipeline::{Output, RawSample};
-use jointwatch_shared::rig::MOST_BAND_EVERY_LOG2;
+use jointwatch_shared::wire::rig::MAX_BAND_EVERY_LOG2;
 
 /// The change of stiffness or friction that the limits are tuned to, as a part of the RMS force.
 const CHANGE: f64 = 0.1;
@@ -231,7 +231,7 @@ fn gross(
 /// allows, and not so many that a block of the monitor would sum up too few of them.
 pub fn band_every_log2(filters: &Filters) -> u8 {
     let of_block = i32::from(block(filters.sample_rate_hz)) / FEWEST_VALUES;
-    let most = (of_block.max(1).ilog2() as u8).min(MOST_BAND_EVERY_LOG2);
+    let most = (of_block.max(1).ilog2() as u8).min(MAX_BAND_EVERY_LOG2);
     every_log2(&filters.band, filters.sample_rate_hz, filters.band_hz, most)
 }
 
@@ -466,7 +466,7 @@ mod tests {
 
     #[test]
     fn the_usual_rig_is_judged_at_every_fourth_sample() {
-        // The self-test counts instructions on one of 129 taps, more than this has: `jointwatch_shared::selftest_chain`.
+        // The self-test counts instructions on one of 129 taps, more than this has: `jointwatch_shared::selftest::chain`.
         let filters = Filters::for_bands(1000.0, 70.0, 250.0).unwrap();
         assert_eq!((filters.band.len(), band_every_log2(&filters)), (111, 2));
         // A block of the monitor would sum up too few where the band allows more.

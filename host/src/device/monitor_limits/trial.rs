@@ -4,7 +4,7 @@ use super::{Calibration, Course, GROSS, drift, quarters};
 use crate::device::replay::SetUp;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
 use jointwatch_shared::monitor::limits::{AxisLimits, Limits, MOST_CUSUM};
 use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, OCTAVE, SIDES};
 

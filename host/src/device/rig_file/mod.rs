@@ -6,11 +6,11 @@ use crate::study::AxisKind;
 use crate::study::description::Source;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
-use jointwatch_shared::hum::Hum;
-use jointwatch_shared::model::Model;
-use jointwatch_shared::model::axis::Convention;
-use jointwatch_shared::rig::{ChannelDelays, RigAxis};
-use jointwatch_shared::wiring::{
+use jointwatch_shared::base::Model;
+use jointwatch_shared::base::axis::Convention;
+use jointwatch_shared::base::hum::Hum;
+use jointwatch_shared::wire::rig::{ChannelDelays, RigAxis};
+use jointwatch_shared::wire::wiring::{
     ACCELEROMETERS, Accelerometer, AxisWiring, CHANNELS, COUNTERS, Converter, Counter, Signed,
     SignedDirection, Wiring,
 };
@@ -404,7 +404,6 @@ fn rig_axis(
     let samples = |microseconds: f64| microseconds * 1e-6 * sample_rate_hz;
     Ok(RigAxis {
         displacement_step: step,
-        displacement_difference: wired.near.is_some(),
         body_step: if wired.body.is_some() { step } else { 0.0 },
         acceleration_step,
         force_step: volts_per_code / excitation * sensitivity,

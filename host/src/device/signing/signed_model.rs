@@ -2,8 +2,8 @@
 
 use super::PrivateKey;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::blob::{self, BLOB_LEN};
-use jointwatch_shared::slot::{
+use jointwatch_shared::wire::blob::{self, BLOB_LEN};
+use jointwatch_shared::wire::slot::{
     CONFIRMED_OFFSETS, ContentCrc, MARKED, RIG_OFFSET, RIG_ROOM, SEAL_LEN, SEAL_OFFSET,
     SEALED_OFFSET, SIGNATURE_LEN, SLOT_LEN, Seal, SealFault, TRIED_OFFSET, signed_prefix,
 };
@@ -160,7 +160,7 @@ mod tests {
         let bytes = signed.to_bytes();
         assert_eq!(bytes.len(), SLOT_LEN);
         assert_eq!(SignedModel::from_bytes(&bytes).unwrap(), signed);
-        // docs/slot.md: 16 bytes of purpose, two lengths, model, rig block.
+        // docs/reference/slot.md: 16 bytes of purpose, two lengths, model, rig block.
         let mut message = b"jointwatch slot1\x00\x10\x00\x00\x04\x01\x00\x00".to_vec();
         message.extend(&bytes[..4096 + 260]);
         let key = PublicKey::new(PrivateKey::development().public());

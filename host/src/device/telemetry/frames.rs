@@ -2,13 +2,13 @@
 
 use crate::device::replay::SetUp;
 use crate::study::Record;
-use jointwatch_shared::blob;
-use jointwatch_shared::model::Model;
+use jointwatch_shared::base::Model;
+use jointwatch_shared::chain::{Output, RawSample};
 use jointwatch_shared::monitor::limits::CHANNELS;
 use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, Verdict, Window};
-use jointwatch_shared::pipeline::{Output, RawSample};
-use jointwatch_shared::snapshot::Recorder;
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::snapshot::Recorder;
+use jointwatch_shared::wire::telemetry::{
     AxisStatus, Counters, Event, Health, Hello, MAX_FRAME, ModelIdentity, Occasion,
     PROTOCOL_VERSION, Report, RigIdentity, STATUS_HZ, Sample, SensorStatus, Slot, Status, encode,
 };

@@ -1,7 +1,7 @@
 //! The line over which a device is heard: a serial port, or a file, a FIFO or standard input that holds what one sent.
 
 use crate::text::error::{Error, Result};
-use jointwatch_shared::telemetry::{MAX_FRAME, Request, encode};
+use jointwatch_shared::wire::telemetry::{MAX_FRAME, Request, encode};
 use serialport::{SerialPort, SerialPortType};
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};

@@ -1,12 +1,12 @@
 //! The messages in a stream of bytes, and what was lost on the way.
 
-use jointwatch_shared::telemetry::{Damage, Decoder, Occasion, Received, Report};
+use jointwatch_shared::wire::telemetry::{Damage, Decoder, Occasion, Received, Report};
 use serde::Serialize;
 
 /// A gap in the sequence numbers that is larger than this is taken for a restart whose [`Hello`] was lost: the numbers begin
 /// anew then, and never go backwards otherwise.
 ///
-/// [`Hello`]: jointwatch_shared::telemetry::Hello
+/// [`Hello`]: jointwatch_shared::wire::telemetry::Hello
 const LARGEST_GAP: u16 = u16::MAX / 2;
 
 /// Something that was heard.

@@ -2,9 +2,9 @@
 
 use super::listen::Tally;
 use crate::assess::where_it_fails::significant;
+use jointwatch_shared::chain::Output;
 use jointwatch_shared::monitor::{CHANNEL_NAMES, Cause};
-use jointwatch_shared::pipeline::Output;
-use jointwatch_shared::telemetry::{
+use jointwatch_shared::wire::telemetry::{
     Answer, Answered, AxisHealth, Event, Health, Hello, Kind, ModelIdentity, Occasion,
     PROTOCOL_VERSION, Quantity, Report, Restart, RigIdentity, Sample, SensorStatus, Slot, Snapshot,
     Status, UploadReply, Verdict,
@@ -220,7 +220,7 @@ impl Reader {
             text.push_str("; a force at its rail");
         }
         if output.saturated & Output::HELD != 0 {
-            text.push_str("; lines of the mains held");
+            text.push_str("; mains hum not tracked");
         }
         text
     }

@@ -11,9 +11,9 @@ use crate::model::mains_hum::{self, QUARTER};
 use crate::signal::fir::{apply_every, shut_from_hz};
 use crate::signal::motion::Motion;
 use crate::study::{Axis, Convention};
+use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
 use jointwatch_shared::effect::{Acts, MAX_PARAMETERS, Parameters};
-use jointwatch_shared::model::terms::InSi;
 use jointwatch_shared::scalar::dual::Dual;
 use jointwatch_shared::units::References;
 use rayon::prelude::*;
@@ -350,6 +350,9 @@ impl<'a> Records<'a> {
         factors: &[f64],
         parameter: usize,
     ) -> Vec<f64> {
+        if bound.entry.parameters()[parameter].is_given() {
+            return vec![0.0; self.axes * self.rows_per_axis()];
+        }
         let taken = law_parameters(bound.entry, values);
         let mut parameters: Parameters<Dual> = [Dual::constant(0.0); MAX_PARAMETERS];
         for (place, value) in parameters.iter_mut().zip(taken) {

@@ -30,6 +30,14 @@ pub(crate) fn errors(problem: &Problem<'_>, solved: &Solved) -> Option<Errors> {
     let unknowns = design.ncols() - 1;
     // Columns of length 1: parameters of very different size then stand beside each other.
     let lengths: Vec<f64> = (0..unknowns).map(|c| design.col(c).norm_l2()).collect();
+    // What is given and not found has no slope, and no error.
+    let linear = solved.columns.len();
+    let given = |c: usize| {
+        let unknown = c.checked_sub(linear).map(|shape| &problem.shapes[shape]);
+        unknown.is_some_and(|unknown| unknown.shape.is_given())
+    };
+    let lengths = (0..unknowns).map(|c| if given(c) { 1.0 } else { lengths[c] });
+    let lengths: Vec<f64> = lengths.collect();
     if lengths.iter().any(|l| l.is_nan() || *l <= 0.0) {
         return None;
     }
@@ -38,7 +46,10 @@ pub(crate) fn errors(problem: &Problem<'_>, solved: &Solved) -> Option<Errors> {
     }
     let residual: Vec<f64> = design.col(unknowns).iter().copied().collect();
     let jacobian = design.subcols(0, unknowns).to_owned();
-    let gram = product(&jacobian, &jacobian);
+    let mut gram = product(&jacobian, &jacobian);
+    for c in (0..unknowns).filter(|&c| given(c)) {
+        gram[(c, c)] = 1.0;
+    }
 
     let rows = problem.records.rows_per_axis();
     let axes = problem.weights.len();
@@ -72,7 +83,6 @@ pub(crate) fn errors(problem: &Problem<'_>, solved: &Solved) -> Option<Errors> {
     let mut covariance = half.transpose().to_owned();
     factor.solve(covariance.as_mut());
     let error = |c: usize| (correction * covariance[(c, c)].max(0.0)).sqrt() / lengths[c];
-    let linear = solved.columns.len();
     Some(Errors {
         linear: (0..linear).map(error).collect(),
         shapes: (linear..unknowns).map(error).collect(),

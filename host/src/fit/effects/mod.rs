@@ -18,8 +18,8 @@ use crate::study::Axis;
 use crate::text::error::{Error, Result};
 use columns::Records;
 use intervals::QUANTILE;
+use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::about::Role;
-use jointwatch_shared::model::terms::InSi;
 use projection::{Problem, Solved};
 
 /// One effect as found.
@@ -200,7 +200,8 @@ pub(crate) fn assemble(
                     }));
                     let reference = unknown.map_or(1.0, |u| problem.shapes[u].reference);
                     let relative = value / reference;
-                    if relative <= shape.least * 1.001 || relative >= shape.most * 0.999 {
+                    let at_edge = relative <= shape.least * 1.001 || relative >= shape.most * 0.999;
+                    if at_edge && !shape.is_given() {
                         warnings.push(format!(
                             "{name} stands at the edge of what was searched, {value:.3e}: these records do not determine it"
                         ));

@@ -7,7 +7,7 @@ use super::unknowns::{self, ShapeUnknown, is_physical};
 use crate::model::effects::Bound;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::model::terms::InSi;
+use jointwatch_shared::base::terms::InSi;
 
 /// Thinned rows that are wanted for each parameter.
 const ROWS_PER_PARAMETER: usize = 10;

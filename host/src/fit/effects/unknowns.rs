@@ -83,6 +83,9 @@ fn owner(
 
 /// The size of a parameter's unit beside the motion that was measured, SI.
 pub(crate) fn reference(bound: &Bound, parameter: &Parameter, references: &References) -> f64 {
+    if bound.entry.is_in_si(parameter) {
+        return 1.0;
+    }
     let seen = if bound.axis == 0 {
         *references
     } else {

@@ -7,11 +7,14 @@ mod polynomial;
 pub use network::{Training, network};
 pub use physical::physical;
 pub(crate) use physical::{base_terms, effect_terms, fit_alone, fit_in_time};
+pub(crate) use polynomial::equations;
 pub use polynomial::polynomial;
 
 use crate::fit::coverage;
 use crate::fit::errors::Evaluated;
 use crate::fit::inertia::Inertia;
+use crate::fit::network::{NetworkOptions, Watch};
+use crate::fit::polynomial::PolynomialOptions;
 use crate::model::corrections::missing_inertia;
 use crate::model::file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile};
 use crate::model::{EffectTerm, ModelAxis};
@@ -36,6 +39,33 @@ impl Identified {
         at.and_then(|at| self.inertia.get(at))
             .and_then(|inertia| inertia.standard_error)
     }
+}
+
+/// The kinds of model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// The paper's polynomial, every exponent 0 to 3, by ridge regression.
+    Polynomial,
+    /// The paper's network of forty tanh neurons, the best of five trainings.
+    Network,
+    /// The sum of physical effects that the study's `[base]` lists.
+    Physical,
+}
+
+/// Learns a model of a study with the usual options.
+///
+/// [`polynomial`], [`network`] and [`physical`] take options and tell more.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`] when the study has no training record, its records cannot be fitted, or a physical model is
+/// wanted and the study lists no `[base]`.
+pub fn identify(study: &Study, kind: Kind) -> Result<ModelFile> {
+    let identified = match kind {
+        Kind::Polynomial => polynomial(study, &PolynomialOptions::default(), &|_| ()),
+        Kind::Network => network(study, &NetworkOptions::default(), &Watch::silent()),
+        Kind::Physical => physical(study),
+    };
+    Ok(identified?.model)
 }
 
 /// A study's records after differentiation, ready for any kind of fit.

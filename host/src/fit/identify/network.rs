@@ -88,8 +88,15 @@ fn nmse_percent(
         let predicted = network.predict(&states)?;
         for (index, (sums, predicted)) in sums.iter_mut().zip(&predicted).enumerate() {
             let convention = study.axes[index].restoring_force;
-            let force = motion.restoring_force(index, fit.inertia[index].value, convention);
-            let error: Vec<f64> = force.iter().zip(predicted).map(|(r, p)| r - p).collect();
+            let inertia = &fit.inertia[index];
+            let restoring = motion.restoring_force(index, inertia.value, convention);
+            let error: Vec<f64> = restoring
+                .iter()
+                .zip(predicted)
+                .map(|(r, p)| r - p)
+                .collect();
+            // The force that all other error figures are relative to.
+            let force = motion.measured_force(index, inertia.value, inertia.identified, convention);
             *sums = sums.plus(Sums::of(&low_pass(&error, band), &low_pass(&force, band)));
         }
     }

@@ -10,8 +10,8 @@ use crate::model::file::{AxisFit, Base, NoBase};
 use crate::signal::motion::{self, Motion};
 use crate::study::{Axis, Study};
 use crate::text::error::{Error, Result};
-use jointwatch_shared::model::axis::AxisKind;
-use jointwatch_shared::model::corrections::ForceCorrection;
+use jointwatch_shared::base::axis::AxisKind;
+use jointwatch_shared::base::corrections::ForceCorrection;
 
 /// How often late channels are shifted before the last fit.
 const SHIFTS: usize = 2;

@@ -2,7 +2,7 @@
 
 use super::{Identified, Learnt, Prepared};
 use crate::fit::polynomial::{PolynomialOptions, fit_polynomial};
-use crate::model::file::{AxisFit, Base};
+use crate::model::file::{AxisFit, Base, ModelFile};
 use crate::model::{ModelAxis, Polynomial, exponents};
 use crate::study::Study;
 use crate::text::error::Result;
@@ -48,13 +48,18 @@ pub fn polynomial(
 impl Identified {
     /// The model as one equation per axis, for those with few enough terms to read.
     pub fn equations(&self) -> Vec<String> {
-        let Base::Polynomial(polynomial) = &self.model.base else {
-            return Vec::new();
-        };
-        let axes = self.model.axes.iter().enumerate();
-        axes.filter_map(|(index, axis)| equation(polynomial, index, &self.model.axes, axis))
-            .collect()
+        equations(&self.model)
     }
+}
+
+/// The equations of a model's polynomial, an axis each, as far as they are short enough to read.
+pub(crate) fn equations(model: &ModelFile) -> Vec<String> {
+    let Base::Polynomial(polynomial) = &model.base else {
+        return Vec::new();
+    };
+    let axes = model.axes.iter().enumerate();
+    axes.filter_map(|(index, axis)| equation(polynomial, index, &model.axes, axis))
+        .collect()
 }
 
 /// A polynomial with more terms than this is not printed as an equation.

@@ -75,6 +75,31 @@ fn output_ranges(axes: &[Axis], pieces: &[Piece<'_>]) -> Result<Vec<InputRange>>
     axes.iter().enumerate().map(range).collect()
 }
 
+/// What to be wary of in a training on so many rows of a network with so many weights.
+fn warnings(
+    axes: &[Axis],
+    motions: &[&Motion],
+    trained: &restarts::Restarts,
+    rows: usize,
+    weights: usize,
+) -> Vec<String> {
+    // No number of parameters: the words for too few rows differ from the polynomial's.
+    let mut warnings = training_warnings(axes, motions, 0);
+    if rows < ROWS_PER_PARAMETER * weights {
+        warnings.push(format!(
+            "{rows} training rows are few for {} weights: record longer, or give fewer --neurons",
+            weights
+        ));
+    }
+    if trained.interrupted {
+        warnings.push(format!(
+            "training was interrupted; these are the best weights so far, of {} restarts that had begun",
+            trained.done.len()
+        ));
+    }
+    warnings
+}
+
 /// Trains a network on the restoring force of every axis of the training records `motions`.
 ///
 /// `low_pass` are the taps of the study's symmetric low-pass; it is needed where an inertia is to be identified, and sets the guard
@@ -143,20 +168,7 @@ pub fn fit_network(
         options.limits(),
         watch,
     )?;
-    // No number of parameters: the words for too few rows differ from the polynomial's.
-    let mut warnings = training_warnings(axes, motions, 0);
-    if rows < ROWS_PER_PARAMETER * weights(neurons) {
-        warnings.push(format!(
-            "{rows} training rows are few for {} weights: record longer, or give fewer --neurons",
-            weights(neurons)
-        ));
-    }
-    if trained.interrupted {
-        warnings.push(format!(
-            "training was interrupted; these are the best weights so far, of {} restarts that had begun",
-            trained.done.len()
-        ));
-    }
+    let warnings = warnings(axes, motions, &trained, rows, weights(neurons));
     Ok(NetworkFit {
         network: trained.done[trained.best].network.clone(),
         best: trained.best,

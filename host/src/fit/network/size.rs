@@ -99,6 +99,34 @@ pub(super) fn choose(
             SIZES[0]
         )));
     }
+    let errors = left_out_errors(&folds, &sizes, ranges, options, watch)?;
+    let axes = ranges[1].len();
+    if (0..axes).any(|axis| errors.iter().all(|e| e[axis].is_none())) {
+        return Err(Error::data(
+            "no training record moves where the others have been, so leaving one out says nothing about the number of neurons: give --neurons",
+        ));
+    }
+    let sizes = size_errors(&errors, folds.len(), &sizes, axes);
+    let best = sizes
+        .iter()
+        .map(|s| s.mean_nmse_percent)
+        .fold(f64::INFINITY, f64::min);
+    let neurons = sizes
+        .iter()
+        .find(|s| s.mean_nmse_percent <= AS_GOOD * best)
+        .map_or(SIZES[0], |s| s.neurons);
+    Ok((neurons, SizeCurve { sizes, left_out }))
+}
+
+/// NMSE of every size on every left-out piece, size by size, per output; none where no other piece has been.
+fn left_out_errors(
+    folds: &[Fold<'_>],
+    sizes: &[usize],
+    ranges: [&[InputRange]; 2],
+    options: &NetworkOptions,
+    watch: &Watch<'_>,
+) -> Result<Vec<Vec<Option<f64>>>> {
+    let weights = |neurons| parameters(ranges[0].len(), neurons, ranges[1].len());
     let runs: Vec<(usize, usize)> = (0..sizes.len())
         .flat_map(|size| (0..folds.len()).map(move |fold| (size, fold)))
         .collect();
@@ -140,15 +168,19 @@ pub(super) fn choose(
         .into_iter()
         .rev()
         .collect();
-    let axes = ranges[1].len();
-    if (0..axes).any(|axis| errors.iter().all(|e| e[axis].is_none())) {
-        return Err(Error::data(
-            "no training record moves where the others have been, so leaving one out says nothing about the number of neurons: give --neurons",
-        ));
-    }
-    let sizes: Vec<SizeError> = errors
-        .chunks_exact(folds.len())
-        .zip(&sizes)
+    Ok(errors)
+}
+
+/// The error of every size, over all left-out pieces together.
+fn size_errors(
+    errors: &[Vec<Option<f64>>],
+    folds: usize,
+    sizes: &[usize],
+    axes: usize,
+) -> Vec<SizeError> {
+    errors
+        .chunks_exact(folds)
+        .zip(sizes)
         .map(|(errors, &neurons)| {
             let held_out_nmse_percent: Vec<f64> = (0..axes)
                 .map(|axis| geometric_mean(errors.iter().filter_map(|e| e[axis])))
@@ -159,16 +191,7 @@ pub(super) fn choose(
                 held_out_nmse_percent,
             }
         })
-        .collect();
-    let best = sizes
-        .iter()
-        .map(|s| s.mean_nmse_percent)
-        .fold(f64::INFINITY, f64::min);
-    let neurons = sizes
-        .iter()
-        .find(|s| s.mean_nmse_percent <= AS_GOOD * best)
-        .map_or(SIZES[0], |s| s.neurons);
-    Ok((neurons, SizeCurve { sizes, left_out }))
+        .collect()
 }
 
 /// The cell of state space that a row lies in; there are `per_state` along each.

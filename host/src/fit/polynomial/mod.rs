@@ -204,68 +204,8 @@ pub fn fit_polynomial(
     let terms = exponents(&orders);
     let total = folded.total();
     let plain = normal_equations::solve(&total.gram(&terms), &total.cross(&terms))?;
-    let (coefficients, fits): (Vec<Vec<f64>>, Vec<AxisFit>) = match options.method {
-        Method::LeastSquares => {
-            let errors = plain_cross_validation(&folded, &terms, axes.len())?;
-            errors
-                .into_iter()
-                .enumerate()
-                .map(|(axis, error)| {
-                    let column = plain.coefficients.col(axis);
-                    let fit = AxisFit {
-                        lambda: None,
-                        effective_parameters: plain.rank as f64,
-                        terms: terms.len(),
-                        cross_validation_nmse: error,
-                    };
-                    (column.iter().copied().collect(), fit)
-                })
-                .unzip()
-        }
-        Method::Ridge => ridge::fit(&folded, &orders, axes.len())?
-            .into_iter()
-            .map(|fit| {
-                let about = AxisFit {
-                    lambda: Some(fit.lambda),
-                    effective_parameters: fit.effective_parameters,
-                    terms: terms.len(),
-                    cross_validation_nmse: fit.cross_validation_nmse,
-                };
-                (fit.coefficients, about)
-            })
-            .unzip(),
-        Method::Select => {
-            let mut fits = Vec::new();
-            for axis in 0..axes.len() {
-                let fit = select::fit(&folded, &orders, axis)?;
-                let about = AxisFit {
-                    lambda: None,
-                    effective_parameters: fit.terms as f64,
-                    terms: fit.terms,
-                    cross_validation_nmse: fit.cross_validation_nmse,
-                };
-                fits.push((fit.coefficients, about));
-            }
-            fits.into_iter().unzip()
-        }
-    };
-    let mut warnings = training_warnings(axes, motions, terms.len());
-    if plain.rank < terms.len() {
-        warnings.push(format!(
-            "the training records determine only {} of {} terms (condition number {:.1e} over those): the rest is set by convention, not by data",
-            plain.rank,
-            terms.len(),
-            plain.condition
-        ));
-    }
-    for (axis, inertia) in axes.iter().zip(&inertia) {
-        if let Some(error) = inertia.standard_error.filter(|e| *e > 0.05 * inertia.value) {
-            warnings.push(format!(
-                "the inertia of axis {} is found only to ± {error:.2e} of {:.3e}: state it in study.toml if it is known",
-                axis.name, inertia.value
-            ));
-        }
-    }
+    let (coefficients, fits) = coefficients(&folded, &orders, &plain, options.method, axes.len())?;
+    let warnings = warnings(axes, motions, &inertia, &plain, terms.len());
     let polynomial = Polynomial {
         orders,
         inputs: ranges,
@@ -282,6 +222,90 @@ pub fn fit_polynomial(
         rows: total.rows(),
         warnings,
     })
+}
+
+/// The coefficients of every axis by the chosen method, and how each came about; `plain` is the least-squares solution.
+fn coefficients(
+    folded: &FoldedMoments,
+    orders: &[u8],
+    plain: &normal_equations::Solution,
+    method: Method,
+    axes: usize,
+) -> Result<(Vec<Vec<f64>>, Vec<AxisFit>)> {
+    let terms = exponents(orders);
+    Ok(match method {
+        Method::LeastSquares => {
+            let errors = plain_cross_validation(folded, &terms, axes)?;
+            errors
+                .into_iter()
+                .enumerate()
+                .map(|(axis, error)| {
+                    let column = plain.coefficients.col(axis);
+                    let fit = AxisFit {
+                        lambda: None,
+                        effective_parameters: plain.rank as f64,
+                        terms: terms.len(),
+                        cross_validation_nmse: error,
+                    };
+                    (column.iter().copied().collect(), fit)
+                })
+                .unzip()
+        }
+        Method::Ridge => ridge::fit(folded, orders, axes)?
+            .into_iter()
+            .map(|fit| {
+                let about = AxisFit {
+                    lambda: Some(fit.lambda),
+                    effective_parameters: fit.effective_parameters,
+                    terms: terms.len(),
+                    cross_validation_nmse: fit.cross_validation_nmse,
+                };
+                (fit.coefficients, about)
+            })
+            .unzip(),
+        Method::Select => {
+            let mut fits = Vec::new();
+            for axis in 0..axes {
+                let fit = select::fit(folded, orders, axis)?;
+                let about = AxisFit {
+                    lambda: None,
+                    effective_parameters: fit.terms as f64,
+                    terms: fit.terms,
+                    cross_validation_nmse: fit.cross_validation_nmse,
+                };
+                fits.push((fit.coefficients, about));
+            }
+            fits.into_iter().unzip()
+        }
+    })
+}
+
+/// What to be wary of in a fit.
+fn warnings(
+    axes: &[Axis],
+    motions: &[&Motion],
+    inertia: &[Inertia],
+    plain: &normal_equations::Solution,
+    terms: usize,
+) -> Vec<String> {
+    let mut warnings = training_warnings(axes, motions, terms);
+    if plain.rank < terms {
+        warnings.push(format!(
+            "the training records determine only {} of {} terms (condition number {:.1e} over those): the rest is set by convention, not by data",
+            plain.rank,
+            terms,
+            plain.condition
+        ));
+    }
+    for (axis, inertia) in axes.iter().zip(inertia) {
+        if let Some(error) = inertia.standard_error.filter(|e| *e > 0.05 * inertia.value) {
+            warnings.push(format!(
+                "the inertia of axis {} is found only to ± {error:.2e} of {:.3e}: state it in study.toml if it is known",
+                axis.name, inertia.value
+            ));
+        }
+    }
+    warnings
 }
 
 /// NMSE of plain least squares over held-out blocks, percent, per output.

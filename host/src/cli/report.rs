@@ -1,0 +1,163 @@
+//! The option `--report FILE`: a page that shows a model on its study, made before anything is printed and written at the end.
+
+use super::console::Console;
+use super::plots;
+use crate::diagnose::add::Added;
+use crate::diagnose::apply::Applied;
+use crate::diagnose::{Diagnosis, PerAxis};
+use crate::model::file::{JudgedOn, ModelFile};
+use crate::report::Step;
+use crate::report::page::{self, Asked};
+use crate::simulate::respond::Response;
+use crate::study::{Role, Study};
+use crate::text::error::Result;
+use crate::text::output;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Where the page goes.
+#[derive(Args, Clone, Default)]
+pub(super) struct Report {
+    /// Write a page (HTML, one file, opens without a network) that shows the model on its study: errors, forces over time, loops,
+    /// the residual and where it is large.
+    #[arg(long = "report", value_name = "FILE")]
+    file: Option<PathBuf>,
+}
+
+impl Report {
+    /// The page's file, to be checked before work begins.
+    pub(super) fn outputs(&self) -> impl Iterator<Item = &Path> {
+        self.file.as_deref().into_iter()
+    }
+
+    /// The page of a model alone; none when none was asked for.
+    pub(super) fn of_model(&self, study: &Study, model: &ModelFile) -> Result<Option<String>> {
+        self.page(Asked {
+            judged_on: judged_on(study),
+            ..asked(study, model)
+        })
+    }
+
+    /// The page of the model that was diagnosed, with the candidates.
+    pub(super) fn of_diagnosis(
+        &self,
+        study: &Study,
+        model: &ModelFile,
+        diagnosis: &Diagnosis,
+    ) -> Result<Option<String>> {
+        self.page(Asked {
+            steps: plots::steps_found(diagnosis),
+            floors: Some(diagnosis.noise_floor.clone()),
+            judged_on: diagnosis.judged_on.words().into(),
+            diagnosis: Some(diagnosis),
+            ..asked(study, model)
+        })
+    }
+
+    /// The page of a model with everything that was missing, beside the one that was brought.
+    pub(super) fn of_applied(
+        &self,
+        study: &Study,
+        before: &ModelFile,
+        applied: &Applied,
+    ) -> Result<Option<String>> {
+        let steps = plots::steps_applied(applied);
+        self.page(Asked {
+            before: (steps.len() > 1).then_some(before),
+            steps,
+            floors: Some(applied.staircase.noise_floor.clone()),
+            judged_on: applied.staircase.judged_on.words().into(),
+            diagnosis: Some(&applied.first),
+            ..asked(study, &applied.model)
+        })
+    }
+
+    /// The page of the wider model, beside the one that was brought.
+    pub(super) fn of_added(
+        &self,
+        study: &Study,
+        before: &ModelFile,
+        added: &Added,
+        effects: &[String],
+    ) -> Result<Option<String>> {
+        let errors = |errors: &[crate::model::file::AxisError]| -> PerAxis {
+            let errors = errors.iter();
+            errors.map(|e| (e.axis.clone(), e.relative_error)).collect()
+        };
+        let floors = added.errors.after.iter().zip(&added.noise_floor);
+        self.page(Asked {
+            before: Some(before),
+            steps: vec![
+                Step {
+                    label: "before".into(),
+                    errors: errors(&added.errors.before),
+                },
+                Step {
+                    label: effects.join(", "),
+                    errors: errors(&added.errors.after),
+                },
+            ],
+            floors: Some(floors.map(|(e, f)| (e.axis.clone(), *f)).collect()),
+            judged_on: added.errors.judged_on.words().into(),
+            ..asked(study, &added.model)
+        })
+    }
+
+    /// The page of a model with the motion that it gives the rig.
+    pub(super) fn of_response(
+        &self,
+        study: &Study,
+        model: &ModelFile,
+        response: &Response,
+    ) -> Result<Option<String>> {
+        self.page(Asked {
+            judged_on: judged_on(study),
+            response: Some(response),
+            ..asked(study, model)
+        })
+    }
+
+    fn page(&self, asked: Asked<'_>) -> Result<Option<String>> {
+        self.file.as_ref().map(|_| page::html(&asked)).transpose()
+    }
+
+    /// Writes the page and says how to open it.
+    pub(super) fn write(&self, console: &Console, page: Option<String>) -> Result<()> {
+        let (Some(file), Some(page)) = (&self.file, page) else {
+            return Ok(());
+        };
+        output::write_whole(file, page.as_bytes())?;
+        console.say(format!(
+            "\nReport written to {}; open it in a browser.",
+            file.display()
+        ))
+    }
+}
+
+/// What every page is told.
+fn asked<'a>(study: &'a Study, model: &'a ModelFile) -> Asked<'a> {
+    let words = std::env::args().skip(1);
+    let words: Vec<String> = std::iter::once("jointwatch".to_string())
+        .chain(words)
+        .collect();
+    Asked {
+        command: words.join(" "),
+        study,
+        model,
+        before: None,
+        steps: Vec::new(),
+        floors: None,
+        judged_on: String::new(),
+        diagnosis: None,
+        response: None,
+    }
+}
+
+/// The records that say how good a model is.
+fn judged_on(study: &Study) -> String {
+    let validates = study.records.iter().any(|r| r.role == Role::Validate);
+    match validates {
+        true => JudgedOn::Validation.words().into(),
+        false => "training records (the study has no others)".into(),
+    }
+}

@@ -1,0 +1,284 @@
+//! Everything on the page, from the study, the models and what was said of them.
+
+use super::asked::Asked;
+use super::contents::{
+    AxisContents, Contents, RecordContents, Region, ResidualContents, SampleAxis, SampleVersion,
+    Stair, StateCondition, Units,
+};
+use super::version::{Version, align};
+use super::{candidates, correlation, handling, plane, response, samples, words};
+use crate::assess::compare::AxisFigures;
+use crate::assess::where_it_fails::{Extent, Place};
+use crate::diagnose::PerAxis;
+use crate::diagnose::add;
+use crate::report::course::Course;
+use crate::report::staircase::Step;
+use crate::study::{Role, Study};
+use crate::text::date;
+use crate::text::error::Result;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Characters that all samples together may take.
+const SAMPLE_CHARACTERS: f64 = 1.5e6;
+/// The part of the times since a reversal that is drawn: the longest are pauses.
+const DRAWN_TIMES: f64 = 0.98;
+
+/// Gathers the page.
+pub(super) fn contents(asked: &Asked<'_>) -> Result<Contents> {
+    let study = asked.study;
+    let mut versions = Vec::new();
+    if let Some(before) = asked.before {
+        versions.push(Version::new("before", study, before)?);
+    }
+    let label = if asked.before.is_some() {
+        "after"
+    } else {
+        "model"
+    };
+    versions.push(Version::new(label, study, asked.model)?);
+    align(&mut versions);
+    let steps = steps(asked, &versions);
+    let floors = match &asked.floors {
+        Some(floors) => floors.clone(),
+        None => add::noise_floors(study, asked.model)?,
+    };
+    let candidates = candidates::gather(asked, &versions[0])?;
+    let axes = (0..study.axes.len())
+        .into_par_iter()
+        .map(|axis| axis_contents(study, &versions, axis, &steps, &floors))
+        .collect();
+    Ok(Contents {
+        title: study.name.clone(),
+        asked: asked.command.clone(),
+        made: date::today()?,
+        version: env!("CARGO_PKG_VERSION"),
+        answer: words::answer(asked, &versions, &steps, &floors),
+        judged_on: asked.judged_on.clone(),
+        versions: versions.iter().map(|v| v.label.clone()).collect(),
+        axes,
+        records: records(study, &versions, &candidates),
+        regions: regions(study, &versions),
+        candidates: candidates.listed,
+        responses: asked
+            .response
+            .map(|r| response::gather(r, study))
+            .unwrap_or_default(),
+        handling: handling::gather(study, asked.model),
+    })
+}
+
+/// The steps that were taken, or the errors of the versions as such.
+fn steps(asked: &Asked<'_>, versions: &[Version<'_>]) -> Vec<Step> {
+    if !asked.steps.is_empty() {
+        return asked.steps.clone();
+    }
+    let step = |version: &Version<'_>| Step {
+        label: version.label.clone(),
+        errors: version.errors(),
+    };
+    versions.iter().map(step).collect()
+}
+
+fn axis_contents(
+    study: &Study,
+    versions: &[Version<'_>],
+    axis: usize,
+    steps: &[Step],
+    floors: &PerAxis,
+) -> AxisContents {
+    let described = &study.axes[axis];
+    let stair = |step: &Step| {
+        Some(Stair {
+            label: step.label.clone(),
+            error: *step.errors.get(&described.name)?,
+        })
+    };
+    AxisContents {
+        name: described.name.clone(),
+        units: Units {
+            displacement: described.kind.displacement_unit(),
+            velocity: described.kind.velocity_unit(),
+            force: described.kind.force_unit(),
+        },
+        steps: steps.iter().filter_map(stair).collect(),
+        floor: floors.get(&described.name).copied(),
+        models: versions
+            .iter()
+            .map(|v| words::model(v.model, axis))
+            .collect(),
+        residual: residuals(study, versions, axis),
+    }
+}
+
+/// The residual of every version, over the same cells and bins.
+fn residuals(study: &Study, versions: &[Version<'_>], axis: usize) -> Vec<ResidualContents> {
+    let courses: Vec<Vec<Course>> = versions
+        .iter()
+        .map(|v| v.judged_courses(study, axis))
+        .collect();
+    let all =
+        |series: fn(&Course) -> &Vec<f64>| plane::range(courses.iter().flatten().flat_map(series));
+    let displacement = all(|c| &c.displacement);
+    let velocity = all(|c| &c.velocity);
+    let rate = study.sample_rate_hz;
+    let one = |(version, courses): (&Version<'_>, &Vec<Course>)| {
+        let residual: Vec<f64> = courses.iter().flat_map(Course::residual).collect();
+        let together = |series: fn(&Course) -> &Vec<f64>| -> Vec<f64> {
+            courses.iter().flat_map(series).copied().collect()
+        };
+        let since: Vec<f64> = courses
+            .iter()
+            .flat_map(|c| plane::since_reversal(&c.velocity, rate))
+            .collect();
+        let mut times: Vec<f64> = since.iter().copied().filter(|t| t.is_finite()).collect();
+        times.sort_by(f64::total_cmp);
+        let last = times.get((DRAWN_TIMES * times.len() as f64) as usize);
+        let longest = last.copied().unwrap_or(1.0).max(1.0 / rate);
+        let band_hz = version.model.filters.band_hz;
+        ResidualContents {
+            plane: plane::plane(courses, displacement, velocity),
+            over: BTreeMap::from([
+                (
+                    "displacement",
+                    plane::curve(&together(|c| &c.displacement), &residual, displacement),
+                ),
+                (
+                    "velocity",
+                    plane::curve(&together(|c| &c.velocity), &residual, velocity),
+                ),
+                (
+                    "since_reversal",
+                    plane::curve(&since, &residual, [0.0, longest]),
+                ),
+            ]),
+            spectrum: correlation::spectrum(courses, rate, band_hz),
+            correlation: correlation::correlations(courses, rate, band_hz),
+        }
+    };
+    versions.iter().zip(&courses).map(one).collect()
+}
+
+/// Every record's samples, as many as the page has room for.
+fn records(
+    study: &Study,
+    versions: &[Version<'_>],
+    candidates: &candidates::Candidates,
+) -> Vec<RecordContents> {
+    let axes = study.axes.len();
+    let series = 1 + axes * (2 + 2 * versions.len());
+    let rows: usize = versions[0].courses.iter().map(|c| c[0].time_s.len()).sum();
+    let room = SAMPLE_CHARACTERS / (samples::CHARACTERS_PER_ROW * series as f64);
+    let share = (room / rows.max(1) as f64).min(1.0);
+    let one = |index: usize| {
+        let record = &study.records[index];
+        let residuals: Vec<Vec<Vec<f64>>> = versions
+            .iter()
+            .map(|v| v.courses[index].iter().map(Course::residual).collect())
+            .collect();
+        let first = &versions[0].courses[index];
+        let measured = first.iter().map(|c| c.measured.as_slice());
+        let extremes: Vec<&[f64]> = measured
+            .chain(residuals.iter().flatten().map(Vec::as_slice))
+            .collect();
+        let all = first[0].time_s.len();
+        let kept = samples::kept_rows(all, &extremes, (share * all as f64).ceil() as usize);
+        let sample_axis = |axis: usize| {
+            let name = &study.axes[axis].name;
+            let course = &first[axis];
+            let version = |(at, version): (usize, &Version<'_>)| {
+                let figures = version.comparison.records[index].axes.get(name);
+                sample_version(
+                    &version.courses[index][axis],
+                    &residuals[at][axis],
+                    figures,
+                    &kept,
+                )
+            };
+            let figures = versions[0].comparison.records[index].axes.get(name);
+            SampleAxis {
+                rests: figures.is_some_and(|f| f.rests),
+                displacement: samples::packed(&course.displacement, &kept),
+                velocity: samples::packed(&course.velocity, &kept),
+                versions: versions.iter().enumerate().map(version).collect(),
+                candidates: candidates.packed(index, axis, &kept),
+            }
+        };
+        RecordContents {
+            file: record.file.clone(),
+            role: match record.role {
+                Role::Train => "train",
+                Role::Validate => "validate",
+            },
+            rows: all,
+            kept: kept.len(),
+            time: samples::packed(&first[0].time_s, &kept),
+            axes: (0..axes).map(sample_axis).collect(),
+        }
+    };
+    (0..study.records.len()).into_par_iter().map(one).collect()
+}
+
+fn sample_version(
+    course: &Course,
+    residual: &[f64],
+    figures: Option<&AxisFigures>,
+    kept: &[usize],
+) -> SampleVersion {
+    let figure = |of: fn(&AxisFigures) -> f64| figures.map_or(0.0, of);
+    let nmse_percent = figure(|f| f.nmse_percent);
+    SampleVersion {
+        measured: samples::packed(&course.measured, kept),
+        residual: samples::packed(residual, kept),
+        nmse_percent,
+        fit_percent: 100.0 * (1.0 - (0.01 * nmse_percent).sqrt()),
+        relative_error: figure(|f| f.relative_error),
+        peak_error: figure(|f| f.peak_error),
+        outside_range: figure(|f| f.outside_range),
+    }
+}
+
+/// The places of every version, those left out that are everywhere.
+fn regions(study: &Study, versions: &[Version<'_>]) -> Vec<Region> {
+    let region = |version: usize, place: &Place| {
+        let axis = study.axes.iter().position(|a| a.name == place.axis)?;
+        let mut region = Region {
+            axis,
+            version,
+            kind: place.kind,
+            words: place.region.clone(),
+            share_of_error: place.share_of_error,
+            share_of_rows: place.share_of_rows,
+            conditions: Vec::new(),
+            stretch: None,
+            band_hz: None,
+        };
+        match &place.extent {
+            Extent::Everywhere => return None,
+            Extent::States(conditions) => {
+                region.conditions = conditions
+                    .iter()
+                    .map(|c| StateCondition {
+                        state: c.state,
+                        magnitude: c.magnitude,
+                        above: c.above,
+                        below: c.below,
+                    })
+                    .collect();
+            }
+            Extent::Time { file, from_s, to_s } => {
+                let record = study.records.iter().position(|r| &r.file == file)?;
+                let begins_s = study.records[record].first_row as f64 / study.sample_rate_hz;
+                region.stretch = Some((record, from_s - begins_s, to_s - begins_s));
+            }
+            Extent::Frequency(band) => region.band_hz = Some(*band),
+        }
+        Some(region)
+    };
+    let all = versions.iter().enumerate();
+    all.flat_map(|(index, version)| {
+        let places = version.comparison.places.iter();
+        places.filter_map(move |place| region(index, place))
+    })
+    .collect()
+}

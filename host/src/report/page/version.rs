@@ -1,0 +1,129 @@
+//! A model on the page: its errors, and what it says of every record row by row.
+
+use crate::assess::compare::{self, Comparison};
+use crate::diagnose::PerAxis;
+use crate::model::file::ModelFile;
+use crate::report::course::{Course, courses};
+use crate::signal::motion;
+use crate::study::{Role, Study};
+use crate::text::error::{Error, Result};
+
+/// A model, its errors, and what it says row by row.
+pub(super) struct Version<'a> {
+    /// Its name on the page.
+    pub(super) label: String,
+    /// The model.
+    pub(super) model: &'a ModelFile,
+    /// Its errors.
+    pub(super) comparison: Comparison,
+    /// Record by record, axis by axis.
+    pub(super) courses: Vec<Vec<Course>>,
+}
+
+impl<'a> Version<'a> {
+    pub(super) fn new(label: &str, study: &Study, model: &'a ModelFile) -> Result<Self> {
+        let comparison = compare::compare(study, model)?;
+        let motions = motion::motions(&*model.corrected(study)?, &model.filters)?;
+        let courses: Vec<Vec<Course>> = motions
+            .iter()
+            .map(|motion| courses(model, motion))
+            .collect::<Result<_>>()?;
+        for (record, axes) in study.records.iter().zip(&courses) {
+            for course in axes {
+                check_finite(&record.file, course)?;
+            }
+        }
+        Ok(Self {
+            label: label.into(),
+            model,
+            comparison,
+            courses,
+        })
+    }
+
+    /// The role of the records that errors are judged on.
+    pub(super) fn judged(&self) -> Role {
+        match self.comparison.validation.is_empty() {
+            true => Role::Train,
+            false => Role::Validate,
+        }
+    }
+
+    /// Per axis the relative error on those records.
+    pub(super) fn errors(&self) -> PerAxis {
+        let errors = match self.judged() {
+            Role::Train => &self.comparison.verification,
+            Role::Validate => &self.comparison.validation,
+        };
+        let errors = errors.iter();
+        errors.map(|e| (e.axis.clone(), e.relative_error)).collect()
+    }
+
+    /// The judged records of an axis in which it moves.
+    pub(super) fn judged_courses(&self, study: &Study, axis: usize) -> Vec<Course> {
+        let records = study
+            .records
+            .iter()
+            .zip(&self.courses)
+            .zip(&self.comparison.records);
+        records
+            .filter(|((record, courses), figures)| {
+                let figures = figures.axes.get(&courses[axis].axis);
+                record.role == self.judged() && figures.is_some_and(|f| !f.rests)
+            })
+            .map(|((_, courses), _)| courses[axis].clone())
+            .collect()
+    }
+}
+
+fn check_finite(file: &str, course: &Course) -> Result<()> {
+    let series = [
+        &course.displacement,
+        &course.velocity,
+        &course.measured,
+        &course.predicted,
+    ];
+    match series.iter().all(|s| s.iter().all(|v| v.is_finite())) {
+        true if !course.measured.is_empty() => Ok(()),
+        _ => Err(Error::data(format!(
+            "{file}: axis {} has no rows to draw, or a number that is not finite; compare the model on this record to see why",
+            course.axis
+        ))),
+    }
+}
+
+/// Cuts every version's records to the rows that all versions have: a correction in time costs rows at an end.
+pub(super) fn align(versions: &mut [Version<'_>]) {
+    let [before, after] = versions else {
+        return;
+    };
+    for (old, new) in before.courses.iter_mut().zip(&mut after.courses) {
+        let (Some(a), Some(b)) = (old.first(), new.first()) else {
+            continue;
+        };
+        let (Some(from), Some(to)) = (
+            a.time_s
+                .first()
+                .zip(b.time_s.first())
+                .map(|(a, b)| a.max(*b)),
+            a.time_s.last().zip(b.time_s.last()).map(|(a, b)| a.min(*b)),
+        ) else {
+            continue;
+        };
+        for course in old.iter_mut().chain(new.iter_mut()) {
+            let half_row = 0.5 * (course.time_s.get(1).unwrap_or(&0.0) - course.time_s[0]);
+            let first = course.time_s.partition_point(|t| *t < from - half_row);
+            let end = course.time_s.partition_point(|t| *t <= to + half_row);
+            for series in [
+                &mut course.time_s,
+                &mut course.displacement,
+                &mut course.velocity,
+                &mut course.measured,
+                &mut course.predicted,
+            ] {
+                series.truncate(end);
+                series.drain(..first);
+            }
+        }
+    }
+}

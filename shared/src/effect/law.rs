@@ -1,0 +1,295 @@
+//! What a physical effect is: what it sees of the joint, what it tells of itself, and how the table lists it.
+
+use super::about::About;
+#[cfg(feature = "fit")]
+use super::about::Parameter;
+use crate::scalar::Scalar;
+use crate::scalar::q::Q;
+#[cfg(feature = "fit")]
+use crate::scalar::{dual::Dual, interval::Interval};
+
+/// The most parameters that an effect may have.
+pub const MAX_PARAMETERS: usize = 6;
+/// The most internal states that an effect may have.
+pub const MAX_STATES: usize = 5;
+
+/// What an effect sees of the joint at one sample.
+///
+/// On the host everything is in SI; on the device each quantity is relative to its reference
+/// ([`crate::units::References`]), and time to the sample period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kinematics<S> {
+    /// Relative displacement of the axis that the effect is bound to.
+    pub displacement: S,
+    /// Relative velocity of that axis.
+    pub velocity: S,
+    /// What the displacement has changed by since the sample before; 0 at the first one.
+    pub step: S,
+    /// Relative displacement of the other axis; 0 where there is none.
+    pub other_displacement: S,
+    /// Relative velocity of the other axis; 0 where there is none.
+    pub other_velocity: S,
+    /// The sample period.
+    pub period: S,
+    /// What the instruments say besides: for effects of the instrument, which only the host evaluates.
+    pub instrument: Instrument<S>,
+}
+
+/// What the instruments of a rig say about one sample besides the joint's motion, signed as it enters the restoring force of
+/// the axis that the effect is bound to (s·(F − m·a), with s = 1 or −1 as the study's convention says). All 0 on the device.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instrument<S> {
+    /// Time since the record began.
+    pub time: S,
+    /// s·a, the acceleration of the body that carries the inertia.
+    pub acceleration: S,
+    /// s·F, the applied force.
+    pub force: S,
+    /// s·dF/dt.
+    pub force_rate: S,
+    /// s·F of the other axis.
+    pub other_force: S,
+    /// Where in its turn, from 0 to 1, what repeats with time alone was when the record began: nobody knows it beforehand, so
+    /// it is found in every record anew.
+    pub phase: S,
+}
+
+impl<S: Scalar> Kinematics<S> {
+    /// What the displacement has changed by since the sample before, in units of the length whose reciprocal is `per_length`.
+    ///
+    /// Its roundings do not add up along a path ([`Scalar::change`]).
+    pub fn travel(&self, per_length: S) -> S {
+        self.displacement.change(self.step, per_length)
+    }
+
+    /// The same as a short number, held between −`limit` and `limit`.
+    pub fn short_travel(&self, per_length: S, limit: S::Short) -> S::Short {
+        self.displacement.short_change(self.step, per_length, limit)
+    }
+}
+
+impl<S: Scalar> Instrument<S> {
+    /// Instruments that say nothing.
+    pub fn silent() -> Self {
+        Self::of(S::zero())
+    }
+
+    /// Instruments that say nothing, from a zero that is known beforehand.
+    pub(crate) const fn of(zero: S) -> Self {
+        Self {
+            time: zero,
+            acceleration: zero,
+            force: zero,
+            force_rate: zero,
+            other_force: zero,
+            phase: zero,
+        }
+    }
+}
+
+/// Where an effect belongs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seat {
+    /// To the joint: it is part of its model, on the host and on the device.
+    Joint,
+    /// To the joint, as it changes while a record runs: it explains data on the host and is refused at export, because a
+    /// device that never stops does not know when a record began.
+    JointOverTime,
+    /// To the instruments: it corrects a channel of the study, and reaches the device in the rig block.
+    Instrument,
+}
+
+/// Which forces an effect contributes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acts {
+    /// That of the axis it is bound to: `coulomb@x`.
+    OwnAxis,
+    /// Those of both axes of the joint: `clearance_coupling`.
+    BothAxes,
+}
+
+/// The largest magnitude of an internal state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bound {
+    /// This number, whatever the input; the state has no unit.
+    Number(i32),
+    /// This many times half the range of the displacement; the state is a displacement.
+    Displacement(i32),
+    /// The largest magnitude of the displacement in the training range; the state is a displacement.
+    FromZero,
+}
+
+/// How the device's error of an internal state fades, so that a bound holds for any length of run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fading {
+    /// It never exceeds this many times what a sample at rest may add: proven for 1, measured for more (docs/explanation/numerics.md).
+    Within(i32),
+    /// Every sample keeps a share of it below 1, whatever the motion; the interval law says which.
+    WithTime,
+}
+
+/// Numbers of an effect's parameters, in the order in which it lists them; those it has not are 0.
+pub type Parameters<S> = [S; MAX_PARAMETERS];
+/// An effect's internal states; those it has not are 0.
+pub type States<S> = [S; MAX_STATES];
+/// A law for one kind of number: force on the own axis and on the other one.
+pub type Law<S> = fn(&Parameters<S>, &Kinematics<S>, &mut States<S>) -> [S; 2];
+
+/// A physical effect.
+pub trait Effect {
+    /// Its number in blobs: never changed, never used again.
+    const TAG: u8;
+    /// Which forces it contributes to.
+    const ACTS: Acts = Acts::OwnAxis;
+    /// Where it belongs.
+    const SEAT: Seat = Seat::Joint;
+    /// Effects that a model cannot have on the same axis beside this one, because only their sum shows.
+    const NEVER_WITH: &'static [&'static str] = &[];
+    /// Effects that are this one with special values of its strengths: beside it on one axis they are one too many, and adding
+    /// it to a model takes them out.
+    const REPLACES: &'static [&'static str] = &[];
+    /// Effects that measurements cannot tell from this one in general: naming one of them for it is not wrong.
+    const LOOKS_LIKE: &'static [&'static str] = &[];
+    /// Pairs of parameters, by their places, of which the first is never less than the second in nature.
+    const NEVER_LESS: &'static [(usize, usize)] = &[];
+    /// Parameters, by their places, at whose largest value the law has become another one.
+    const NOT_AT_MOST: &'static [usize] = &[];
+    /// Parameters, by their places, whose searched values are in SI and not relative to the motion.
+    const IN_SI: &'static [usize] = &[];
+    /// Largest magnitude of each internal state; empty for a law without memory.
+    const STATE_BOUNDS: &'static [Bound] = &[];
+    /// How the device's error of the internal states stays bounded.
+    const FADING: Fading = Fading::Within(1);
+    /// What it is called, what it means, what it needs.
+    const ABOUT: About;
+
+    /// The force at one sample, after the internal states have been brought to it.
+    ///
+    /// Linear in every parameter that is declared linear, so that setting one of them to 1 and the others to 0 gives
+    /// its share.
+    fn law<S: Scalar>(
+        parameters: &Parameters<S>,
+        at: &Kinematics<S>,
+        states: &mut States<S>,
+    ) -> [S; 2];
+}
+
+/// An effect as the table lists it.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// [`Effect::TAG`].
+    pub tag: u8,
+    /// [`Effect::ACTS`].
+    pub acts: Acts,
+    /// [`Effect::SEAT`].
+    pub seat: Seat,
+    /// How many parameters it has.
+    pub parameter_count: u8,
+    /// [`Effect::STATE_BOUNDS`].
+    pub state_bounds: &'static [Bound],
+    /// [`Effect::FADING`].
+    pub fading: Fading,
+    /// The law on the device; no force for an effect that does not belong to the joint, which no model on a device can have.
+    pub device: Law<Q>,
+    /// The law that predicts.
+    #[cfg(feature = "fit")]
+    pub real: Law<f64>,
+    /// The law that differentiates.
+    #[cfg(feature = "fit")]
+    pub dual: Law<Dual>,
+    /// The law that bounds.
+    #[cfg(feature = "fit")]
+    pub interval: Law<Interval>,
+    /// [`Effect::NEVER_WITH`].
+    #[cfg(feature = "fit")]
+    pub never_with: &'static [&'static str],
+    /// [`Effect::REPLACES`].
+    #[cfg(feature = "fit")]
+    pub replaces: &'static [&'static str],
+    /// [`Effect::LOOKS_LIKE`].
+    #[cfg(feature = "fit")]
+    pub looks_like: &'static [&'static str],
+    /// [`Effect::NEVER_LESS`].
+    pub never_less: &'static [(usize, usize)],
+    /// [`Effect::NOT_AT_MOST`].
+    pub not_at_most: &'static [usize],
+    /// [`Effect::IN_SI`].
+    #[cfg(feature = "fit")]
+    pub in_si: &'static [usize],
+    /// [`Effect::ABOUT`].
+    #[cfg(feature = "fit")]
+    pub about: About,
+}
+
+/// The law that the device evaluates: of effects that no model on it can have there is none.
+const fn device_law<E: Effect>() -> Law<Q> {
+    match E::SEAT {
+        Seat::Joint => E::law::<Q>,
+        Seat::JointOverTime | Seat::Instrument => |_, _, _| [Q::from_raw(0); 2],
+    }
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.tag == other.tag
+    }
+}
+
+impl Entry {
+    /// The effect as the table lists it.
+    pub(super) const fn of<E: Effect>() -> Self {
+        Self {
+            tag: E::TAG,
+            acts: E::ACTS,
+            seat: E::SEAT,
+            parameter_count: E::ABOUT.parameters.len() as u8,
+            state_bounds: E::STATE_BOUNDS,
+            fading: E::FADING,
+            device: device_law::<E>(),
+            #[cfg(feature = "fit")]
+            real: E::law::<f64>,
+            #[cfg(feature = "fit")]
+            dual: E::law::<Dual>,
+            #[cfg(feature = "fit")]
+            interval: E::law::<Interval>,
+            #[cfg(feature = "fit")]
+            never_with: E::NEVER_WITH,
+            #[cfg(feature = "fit")]
+            replaces: E::REPLACES,
+            #[cfg(feature = "fit")]
+            looks_like: E::LOOKS_LIKE,
+            never_less: E::NEVER_LESS,
+            not_at_most: E::NOT_AT_MOST,
+            #[cfg(feature = "fit")]
+            in_si: E::IN_SI,
+            #[cfg(feature = "fit")]
+            about: E::ABOUT,
+        }
+    }
+
+    /// Whether it needs a joint of two axes: it acts on both, or its parameters are measured against the other axis's.
+    #[cfg(feature = "fit")]
+    pub fn needs_two_axes(&self) -> bool {
+        let crosses = |parameter: &Parameter| parameter.dimension.has_other_axis();
+        self.acts == Acts::BothAxes || self.about.parameters.iter().any(crosses)
+    }
+
+    /// Whether its size and phase are another one in every record.
+    #[cfg(feature = "fit")]
+    pub fn is_per_record(&self) -> bool {
+        self.about.parameters.iter().any(Parameter::is_per_record)
+    }
+
+    /// Whether the searched values of this parameter of its are in SI.
+    #[cfg(feature = "fit")]
+    pub fn is_in_si(&self, parameter: &Parameter) -> bool {
+        let mut places = self.in_si.iter();
+        places.any(|&place| self.about.parameters[place].name == parameter.name)
+    }
+
+    /// Its parameters.
+    #[cfg(feature = "fit")]
+    pub fn parameters(&self) -> &'static [Parameter] {
+        self.about.parameters
+    }
+}

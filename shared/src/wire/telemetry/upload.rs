@@ -1,0 +1,283 @@
+//! How a model or a rig block gets onto the device: the host's requests, piece by piece, and the device's replies.
+//!
+//! The host begins, sends chunks in order, and finishes. Each request is answered; a chunk or its answer that got lost on
+//! the line is simply sent again, because a chunk that the device already has is answered and otherwise ignored.
+
+use crate::fault::Error;
+use core::fmt;
+use heapless::Vec;
+use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::ser::SerializeTuple;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Bytes that a chunk may have. A chunk that ends elsewhere than the upload should be this long.
+pub const MAX_CHUNK: usize = 128;
+
+/// What is uploaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// A model blob.
+    Model,
+    /// A rig block.
+    Rig,
+}
+
+/// One of the two places in flash that can hold a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Slot {
+    /// Slot A.
+    A,
+    /// Slot B.
+    B,
+}
+
+/// An Ed25519 signature over the uploaded bytes: 64 bytes in a row on the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Signature([u8; 64]);
+
+impl Signature {
+    /// The signature with these bytes.
+    pub fn new(bytes: [u8; 64]) -> Self {
+        Self(bytes)
+    }
+
+    /// Its bytes.
+    pub fn bytes(&self) -> [u8; 64] {
+        self.0
+    }
+}
+
+// By hand, because serde knows arrays of up to 32 elements, and what it makes of those is unrolled.
+impl Serialize for Signature {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut all = serializer.serialize_tuple(self.0.len())?;
+        for byte in &self.0 {
+            all.serialize_element(byte)?;
+        }
+        all.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Signature {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Bytes;
+        impl<'de> Visitor<'de> for Bytes {
+            type Value = Signature;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("64 bytes")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut all: A) -> Result<Signature, A::Error> {
+                let mut bytes = [0; 64];
+                for (place, byte) in bytes.iter_mut().enumerate() {
+                    let next = all.next_element()?;
+                    *byte = next.ok_or_else(|| A::Error::invalid_length(place, &self))?;
+                }
+                Ok(Signature(bytes))
+            }
+        }
+        deserializer.deserialize_tuple(64, Bytes)
+    }
+}
+
+/// A step of an upload.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is no heap to put the larger one on"
+)]
+pub enum UploadRequest {
+    /// Begins; an upload that was under way is given up.
+    Begin {
+        /// What it is.
+        kind: Kind,
+        /// Its bytes.
+        length: u32,
+        /// CRC-32/ISO-HDLC of all of them.
+        crc: u32,
+    },
+    /// The next bytes.
+    Chunk {
+        /// Where they belong, in bytes from the beginning.
+        offset: u32,
+        /// The bytes, at least one.
+        data: Vec<u8, MAX_CHUNK>,
+    },
+    /// All bytes were sent: check them, and activate them if they are good.
+    Finish {
+        /// The signature; a device refuses a model without one unless it was built otherwise.
+        signature: Option<Signature>,
+    },
+    /// Give up; what was active stays active.
+    Abort,
+}
+
+/// Where an upload stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum UploadReply {
+    /// Bytes up to this one are in flash; the next chunk begins here.
+    Accepted {
+        /// In bytes from the beginning; the length of the upload once all are there.
+        next: u32,
+    },
+    /// Checked and activated.
+    Activated {
+        /// What it was.
+        kind: Kind,
+        /// The slot of a model; `None` for a rig block.
+        slot: Option<Slot>,
+    },
+    /// Given up as asked.
+    Aborted,
+    /// Refused. The upload is over, except after [`Refusal::WrongOffset`] and [`Refusal::EmptyChunk`].
+    Refused(Refusal),
+}
+
+/// Why an upload, or a step of it, was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Refusal {
+    /// Nothing was begun: the device has restarted, or the host never began.
+    NotBegun,
+    /// The device is busy with something that must not be disturbed.
+    Busy,
+    /// What was announced is not as long as a blob of its kind.
+    Length {
+        /// Bytes announced.
+        seen: u32,
+        /// Bytes that are possible at most.
+        most: u32,
+    },
+    /// A chunk does not begin where the last one ended; send the one that does.
+    WrongOffset {
+        /// Where the next chunk has to begin.
+        next: u32,
+    },
+    /// A chunk without bytes.
+    EmptyChunk,
+    /// A chunk reaches beyond the announced length.
+    BeyondEnd,
+    /// Finished before all bytes were there.
+    Incomplete {
+        /// Bytes that are there.
+        seen: u32,
+    },
+    /// The bytes do not have the announced CRC.
+    Checksum {
+        /// The CRC of the bytes that are there.
+        seen: u32,
+    },
+    /// No signature, and this device asks for one.
+    Unsigned,
+    /// The signature is not one of the key that is built into the firmware.
+    Signature,
+    /// No key is built into the firmware, so that nothing can be verified.
+    NoKey,
+    /// The bytes are no model that the device can use.
+    Model(ModelFault),
+    /// The bytes are no rig block that the device can use.
+    Rig(ModelFault),
+    /// The model and the rig block do not fit each other: axes, sample rate, or a quantity outside the integers.
+    Mismatch,
+    /// The flash could not be erased or written.
+    Flash,
+}
+
+impl Refusal {
+    /// Every refusal in words, for a person.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::NotBegun => "no upload is under way; the device may have restarted: begin again",
+            Self::Busy => "the device is busy; try again",
+            Self::Length { .. } => "it is not as long as the device expects; is it the right file?",
+            Self::WrongOffset { .. } => "a chunk came out of turn",
+            Self::EmptyChunk => "a chunk had no bytes",
+            Self::BeyondEnd => "a chunk reached beyond the announced length",
+            Self::Incomplete { .. } => "the upload was finished before all bytes were there",
+            Self::Checksum { .. } => "the bytes that arrived are not those that were announced",
+            Self::Unsigned => "the device takes only what is signed: sign it first",
+            Self::Signature => "the signature is not by the key that the device trusts",
+            Self::NoKey => "the firmware was built without a key, so it can verify no signature",
+            Self::Model(_) => "the device cannot use this model",
+            Self::Rig(_) => "the device cannot use this rig block",
+            Self::Mismatch => "model and rig block do not fit each other",
+            Self::Flash => "the flash could not be written; the slot may be worn out",
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.words())?;
+        match self {
+            Self::Length { seen, most } => write!(f, " ({seen} bytes, at most {most})"),
+            Self::WrongOffset { next } => write!(f, " (the next one begins at byte {next})"),
+            Self::Incomplete { seen } => write!(f, " ({seen} bytes are)"),
+            Self::Checksum { seen } => write!(f, " (their CRC is {seen:08x})"),
+            Self::Model(fault) | Self::Rig(fault) => write!(f, ": {}", fault.words()),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What is wrong with a model or a rig block, without the numbers: the host finds those out from its own copy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ModelFault {
+    /// Another length.
+    Length,
+    /// Does not begin as it should.
+    Magic,
+    /// Another version of the format.
+    Version,
+    /// Damaged.
+    Checksum,
+    /// A field has a value that is not known.
+    Field,
+    /// A byte that has to be zero is not.
+    Reserved,
+    /// A quantity lies outside its range.
+    OutOfRange,
+    /// A sum could overflow.
+    Overflow,
+    /// Anything else.
+    Other,
+}
+
+impl ModelFault {
+    /// The fault in words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Length => "it has another length",
+            Self::Magic => "it does not begin as it should",
+            Self::Version => "its format has another version",
+            Self::Checksum => "its checksum does not match",
+            Self::Field => "a field has a value that is not known",
+            Self::Reserved => "a byte that has to be zero is not",
+            Self::OutOfRange => "a quantity lies outside its range",
+            Self::Overflow => "a sum could overflow",
+            Self::Other => "it is not one that the device can use",
+        }
+    }
+}
+
+impl From<&Error> for ModelFault {
+    fn from(why: &Error) -> Self {
+        match why {
+            Error::BlobLength { .. } => Self::Length,
+            Error::BlobMagic { .. } => Self::Magic,
+            Error::BlobVersion { .. } => Self::Version,
+            Error::BlobChecksum { .. } => Self::Checksum,
+            Error::BlobField { .. } => Self::Field,
+            Error::BlobReserved { .. } => Self::Reserved,
+            Error::OutOfRange { .. } => Self::OutOfRange,
+            Error::Overflow { .. } | Error::WeightOverflow { .. } => Self::Overflow,
+            _ => Self::Other,
+        }
+    }
+}
