@@ -178,7 +178,6 @@ fn numbers_in_blobs_never_change() {
         (47, "periodic_friction"),
         (48, "power_contact"),
         (49, "backlash"),
-        (50, "delayed_feedback"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);

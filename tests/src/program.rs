@@ -7,6 +7,9 @@ use std::sync::OnceLock;
 
 /// The program's file, built in release through the cargo that runs the tests.
 ///
+/// It is built as `cargo test --workspace` builds it, for a test of its own package: another choice of packages would have
+/// other features in the dependencies, and everything would be built once more.
+///
 /// # Panics
 /// When it does not build: no test of it can then mean anything.
 pub fn jointwatch() -> &'static Path {
@@ -15,15 +18,8 @@ pub fn jointwatch() -> &'static Path {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let built = Command::new(cargo)
             .current_dir(workspace())
-            .args([
-                "build",
-                "--release",
-                "-p",
-                "jointwatch",
-                "--bin",
-                "jointwatch",
-            ])
-            .args(["--message-format", "json"])
+            .args(["test", "--release", "--workspace", "--no-run"])
+            .args(["--test", "bad_input", "--message-format", "json"])
             .output()
             .expect("cargo starts");
         assert!(
@@ -32,9 +28,12 @@ pub fn jointwatch() -> &'static Path {
             String::from_utf8_lossy(&built.stderr)
         );
         let messages = String::from_utf8_lossy(&built.stdout);
-        let program = messages.lines().rev().find_map(|line| {
+        let program = messages.lines().find_map(|line| {
             let message: serde_json::Value = serde_json::from_str(line).ok()?;
-            message.get("executable")?.as_str().map(PathBuf::from)
+            let target = &message["target"];
+            let is_program = target["kind"][0] == "bin" && target["name"] == "jointwatch";
+            let file = message["executable"].as_str()?;
+            is_program.then(|| PathBuf::from(file))
         });
         program.expect("cargo says where it put the program")
     })

@@ -1,5 +1,6 @@
 //! Where a subcommand prints: text, JSON, and the sign that work goes on.
 
+use crate::study::{Study, mistakes};
 use crate::text::error::{Error, Result};
 use crate::text::output;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -31,6 +32,12 @@ impl Console {
     pub(crate) fn say_data_problems(&self, problems: &[String]) -> Result<()> {
         let mut problems = problems.iter();
         problems.try_for_each(|problem| self.say(format!("Data: {problem}.")))
+    }
+
+    /// Prints the mistakes of a first study, before anything is fitted to it.
+    pub(crate) fn say_first_checks(&self, study: &Study) -> Result<()> {
+        let mut found = mistakes::check(study).into_iter();
+        found.try_for_each(|sentence| self.say(format!("Check: {sentence}.")))
     }
 
     /// Writes the result as JSON where `--json` says, if it was given.

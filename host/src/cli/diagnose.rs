@@ -54,6 +54,7 @@ impl Diagnose {
             let drawings = self.plots.of_applied(&study, &applied)?;
             let page = self.report.of_applied(&study, &model, &applied)?;
             working.finish_and_clear();
+            console.say_first_checks(&study)?;
             end(console, &output, &applied)?;
             self.plots.write(console, &drawings)?;
             self.report.write(console, page)?;
@@ -63,6 +64,7 @@ impl Diagnose {
         let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
         let page = self.report.of_diagnosis(&study, &model, &diagnosis)?;
         working.finish_and_clear();
+        console.say_first_checks(&study)?;
         say(console, &diagnosis)?;
         self.plots.write(console, &drawings)?;
         self.report.write(console, page)?;

@@ -88,6 +88,7 @@ impl Identify {
         let page = self.page.of_model(&study, &identified.model)?;
         working.finish_and_clear();
         identified.model.write(&self.output)?;
+        console.say_first_checks(&study)?;
         report(console, &study, &identified)?;
         console.say(format!("\nModel written to {}.", self.output.display()))?;
         self.page.write(console, page)?;

@@ -1,12 +1,14 @@
-//! `jointwatch inspect`: what a model file or a blob holds.
+//! `jointwatch inspect`: what a log, a model file or a blob holds.
 
 use super::console::Console;
+use super::survey;
 use crate::device::export;
 use crate::device::rig_block;
 use crate::model::corrections;
 use crate::model::file::{Base, ModelFile};
 use crate::model::{EffectTerm, effects};
 use crate::study::AxisKind;
+use crate::study::survey::{Survey, is_a_log};
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, significant};
 use clap::Args;
@@ -18,7 +20,7 @@ use std::path::PathBuf;
 /// Options of `jointwatch inspect`.
 #[derive(Args)]
 pub(crate) struct Inspect {
-    /// A model.json that `identify` wrote, or a blob or a rig block that `export` wrote.
+    /// A log in any format that can be read, a model.json that `identify` wrote, or a blob or a rig block that `export` wrote.
     pub(super) file: PathBuf,
 }
 
@@ -30,6 +32,11 @@ impl Inspect {
                 self.file.display()
             ))
         })?;
+        if !rig_block::begins_like_one(&bytes) && is_a_log(&bytes) {
+            let log = Survey::of(&self.file)?;
+            console.say(survey::in_words(&log, true))?;
+            return console.json(&survey::as_json(&log));
+        }
         // A model file is JSON, so it begins with a brace; a blob never does, and says itself what is wrong with it.
         if bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{') {
             let model = ModelFile::read(&self.file)?;

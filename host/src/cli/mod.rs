@@ -10,6 +10,7 @@ mod emulate;
 mod export;
 mod identify;
 mod identify_network;
+mod init;
 mod inspect;
 mod keygen;
 mod monitor;
@@ -22,6 +23,7 @@ mod respond;
 mod sign;
 mod simulate;
 mod staircase;
+mod survey;
 mod upload;
 mod watched;
 
@@ -34,7 +36,7 @@ use std::process::ExitCode;
 /// Learn a mechanical joint's restoring force from rig logs, compare the model with measurements, and export it for a
 /// microcontroller.
 ///
-/// Exit codes: 0 done; 1 could not be done; 2 wrong use; 3 bad data.
+/// Exit codes: 0 done; 1 could not be done; 2 wrong use; 3 bad data; 4 what --fail-on names was found.
 #[derive(Parser)]
 #[command(name = "jointwatch", version, max_term_width = 110)]
 pub struct Cli {
@@ -64,6 +66,8 @@ enum Command {
     Demo(demo::Demo),
     /// Simulate a rig with a nonlinear joint and write its study: study.toml, records, and the truth beside them.
     Simulate(simulate::Simulate),
+    /// Write a study.toml for your logs: guesses columns, units, rate, signs and roles, and explains every key.
+    Init(init::Init),
     /// Learn a model from the training records of a study.
     Identify(identify::Identify),
     /// Compare a model with the records of a study, verification and validation apart, and say where it fails.
@@ -77,7 +81,7 @@ enum Command {
     Effects(effects::Effects),
     /// Turn a model into the blob that the device evaluates.
     Export(export::Export),
-    /// Show what a model or a blob holds.
+    /// Show what a log, a model or a blob holds.
     Inspect(inspect::Inspect),
     /// Run the device's integer code on the records of a study, from raw counts on.
     Replay(replay::Replay),
@@ -105,6 +109,7 @@ fn perform(command: Command, console: &Console) -> Result<()> {
     match command {
         Command::Demo(command) => command.run(console, run_words),
         Command::Simulate(command) => command.run(console),
+        Command::Init(command) => command.run(console),
         Command::Identify(command) => command.run(console),
         Command::Compare(command) => command.run(console),
         Command::Diagnose(command) => command.run(console),

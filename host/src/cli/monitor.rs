@@ -5,7 +5,7 @@ use crate::device::telemetry::line::{Line, Piece, Source};
 use crate::device::telemetry::listen::{Heard, Listener, Tally};
 use crate::device::telemetry::words::{Reader, closing};
 use crate::text::error::{Error, Result};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use jointwatch_shared::wire::telemetry::{BAUD, Received, Report, Request};
 use serde::Serialize;
 use std::fs::File;
@@ -16,9 +16,9 @@ use std::time::{Duration, Instant};
 
 /// Options of `jointwatch monitor`.
 #[derive(Args)]
+#[command(group(ArgGroup::new("source").required(true).args(["file", "port"])))]
 pub(crate) struct Monitor {
     /// A file or FIFO that holds what a device sent; - for standard input.
-    #[arg(required_unless_present = "port", conflicts_with = "port")]
     file: Option<PathBuf>,
     /// The device's serial port, such as /dev/ttyACM0 or COM3; it is asked to introduce itself.
     #[arg(long, value_name = "PORT")]

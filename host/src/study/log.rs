@@ -1,6 +1,5 @@
 //! A log file: the columns that a study uses, read from whichever format the file is in.
 
-use super::{csv, json, matlab};
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use std::path::Path;
@@ -17,7 +16,8 @@ pub(crate) struct Request<'a> {
     /// The file as study.toml names it, for messages.
     pub(crate) file: &'a str,
     pub(crate) path: &'a Path,
-    pub(crate) wanted: &'a [Wanted],
+    /// The columns that the study uses; `None` for all of them, in which cells that are no number then count as NaN.
+    pub(crate) wanted: Option<&'a [Wanted]>,
     /// First row and the row after the last.
     pub(crate) rows: Option<[usize; 2]>,
     /// Names of the columns when the file has no heading.
@@ -33,10 +33,51 @@ pub(crate) enum Numbering {
     From(usize),
 }
 
+/// One column of a log.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Column {
+    /// As the file names it.
+    pub(crate) name: String,
+    /// The unit that the file states for it, as written there.
+    pub(crate) unit: Option<String>,
+    /// The numbers; `None` where the request does not need them.
+    pub(crate) values: Option<Vec<f64>>,
+}
+
+/// A log as its file holds it, before anybody says what the columns mean.
+pub(crate) struct Table {
+    pub(crate) columns: Vec<Column>,
+    /// How rows are named in messages.
+    pub(crate) numbering: Numbering,
+    /// What the file is, as in “it is …”.
+    pub(crate) format: String,
+    /// Whether the reader took only the request's rows; otherwise the columns are whole.
+    pub(crate) cut: bool,
+    /// What was repaired, one sentence each.
+    pub(crate) notes: Vec<String>,
+}
+
+impl Table {
+    /// A table of whole columns, rows counted from 1.
+    pub(crate) fn whole(format: impl Into<String>, columns: Vec<Column>) -> Self {
+        Self {
+            columns,
+            numbering: Numbering::From(1),
+            format: format.into(),
+            cut: false,
+            notes: Vec::new(),
+        }
+    }
+}
+
 /// What was read.
 pub(crate) struct Log {
     /// Per wanted column its values, as logged; `None` for an optional column that the file lacks.
     pub(crate) values: Vec<Option<Vec<f64>>>,
+    /// Per wanted column the unit that the file states for it.
+    pub(crate) units: Vec<Option<String>>,
+    /// What the reader repaired, one sentence each.
+    pub(crate) notes: Vec<String>,
     /// Names of the columns that were left unread.
     pub(crate) unused: Vec<String>,
     pub(crate) numbering: Numbering,
@@ -61,49 +102,17 @@ pub(crate) fn line_name(line: usize) -> String {
 }
 
 impl Request<'_> {
-    /// Reads the file.
-    pub(crate) fn read(&self) -> Result<Log> {
-        if self.path.is_dir() {
-            return Err(self.error("is a folder, not a log; name the file in it"));
-        }
-        let bytes = std::fs::read(self.path).map_err(|e| {
-            self.error(format!(
-                "cannot be read ({e}); check the path, which is relative to study.toml"
-            ))
-        })?;
-        if bytes.iter().all(u8::is_ascii_whitespace) {
-            return Err(self.error("is empty; check that the logger finished writing it"));
-        }
-        let extension = self
-            .path
-            .extension()
-            .map(|e| e.to_string_lossy().to_lowercase());
-        let log = match extension.as_deref() {
-            Some("mat") => matlab::read(self, &bytes)?,
-            Some("json") => json::read(self, &bytes)?,
-            _ => csv::read(self, &bytes)?,
-        };
-        for (wanted, values) in self.wanted.iter().zip(&log.values) {
-            let bad = values
-                .as_ref()
-                .and_then(|v| v.iter().position(|x| !x.is_finite()).map(|i| (i, v[i])));
-            if let Some((row, value)) = bad {
-                return Err(self.error_at(
-                    &log.row_name(row),
-                    &wanted.column,
-                    format!(
-                        "{value} is not a measurement; repair the log or leave the row out with rows = […]"
-                    ),
-                ));
-            }
-        }
-        Ok(log)
+    /// Whether the values of a column are asked for.
+    pub(crate) fn needs(&self, column: &str) -> bool {
+        self.wanted
+            .is_none_or(|wanted| wanted.iter().any(|w| w.column == column))
     }
 
     /// For each wanted column its place among the file's, refusing what is missing or there twice.
     pub(crate) fn locate<S: AsRef<str>>(&self, names: &[S]) -> Result<Vec<Option<usize>>> {
         let known: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
         self.wanted
+            .unwrap_or_default()
             .iter()
             .map(|wanted| {
                 let mut places = (0..known.len()).filter(|i| known[*i] == wanted.column);
@@ -128,7 +137,7 @@ impl Request<'_> {
         names
             .iter()
             .map(AsRef::as_ref)
-            .filter(|name| !self.wanted.iter().any(|w| w.column == *name))
+            .filter(|name| !name.is_empty() && !self.needs(name))
             .map(str::to_owned)
             .collect()
     }

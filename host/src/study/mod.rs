@@ -4,13 +4,18 @@
 //! `docs/reference/study.md`.
 
 mod check;
-mod csv;
 pub(crate) mod description;
-mod json;
+pub mod draft;
+mod kinematics;
+mod linear;
 mod log;
-mod matlab;
+pub mod mistakes;
+mod naming;
+mod open;
 mod plan;
 mod read;
+mod readers;
+pub mod survey;
 pub(crate) mod symbols;
 pub mod time;
 mod units;
@@ -97,7 +102,7 @@ pub struct Channels {
 
 impl Channels {
     /// Relative displacement: first minus second, or the first alone.
-    pub(crate) fn relative_displacement(&self) -> Vec<f64> {
+    pub fn relative_displacement(&self) -> Vec<f64> {
         match &self.displacement_second {
             None => self.displacement_first.clone(),
             Some(second) => self

@@ -1,7 +1,7 @@
 //! What to read from every log and what it means, checked before any log is opened.
 
 use super::description::{AxisEntry, ChannelTable, Description, Source};
-use super::log::{Log, Wanted};
+use super::log::{Log, Request, Wanted};
 use super::units::Quantity;
 use super::{Axis, Channels};
 use crate::text::error::{Error, Result};
@@ -16,19 +16,47 @@ pub(crate) struct Calibrated {
     pub(crate) column: String,
     scale: f64,
     offset: f64,
-    factor: f64,
+    quantity: Quantity,
+    /// The unit that study.toml states, and how many SI units one of it is.
+    stated: Option<(String, f64)>,
 }
 
 impl Calibrated {
     /// The column in SI; `None` where an optional column is absent.
     pub(crate) fn series(&self, log: &Log) -> Option<Vec<f64>> {
         let logged = log.values[self.place].as_ref()?;
+        let factor = match (&self.stated, &log.units[self.place]) {
+            (Some((_, factor)), _) => *factor,
+            (None, Some(unit)) => self.quantity.factor(unit, true).unwrap_or(1.0),
+            (None, None) => 1.0,
+        };
         Some(
             logged
                 .iter()
-                .map(|value| (value * self.scale + self.offset) * self.factor)
+                .map(|value| (value * self.scale + self.offset) * factor)
                 .collect(),
         )
+    }
+
+    /// Holds the unit that the file states against the study's: a note where they differ, an error where the study states none
+    /// and the file's cannot be used.
+    fn check_unit(&self, request: &Request<'_>, log: &Log) -> Result<Option<String>> {
+        let Some(unit) = &log.units[self.place] else {
+            return Ok(None);
+        };
+        let found = self.quantity.factor(unit, true);
+        match (&self.stated, found) {
+            (None, Ok(_)) => Ok(None),
+            (None, Err(what)) => Err(request.error(format!(
+                "states for column {:?}: {what}; or write the right unit into study.toml, {{ column = {:?}, unit = … }}",
+                self.column, self.column
+            ))),
+            (Some((_, stated)), Ok(found)) if (found / stated - 1.0).abs() < 1e-9 => Ok(None),
+            (Some((stated, _)), _) => Ok(Some(format!(
+                "{}: column {:?} is in {unit} as the file says and in {stated} as study.toml says; the latter was used",
+                request.file, self.column
+            ))),
+        }
     }
 }
 
@@ -46,6 +74,24 @@ pub(crate) struct Plan {
     pub(crate) wanted: Vec<Wanted>,
     pub(crate) time: Option<Calibrated>,
     pub(crate) axes: Vec<AxisPlan>,
+}
+
+impl Plan {
+    /// Holds the units that a file states against those of the study; one note for each that differs.
+    pub(crate) fn check_units(&self, request: &Request<'_>, log: &Log) -> Result<Vec<String>> {
+        let axes = self.axes.iter().flat_map(|axis| {
+            let lists = [&axis.displacement, &axis.velocity, &axis.force];
+            let single = [&axis.body_position, &axis.acceleration];
+            let single = single.into_iter().flatten();
+            lists.into_iter().flatten().chain(single)
+        });
+        let mut notes = Vec::new();
+        for channel in self.time.iter().chain(axes) {
+            let note = channel.check_unit(request, log)?;
+            notes.extend(note.filter(|note| !notes.contains(note)));
+        }
+        Ok(notes)
+    }
 }
 
 /// Checks the description's numbers and names, and makes the plan and the axes of it.
@@ -310,11 +356,12 @@ fn calibrate(
                 source.at(start)
             ))
         };
-        let factor = match &table.unit {
-            Some(unit) => quantity
-                .factor(unit, table.scale.is_some())
-                .map_err(&wrong)?,
-            None => 1.0,
+        let stated = match &table.unit {
+            Some(unit) => {
+                let factor = quantity.factor(unit, table.scale.is_some());
+                Some((unit.clone(), factor.map_err(&wrong)?))
+            }
+            None => None,
         };
         let scale = table.scale.unwrap_or(1.0);
         let offset = table.offset.unwrap_or(0.0);
@@ -341,7 +388,8 @@ fn calibrate(
             column: column.clone(),
             scale,
             offset,
-            factor,
+            quantity,
+            stated,
         });
     }
     Ok(list)

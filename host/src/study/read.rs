@@ -178,7 +178,7 @@ fn read_records(
         .map(|(entry, path)| Request {
             file: entry.file.get_ref(),
             path,
-            wanted: &plan.wanted,
+            wanted: Some(&plan.wanted),
             rows: entry.rows.as_ref().map(|r| *r.get_ref()),
             columns: entry.columns.as_deref(),
         })
@@ -221,6 +221,8 @@ struct Timing {
     column: String,
     seconds: Vec<f64>,
     rate: f64,
+    /// What to tell when the rows are even although their stamps are not.
+    even: Option<String>,
 }
 
 fn timing(request: &Request<'_>, log: &Log, plan: &Plan) -> Result<Option<Timing>> {
@@ -236,11 +238,22 @@ fn timing(request: &Request<'_>, log: &Log, plan: &Plan) -> Result<Option<Timing
     let seconds = channel
         .series(log)
         .expect("the column of time is not optional and was located before");
-    let rate = time::rate_of(request, log, &channel.column, &seconds)?;
+    let column = channel.column.clone();
+    let even = || time::even_grid(request, &column, &seconds);
+    let strict = time::rate_of(request, log, &column, &seconds)
+        .and_then(|rate| time::gaps(request, log, &column, &seconds, rate).map(|_| rate));
+    let (rate, even) = match (strict, even) {
+        (Ok(rate), _) => (rate, None),
+        (Err(error), even) => match even() {
+            Some(even) => (even.rate_hz, Some(even.note)),
+            None => return Err(error),
+        },
+    };
     Ok(Some(Timing {
-        column: channel.column.clone(),
+        column,
         seconds,
         rate,
+        even,
     }))
 }
 
@@ -264,9 +277,11 @@ fn record(
     plan: &Plan,
     rate: f64,
 ) -> Result<(Record, Vec<String>)> {
-    let mut notes = Vec::new();
+    let mut notes = log.notes.clone();
+    notes.extend(plan.check_units(request, log)?);
     let mut gaps = Vec::new();
-    if let Some(t) = timing {
+    notes.extend(timing.and_then(|t| t.even.clone()));
+    if let Some(t) = timing.filter(|t| t.even.is_none()) {
         let (found, note) = time::gaps(request, log, &t.column, &t.seconds, rate)?;
         gaps = found;
         notes.extend(note);

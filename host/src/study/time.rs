@@ -52,13 +52,7 @@ pub(crate) fn rate_of(request: &Request<'_>, log: &Log, column: &str, time: &[f6
         .windows(2)
         .map(|pair| ((pair[1] - pair[0]) / median).round())
         .sum();
-    let rate = whole / (time[time.len() - 1] - time[0]);
-    let round = (rate * 1e3).round() / 1e3;
-    Ok(if (rate / round - 1.0).abs() < 1e-7 {
-        round
-    } else {
-        rate
-    })
+    Ok(round_rate(whole / (time[time.len() - 1] - time[0])))
 }
 
 /// Finds the gaps, refuses what cannot be bridged, and says in a note what is not perfect.
@@ -128,6 +122,145 @@ pub(crate) fn gaps(
         request.file
     );
     Ok((gaps, Some(note)))
+}
+
+/// Rows that are even although their stamps are not: rounded, jittering, here and there doubled.
+pub(crate) struct Even {
+    pub(crate) rate_hz: f64,
+    /// What the user is told.
+    pub(crate) note: String,
+}
+
+/// Takes rows as even when no stamp is further from an even grid than half a period, or than the rounding of the stamps explains.
+pub(crate) fn even_grid(request: &Request<'_>, column: &str, time: &[f64]) -> Option<Even> {
+    let grid = Grid::of(time)?;
+    let rounded = quantum(time).unwrap_or(0.0);
+    let allowed = (0.5 * rounded * grid.rate_hz + 0.05).max(0.5);
+    let doubled = time.windows(2).filter(|w| w[1] <= w[0]).count();
+    (grid.jitter <= allowed).then(|| Even {
+        rate_hz: round_rate(grid.rate_hz),
+        note: format!(
+            "{}: the times in column {column:?} are up to {:.2} of a sample off an even grid{}{}; the rows are taken as even, at \
+             {} Hz",
+            request.file,
+            grid.jitter,
+            match doubled {
+                0 => String::new(),
+                1 => ", one of them no later than the one before".to_owned(),
+                n => format!(", {n} of them no later than the one before"),
+            },
+            if rounded * grid.rate_hz > 0.1 {
+                format!(" (they are rounded to {rounded:.2e} s)")
+            } else {
+                String::new()
+            },
+            round_rate(grid.rate_hz)
+        ),
+    })
+}
+
+/// The even grid nearest to all stamps.
+struct Grid {
+    rate_hz: f64,
+    /// Largest distance of a stamp from it, in samples.
+    jitter: f64,
+}
+
+impl Grid {
+    /// By least squares of time over row.
+    fn of(time: &[f64]) -> Option<Self> {
+        let count = time.len() as f64;
+        let middle = 0.5 * (count - 1.0);
+        let mean = time.iter().sum::<f64>() / count;
+        let rows = time.iter().enumerate();
+        let (mut square, mut product) = (0.0, 0.0);
+        for (row, at) in rows.clone() {
+            let from_middle = row as f64 - middle;
+            square += from_middle * from_middle;
+            product += from_middle * (at - mean);
+        }
+        let period = product / square;
+        if !(period.is_finite() && period > 0.0) {
+            return None;
+        }
+        let off = rows.map(|(row, at)| (at - mean - (row as f64 - middle) * period).abs());
+        Some(Self {
+            rate_hz: 1.0 / period,
+            jitter: off.fold(0.0, f64::max) / period,
+        })
+    }
+}
+
+/// What the stamps are rounded to, when the steps of the last thousand are whole multiples of one. (Stamps of so many significant
+/// digits are coarsest at the end.)
+fn quantum(time: &[f64]) -> Option<f64> {
+    let last = &time[time.len().saturating_sub(1000)..];
+    let steps = || last.windows(2).map(|w| (w[1] - w[0]).abs());
+    let size = last.iter().fold(0.0_f64, |m, t| m.max(t.abs()));
+    let floor = 1e-12 * size;
+    let least = steps().filter(|s| *s > floor).fold(f64::INFINITY, f64::min);
+    let whole = |step: f64| {
+        let times = step / least;
+        (times - times.round()).abs() < 1e-3
+    };
+    // A log whose steps are all alike is not rounded but even.
+    let differ = steps().any(|s| s > 1.5 * least || s < 0.5 * least);
+    (least.is_finite() && differ && steps().all(whole)).then_some(least)
+}
+
+/// A rate within 1e-7 of a whole thousandth is meant to be that.
+fn round_rate(rate: f64) -> f64 {
+    let round = (rate * 1e3).round() / 1e3;
+    if (rate / round - 1.0).abs() < 1e-7 {
+        round
+    } else {
+        rate
+    }
+}
+
+/// The stamps of a log that is only looked at.
+pub(crate) struct Stamps {
+    pub(crate) rate_hz: f64,
+    /// In samples.
+    pub(crate) jitter: f64,
+    /// Samples that are missing, and in how many places.
+    pub(crate) missing: usize,
+    pub(crate) places: usize,
+}
+
+impl Stamps {
+    /// `None` where the stamps do not rise.
+    pub(crate) fn of(seconds: &[f64]) -> Option<Self> {
+        let grid = Grid::of(seconds)?;
+        let even = Self {
+            rate_hz: round_rate(grid.rate_hz),
+            jitter: grid.jitter,
+            missing: 0,
+            places: 0,
+        };
+        let mut steps: Vec<f64> = seconds
+            .windows(2)
+            .map(|w| w[1] - w[0])
+            .filter(|s| *s > 0.0)
+            .collect();
+        let allowed = 0.5 * quantum(seconds).unwrap_or(0.0) * grid.rate_hz + 0.05;
+        if grid.jitter <= allowed.max(0.5) || steps.is_empty() {
+            return Some(even);
+        }
+        let middle = steps.len() / 2;
+        let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+        let median = *median;
+        let wholes = || steps.iter().map(|s| (s / median).round().max(1.0));
+        let whole: f64 = wholes().sum();
+        let rate = whole / (seconds[seconds.len() - 1] - seconds[0]);
+        let off = |s: &f64| (s * rate - (s * rate).round().max(1.0)).abs();
+        Some(Self {
+            rate_hz: round_rate(rate),
+            jitter: steps.iter().map(off).fold(0.0, f64::max),
+            missing: (whole as usize).saturating_sub(steps.len()),
+            places: wholes().filter(|w| *w > 1.0).count(),
+        })
+    }
 }
 
 /// Fills the gaps of a series: a cubic through the two rows on each side, a straight line where there are not two.

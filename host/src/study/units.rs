@@ -27,7 +27,19 @@ const POUND_FORCE: f64 = 0.453_592_37 * GRAVITY;
 /// Units without a size of their own: the channel's `scale` must say how many SI units one of them is.
 const BARE: [&str; 6] = ["V", "mV", "count", "counts", "1", "-"];
 
-const TIME: &[(&str, f64)] = &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("min", 60.0)];
+/// Units of channels that no study uses, met in rows of units.
+const OTHER: [&str; 14] = [
+    "A", "mA", "W", "K", "C", "degC", "%", "Pa", "kPa", "MPa", "bar", "Hz", "kHz", "Ohm",
+];
+
+const TIME: &[(&str, f64)] = &[
+    ("s", 1.0),
+    ("sec", 1.0),
+    ("ms", 1e-3),
+    ("us", 1e-6),
+    ("ns", 1e-9),
+    ("min", 60.0),
+];
 const LENGTH: &[(&str, f64)] = &[
     ("m", 1.0),
     ("mm", 1e-3),
@@ -146,6 +158,26 @@ impl Quantity {
             Self::Force(AxisKind::Rotation) => "torque",
         }
     }
+}
+
+/// Whether a text is the name of any unit, or of what has none.
+pub(crate) fn is_a_unit(text: &str) -> bool {
+    let plain = normalised(text);
+    let tables = [
+        TIME,
+        LENGTH,
+        ANGLE,
+        SPEED,
+        TURNING,
+        ACCELERATION,
+        ANGULAR_ACCELERATION,
+        FORCE,
+        TORQUE,
+    ];
+    let listed = tables
+        .iter()
+        .any(|t| t.iter().any(|(name, _)| *name == plain));
+    listed || BARE.contains(&plain.as_str()) || OTHER.contains(&plain.as_str())
 }
 
 /// One spelling for the many in use: N·m, N.m and N m; µm; m/s², m/s2 and m/s**2.

@@ -12,7 +12,7 @@ pub enum Kind {
     Usage,
     /// Bad data (exit code 3): a study, a log, a model or a blob that does not hold what it should.
     Data,
-    /// Done, and what `--fail-on` names was found (exit code 4).
+    /// Done, and what the user asked to fail on was found (exit code 4).
     Found,
 }
 

@@ -92,11 +92,104 @@ fn a_bad_value_outside_the_rows_taken_does_not_matter() {
 }
 
 #[test]
-fn decimal_commas() {
+fn decimal_commas_are_read_and_a_stray_one_is_refused() {
+    let plain = read(STUDY, &log().join("\n")).unwrap();
     let commas = log().join("\n").replace(',', ";").replace('.', ",");
+    assert_eq!(
+        read(STUDY, &commas).unwrap().records[0].axes,
+        plain.records[0].axes
+    );
+    let mut stray: Vec<String> = log().iter().map(|l| l.replace(',', ";")).collect();
+    stray[30] = stray[30].replacen('.', ",", 1);
     refused(
-        read(STUDY, &commas),
-        &["one.csv", "row 2 ", "decimal comma", "decimal points"],
+        read(STUDY, &stray.join("\n")),
+        &["one.csv", "row 31 ", "\"t_s\"", "decimal comma"],
+    );
+}
+
+#[test]
+fn whatever_surrounds_and_encodes_the_rows() {
+    let plain = read(STUDY, &log().join("\n")).unwrap().records[0]
+        .axes
+        .clone();
+    let lines = log();
+    let with_units = format!(
+        "Rig 4;run 7;;;\nOperator;\u{fc};;;\n\n{}\ns;m;m;m/s^2;N\n{}\n",
+        lines[0].replace(',', ";"),
+        lines[1..].join("\n").replace(',', ";").replace('.', ",")
+    );
+    let quoted: Vec<String> = lines
+        .iter()
+        .map(|l| {
+            l.split(',')
+                .map(|c| format!("\"{c}\""))
+                .collect::<Vec<_>>()
+                .join(",")
+        })
+        .collect();
+    let trailing = format!("{},\n{},\n", lines[0], lines[1..].join(",\n"));
+    let rows_only = format!("{}\n{},\n", lines[0], lines[1..].join(",\n"));
+    let folder = TempDir::new().unwrap();
+    write(&folder, STUDY, "");
+    let read_bytes = |bytes: &[u8]| {
+        fs::write(folder.path().join("one.csv"), bytes).unwrap();
+        Study::read(folder.path()).unwrap().records[0].axes.clone()
+    };
+    for text in [
+        with_units.clone(),
+        quoted.join("\n"),
+        trailing,
+        rows_only,
+        lines.join("\r"),
+        lines.join("\n").replace(',', "   "),
+        lines.join("\n").replace(',', "\t"),
+        format!(
+            "# {}\n{}",
+            lines[0].replace(',', " "),
+            lines[1..].join("\n").replace(',', " ")
+        ),
+    ] {
+        assert_eq!(read_bytes(text.as_bytes()), plain, "{}", &text[..60]);
+    }
+    let latin: Vec<u8> = with_units.chars().map(|c| c as u32 as u8).collect();
+    assert_eq!(read_bytes(&latin), plain);
+    for mark in [true, false] {
+        let start = if mark { "\u{feff}" } else { "" };
+        let text = format!("{start}{}", lines.join("\r\n"));
+        let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
+        assert_eq!(read_bytes(&little), plain, "mark {mark}");
+        assert_eq!(read_bytes(&big), plain, "mark {mark}");
+    }
+}
+
+#[test]
+fn units_of_the_file_are_used_and_held_against_the_study() {
+    let with = |unit: &str| {
+        let mut lines = log();
+        lines.insert(1, format!("s,m,m,m/s^2,{unit}"));
+        lines.join("\n")
+    };
+    let plain = read(STUDY, &log().join("\n")).unwrap();
+    let kilo = read(STUDY, &with("kN")).unwrap();
+    let (found, logged) = (
+        kilo.records[0].axes[0].force[7],
+        plain.records[0].axes[0].force[7],
+    );
+    assert_eq!(found, logged * 1e3);
+    refused(
+        read(STUDY, &with("mm")),
+        &["one.csv", "\"force_N\"", "not one of force", "unit = "],
+    );
+    let stated = STUDY.replace("\"force_N\"", "{ column = \"force_N\", unit = \"N\" }");
+    let both = read(&stated, &with("kN")).unwrap();
+    assert_eq!(both.records[0].axes[0].force[7], logged);
+    assert!(
+        both.notes
+            .iter()
+            .any(|n| n.contains("kN") && n.contains("study.toml")),
+        "{:?}",
+        both.notes
     );
 }
 
@@ -137,10 +230,21 @@ fn files_that_hold_nothing_or_something_else() {
     fs::write(folder.path().join("one.csv"), latin).unwrap();
     refused(
         Study::read(folder.path()),
-        &["one.csv", "row 702 ", "UTF-8"],
+        &["one.csv", "row 702 ", "is not a number"],
     );
-    fs::write(folder.path().join("one.csv"), b"\xff\xfet\0,\0").unwrap();
-    refused(Study::read(folder.path()), &["one.csv", "UTF-16"]);
+    for (bytes, seems) in [
+        (&b"%PDF-1.7 and so on"[..], "a PDF document"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", ".xls"),
+        (b"\x00\x01\x02\x03\x04\x05\x06\x07", "neither text nor"),
+        (b"\x1f\x8b\x08\x00\x00\x00\x00\x00\x00\x03cut", "unpacked"),
+        (
+            b"Dear reader,\nthis is a letter.\n",
+            "without a table of numbers",
+        ),
+    ] {
+        fs::write(folder.path().join("one.csv"), bytes).unwrap();
+        refused(Study::read(folder.path()), &["one.csv", seems]);
+    }
     fs::remove_file(folder.path().join("one.csv")).unwrap();
     refused(
         Study::read(folder.path()),
@@ -215,6 +319,69 @@ fn time() {
         read(&free.replace("time = \"t_s\"\n", ""), &log().join("\n")),
         &["study.toml", "time", "sample_rate_hz"],
     );
+}
+
+#[test]
+fn stamps_that_are_rounded_or_jitter_by_less_than_half_a_period_are_even() {
+    let plain = read(STUDY, &log().join("\n")).unwrap();
+    let restamped = |stamp: &dyn Fn(usize) -> String| {
+        let mut lines = log();
+        for (row, line) in lines.iter_mut().skip(1).enumerate() {
+            let rest = line.split_once(',').unwrap().1.to_owned();
+            *line = format!("{},{rest}", stamp(row));
+        }
+        read(STUDY, &lines.join("\n"))
+    };
+    // Written to whole 4 ms, so that each stamp stands there four times.
+    let rounded = restamped(&|row| format!("{:.3}", (row as f64 / 4.0).round() * 4e-3)).unwrap();
+    assert_eq!(rounded.records[0].axes, plain.records[0].axes);
+    assert!(
+        rounded
+            .notes
+            .iter()
+            .any(|n| n.contains("rounded to 4.00e-3 s")),
+        "{:?}",
+        rounded.notes
+    );
+    let jitter = |row: usize| 0.4e-3 * ((row * 7919 % 101) as f64 / 50.0 - 1.0);
+    let uneven = restamped(&|row| format!("{:.6}", row as f64 * 1e-3 + jitter(row))).unwrap();
+    assert_eq!(uneven.records[0].axes, plain.records[0].axes);
+    assert!(
+        uneven.notes.iter().any(|n| n.contains("off an even grid")),
+        "{:?}",
+        uneven.notes
+    );
+    let wild = restamped(&|row| format!("{:.6}", row as f64 * 1e-3 + 2.0 * jitter(row)));
+    refused(wild, &["one.csv", "\"t_s\""]);
+}
+
+#[test]
+fn dates_and_times_are_seconds() {
+    let plain = read(STUDY, &log().join("\n")).unwrap();
+    for (start, zone) in [
+        ("2026-03-14T23:59:59.", ""),
+        ("2026-03-14 23:59:59.", "Z"),
+        ("14.03.2026 23:59:59.", ""),
+        ("23:59:59.", ""),
+    ] {
+        let mut lines = log();
+        for (row, line) in lines.iter_mut().skip(1).enumerate() {
+            let rest = line.split_once(',').unwrap().1.to_owned();
+            // 700 rows of 1 ms, begun so that midnight is passed on the way.
+            let stamp = match 600 + row {
+                ms if ms < 1000 => format!("{start}{ms:03}{zone}"),
+                ms => format!(
+                    "{}{:03}{zone}",
+                    start.replace("14", "15").replace("23:59:59", "00:00:00"),
+                    ms - 1000
+                ),
+            };
+            *line = format!("{stamp},{rest}");
+        }
+        let study = read(STUDY, &lines.join("\n")).unwrap();
+        assert_eq!(study.records[0].axes, plain.records[0].axes, "{start}");
+        assert_eq!(study.notes, plain.notes, "{start}");
+    }
 }
 
 #[test]

@@ -22,7 +22,6 @@ mod cubic_hardening;
 mod dahl;
 mod damping_by_other;
 mod damping_by_other_squared;
-mod delayed_feedback;
 mod digressive_damping;
 mod end_stop;
 mod force_gain;
@@ -127,5 +126,4 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<periodic_friction::PeriodicFriction>(),
     Entry::of::<power_contact::PowerContact>(),
     Entry::of::<backlash::Backlash>(),
-    Entry::of::<delayed_feedback::DelayedFeedback>(),
 ];

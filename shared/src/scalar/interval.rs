@@ -251,12 +251,6 @@ impl Scalar for Interval {
     }
     fn sine(self) -> Self {
         let error = core::f64::consts::TAU * self.error + SINE_ERROR;
-        // Of a parameter there is one value; a range of the motion may hold the whole wave.
-        let [least, most] = if self.least == self.most {
-            [self.least.sine(); 2]
-        } else {
-            [-1.0, 1.0]
-        };
-        Self::from(least, most, error, &[self])
+        Self::from(-1.0, 1.0, error, &[self])
     }
 }

@@ -27,6 +27,7 @@
 pub mod dual;
 pub mod elementary;
 pub mod fixed;
+mod functions;
 #[cfg(feature = "fit")]
 pub mod interval;
 pub mod q;

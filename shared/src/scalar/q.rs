@@ -4,10 +4,8 @@
 //! places before the point leave room for stiff contacts and steep transitions, the 32 behind it keep what one sample
 //! adds to an internal state. A Cortex-M4 multiplies two of them in about 20 instructions.
 
-use super::short::{self, Short};
-use super::{Number, Scalar, elementary, ratio};
-use crate::base::tanh::tanh;
-use crate::scalar::fixed::{mul_high_add, round_shift, round_to_i64};
+use super::{Number, ratio};
+use crate::scalar::fixed::{mul_high_add, round_to_i64};
 use core::ops::{Add, Mul, Neg, Sub};
 
 /// A signed fixed-point number: `raw`/2³², from −2³¹ to 2³¹ − 2⁻³².
@@ -17,8 +15,8 @@ use core::ops::{Add, Mul, Neg, Sub};
 /// | `+`, `−`, negation, [`Number::abs`], [`Number::toward`] | exact | saturates |
 /// | [`Number::half`] | to nearest, half up | cannot leave the range |
 /// | `·` | to nearest, half up | saturates |
-/// | [`Scalar::tanh`] | that of [`mod@crate::base::tanh`] | cannot leave the range |
-/// | [`Scalar::decay`], [`Scalar::sine`] | that of [`mod@super::elementary`] | cannot leave the range |
+/// | [`Scalar::tanh`](super::Scalar::tanh) | that of [`mod@crate::base::tanh`] | cannot leave the range |
+/// | [`Scalar::decay`](super::Scalar::decay), [`Scalar::sine`](super::Scalar::sine) | that of [`mod@super::elementary`] | cannot leave the range |
 /// | [`Q::from_f64`] | to nearest, half up | saturates; NaN becomes 0 |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Q {
@@ -188,59 +186,10 @@ impl Number for Q {
     }
 }
 
-impl Scalar for Q {
-    type Short = Short;
-
-    #[inline]
-    fn short(self) -> Short {
-        Short::saturated(round_shift(self.raw, PLACES - short::PLACES))
-    }
-    #[inline]
-    fn long(short: Short) -> Self {
-        Self::from_raw(i64::from(short.raw()) << (PLACES - short::PLACES))
-    }
-    #[inline]
-    fn change(self, step: Self, factor: Self) -> Self {
-        self * factor - self.minus(step) * factor
-    }
-    #[inline]
-    fn short_change(self, step: Self, factor: Self, limit: Short) -> Short {
-        // Their difference is what has to be small, not they: a position may be many times what a hysteresis yields by.
-        let (now, before) = (self * factor, self.minus(step) * factor);
-        let cut = |q: Self| q.raw >> (PLACES - short::PLACES);
-        Short::saturated(cut(now) - cut(before)).within(limit)
-    }
-    #[inline]
-    fn tanh(self) -> Self {
-        // The table's argument has 27 places and ends at ±16, where the tangent is 1 to its last bit.
-        const MOST: i64 = (1 << 36) - (1 << 5);
-        let argument = self.raw.clamp(-MOST, MOST);
-        Self::from_q31(tanh(((argument + (1 << 4)) >> 5) as i32))
-    }
-    fn decay(self) -> Self {
-        elementary::decay(self)
-    }
-    fn decay_of_either_sign(self) -> [Self; 3] {
-        // One of the two is exactly 1, which takes as long to compute as the other, and the product is the other.
-        let decay = elementary::decay(self.abs());
-        if self.raw < 0 {
-            [Self::one(), decay, decay]
-        } else {
-            [decay, Self::one(), decay]
-        }
-    }
-    fn bell(self) -> Self {
-        // A square that saturates decays to 0 as one that is held does.
-        elementary::decay(self * self)
-    }
-    fn sine(self) -> Self {
-        elementary::sine(self)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scalar::Scalar;
     use proptest::prelude::*;
 
     fn exact(product: i128) -> i64 {

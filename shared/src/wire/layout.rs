@@ -4,6 +4,7 @@
 //! What serde derives for messages of this size costs the device 10 KiB of program, most of it for lengths and errors that fields of fixed width
 //! cannot have. Here a message says itself how its numbers follow each other, and postcard reads and writes their bytes.
 
+use crate::fault::Error;
 use postcard::ser_flavors::Slice;
 use serde::{Deserialize, Serializer as _};
 
@@ -109,3 +110,14 @@ macro_rules! laid_out {
     };
 }
 pub(crate) use laid_out;
+
+/// Refuses the first byte that is not zero; `offset` is where `bytes` begin.
+pub(crate) fn unless_zero(offset: usize, bytes: &[u8]) -> Result<(), Error> {
+    match bytes.iter().enumerate().find(|&(_, &byte)| byte != 0) {
+        Some((place, &seen)) => Err(Error::BlobReserved {
+            offset: offset + place,
+            seen,
+        }),
+        None => Ok(()),
+    }
+}

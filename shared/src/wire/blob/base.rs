@@ -1,11 +1,10 @@
 //! The base's part of a blob: the blocks of a polynomial or the neurons of a network, in the bytes that both share.
 
-use super::unless_zero;
 use crate::base::Base;
 use crate::base::network::{NEURONS, NetworkModel, Neuron};
 use crate::base::polynomial::{BLOCKS, Block, PolynomialModel};
 use crate::fault::{Checks, Error};
-use crate::wire::layout::{Field, Reader, Writer, laid_out};
+use crate::wire::layout::{Field, Reader, Writer, laid_out, unless_zero};
 use heapless::Vec;
 
 /// Where the base begins.

@@ -1,10 +1,9 @@
 //! The corrections' part of a blob: five numbers per force channel behind the effects, all zero where nothing is wrong.
 
-use super::unless_zero;
 use crate::base::corrections::ForceCorrection;
 use crate::base::hum::Hum;
 use crate::fault::Error;
-use crate::wire::layout::{Field, Reader, Writer, laid_out};
+use crate::wire::layout::{Field, Reader, Writer, laid_out, unless_zero};
 
 /// Where the corrections begin.
 pub(super) const OFFSET: usize = super::effects::OFFSET + super::effects::LEN;

@@ -1,11 +1,10 @@
 //! The effects' part of a blob: eight places of 56 bytes behind the base, and the origins of the inputs behind the corrections.
 
-use super::unless_zero;
 use crate::base::terms::{MAX_TERMS, Terms};
 use crate::effect::{MAX_PARAMETERS, Parameters};
 use crate::fault::{Checks, Error};
 use crate::scalar::q::Q;
-use crate::wire::layout::{Field, Reader, Writer, laid_out};
+use crate::wire::layout::{Field, Reader, Writer, laid_out, unless_zero};
 
 /// Where the effects begin.
 pub(super) const OFFSET: usize = super::base::OFFSET + super::base::LEN;

@@ -11,7 +11,7 @@ mod effects;
 use crate::base::axis::{Axis, AxisKind, Convention, InputRange, NAME_LEN, Name, Validation};
 use crate::base::{Header, Model, Output};
 use crate::fault::{Checks, Error};
-use crate::wire::layout::{Field, Reader, Writer, laid_out};
+use crate::wire::layout::{Field, Reader, Writer, laid_out, unless_zero};
 use base::BaseHeader;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
@@ -143,17 +143,6 @@ pub fn decode(blob: &[u8]) -> Result<Model, Error> {
     message
         .model(header, base, effects, origins)?
         .correcting(corrections)
-}
-
-/// Refuses the first byte that is not zero; `offset` is where `bytes` begin.
-fn unless_zero(offset: usize, bytes: &[u8]) -> Result<(), Error> {
-    match bytes.iter().enumerate().find(|&(_, &byte)| byte != 0) {
-        Some((place, &seen)) => Err(Error::BlobReserved {
-            offset: offset + place,
-            seen,
-        }),
-        None => Ok(()),
-    }
 }
 
 impl Message {

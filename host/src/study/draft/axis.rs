@@ -1,0 +1,376 @@
+//! The axes of a draft: which columns belong together, and which way round the equation of motion stands.
+
+use super::parts::{DraftAxis, DraftChannel, Log, Said, names};
+use crate::study::kinematics::{alike, clear_lag, derivative_likeness, motion};
+use crate::study::linear::{Fitted, Linear};
+use crate::study::survey::{Survey, SurveyedColumn};
+use crate::study::units::Quantity;
+use crate::study::{AxisKind, Convention};
+use crate::text::error::{Error, Result};
+
+/// Candidates for one part that are tried against the numbers.
+const TRIED: usize = 4;
+/// A second position must lower what is left of the force to this part before it is believed in.
+const BETTER: f64 = 0.7;
+/// Correlation from which on a column is the derivative of another.
+const DERIVATIVE: f64 = 0.9;
+
+/// The axes that the columns of the first log make, tried against all logs.
+pub(super) fn axes(
+    logs: &[Log<'_>],
+    time: Option<&str>,
+    said: &Said,
+    findings: &mut Vec<String>,
+) -> Result<Vec<DraftAxis>> {
+    let survey = logs[0].survey;
+    for (role, column) in &said.columns {
+        if survey.column(column).is_none() {
+            return Err(Error::usage(format!(
+                "{} has no column {column:?}; --column {role}= needs one of {}",
+                survey.file,
+                names(survey)
+            )));
+        }
+    }
+    let mut axes = Vec::new();
+    for kind in [AxisKind::Translation, AxisKind::Rotation] {
+        let parts = Parts::of(survey, time, kind, said, &axes);
+        if parts.force.is_empty() || parts.displacement.is_empty() {
+            continue;
+        }
+        axes.push(best_axis(logs, &parts, kind, said, findings)?);
+        // Names that the user gave are those of one axis.
+        if !said.columns.is_empty() {
+            break;
+        }
+    }
+    if axes.is_empty() {
+        let missing = match Parts::of(survey, time, AxisKind::Translation, said, &[])
+            .force
+            .is_empty()
+        {
+            true => "force",
+            false => "displacement",
+        };
+        return Err(Error::data(format!(
+            "{}: no column can be told to be the {missing}; name it with --column {missing}=COLUMN, of {}",
+            survey.file,
+            names(survey)
+        )));
+    }
+    Ok(axes)
+}
+
+/// The columns that may be each part of an axis, the likeliest first.
+struct Parts<'a> {
+    displacement: Vec<&'a SurveyedColumn>,
+    velocity: Vec<&'a SurveyedColumn>,
+    acceleration: Vec<&'a SurveyedColumn>,
+    force: Vec<&'a SurveyedColumn>,
+}
+
+impl<'a> Parts<'a> {
+    fn of(
+        survey: &'a Survey,
+        time: Option<&str>,
+        kind: AxisKind,
+        said: &Said,
+        others: &[DraftAxis],
+    ) -> Self {
+        let free = |c: &&SurveyedColumn| {
+            let taken = others
+                .iter()
+                .any(|axis| axis.columns().any(|name| name == c.name));
+            Some(c.name.as_str()) != time && c.missing == 0 && c.rms > 0.0 && !taken
+        };
+        let list = |role: &str, quantity: Quantity| -> Vec<&SurveyedColumn> {
+            if let Some(named) = said.column(role) {
+                return survey.column(named).into_iter().collect();
+            }
+            let claimed = |c: &&SurveyedColumn| !said.columns.iter().any(|(_, n)| *n == c.name);
+            let best = |c: &SurveyedColumn| c.named.quantities.iter().map(|(_, s)| *s).max();
+            let mut found: Vec<&SurveyedColumn> = survey
+                .columns
+                .iter()
+                .filter(free)
+                .filter(claimed)
+                .filter(|c| {
+                    let score = c.named.score(quantity);
+                    score > 0 && Some(score) == best(c)
+                })
+                .collect();
+            found.sort_by_key(|c| std::cmp::Reverse(c.named.score(quantity)));
+            found.truncate(TRIED);
+            found
+        };
+        Self {
+            displacement: list("displacement", Quantity::Displacement(kind)),
+            velocity: list("velocity", Quantity::Velocity(kind)),
+            acceleration: list("acceleration", Quantity::Acceleration(kind)),
+            force: list("force", Quantity::Force(kind)),
+        }
+    }
+}
+
+/// A way of putting an axis together, and how well it explains the force.
+struct Trial<'a> {
+    first: &'a SurveyedColumn,
+    second: Option<&'a SurveyedColumn>,
+    acceleration: Option<&'a SurveyedColumn>,
+    /// The factor by which the acceleration follows the body's position, in SI.
+    likeness: Option<f64>,
+    fitted: Fitted,
+}
+
+fn best_axis(
+    logs: &[Log<'_>],
+    parts: &Parts<'_>,
+    kind: AxisKind,
+    said: &Said,
+    findings: &mut Vec<String>,
+) -> Result<DraftAxis> {
+    let force = parts.force[0];
+    let mut trials: Vec<Trial<'_>> = Vec::new();
+    for first in &parts.displacement {
+        let others = parts.displacement.iter().filter(|c| c.name != first.name);
+        let seconds = std::iter::once(None).chain(others.map(Some));
+        for second in seconds {
+            trials.extend(trial(logs, first, second.copied(), parts, force, kind));
+        }
+    }
+    let singles = trials
+        .iter()
+        .filter(|t| t.second.is_none())
+        .map(|t| t.fitted.rest);
+    let single = singles.fold(f64::INFINITY, f64::min);
+    // Two orders of a pair are one fit with the signs turned: that of the body last is taken.
+    let pairs = trials.iter().filter(|t| t.second.is_some());
+    let best_pair = pairs.min_by(|a, b| a.fitted.rest.total_cmp(&b.fitted.rest));
+    let pair = best_pair.is_some_and(|t| t.fitted.rest < BETTER * single);
+    let chosen = trials
+        .iter()
+        .filter(|t| t.second.is_some() == pair)
+        .min_by(|a, b| a.fitted.rest.total_cmp(&b.fitted.rest));
+    let Some(chosen) = chosen else {
+        return Err(Error::data(format!(
+            "{}: the columns {:?} and {:?} do not go together as displacement and force, or too few rows are there; name the \
+             columns with --column displacement=… and --column force=…",
+            logs[0].survey.file, parts.displacement[0].name, force.name
+        )));
+    };
+    Ok(axis_of(logs, chosen, parts, force, kind, said, findings))
+}
+
+/// Relative displacement of a trial in one log, SI.
+fn relative(
+    log: &Log<'_>,
+    first: &SurveyedColumn,
+    second: Option<&SurveyedColumn>,
+    kind: AxisKind,
+) -> Option<Vec<f64>> {
+    let quantity = Quantity::Displacement(kind);
+    let si = |c: &SurveyedColumn| -> Option<Vec<f64>> {
+        let factor = factor(c, quantity);
+        Some(log.values(&c.name)?.iter().map(|v| v * factor).collect())
+    };
+    let mut values = si(first)?;
+    if let Some(second) = second {
+        for (a, b) in values.iter_mut().zip(si(second)?) {
+            *a -= b;
+        }
+    }
+    Some(values)
+}
+
+/// How many SI units one of a column's is; 1 where it states none.
+fn factor(column: &SurveyedColumn, quantity: Quantity) -> f64 {
+    let unit = column.unit.as_deref();
+    unit.and_then(|u| quantity.factor(u, true).ok())
+        .unwrap_or(1.0)
+}
+
+/// Fits force by acceleration, relative velocity and displacement over all logs.
+fn trial<'a>(
+    logs: &[Log<'_>],
+    first: &'a SurveyedColumn,
+    second: Option<&'a SurveyedColumn>,
+    parts: &Parts<'a>,
+    force: &SurveyedColumn,
+    kind: AxisKind,
+) -> Option<Trial<'a>> {
+    let body = second.unwrap_or(first);
+    let quantity = Quantity::Displacement(kind);
+    // The accelerometer that follows the body best.
+    let follows = parts.acceleration.iter().filter_map(|a| {
+        let log = &logs[0];
+        let position: Vec<f64> = log
+            .values(&body.name)?
+            .iter()
+            .map(|v| v * factor(body, quantity))
+            .collect();
+        let found = derivative_likeness(log.values(&a.name)?, &position, 2, log.rate_hz);
+        Some((*a, found))
+    });
+    let best = follows.max_by(|a, b| a.1.correlation.abs().total_cmp(&b.1.correlation.abs()));
+    let best = best.filter(|(_, l)| second.is_none() || l.correlation.abs() > DERIVATIVE);
+    let acceleration = best.map(|(a, _)| a);
+    let mut fit = Linear::new(3);
+    for log in logs {
+        let x = relative(log, first, second, kind)?;
+        let of_body: Vec<f64> = log
+            .values(&body.name)?
+            .iter()
+            .map(|v| v * factor(body, quantity))
+            .collect();
+        let lag = clear_lag(&of_body).max(2);
+        let [x, v, _] = motion(&x, lag, log.rate_hz);
+        let a = match acceleration {
+            Some(a) => {
+                let factor = factor(a, Quantity::Acceleration(kind));
+                let a: Vec<f64> = log.values(&a.name)?.iter().map(|v| v * factor).collect();
+                alike(&a, lag)
+            }
+            None => motion(&of_body, lag, log.rate_hz)[2].clone(),
+        };
+        let factor = factor(force, Quantity::Force(kind));
+        let f: Vec<f64> = log
+            .values(&force.name)?
+            .iter()
+            .map(|v| v * factor)
+            .collect();
+        fit.add(&[&a, &v, &x], &alike(&f, lag), 8);
+    }
+    Some(Trial {
+        first,
+        second,
+        acceleration,
+        likeness: best
+            .filter(|(_, l)| l.correlation.abs() > DERIVATIVE)
+            .map(|(a, l)| l.gain * factor(a, Quantity::Acceleration(kind))),
+        fitted: fit.solve()?,
+    })
+}
+
+fn channel(column: &SurveyedColumn, quantity: Quantity, said: &Said) -> DraftChannel {
+    let named = said.columns.iter().any(|(_, name)| *name == column.name);
+    DraftChannel {
+        column: column.name.clone(),
+        unit: column
+            .unit
+            .clone()
+            .filter(|u| quantity.factor(u, false).is_ok()),
+        scale: 1.0,
+        guessed: !named && column.named.score(quantity) < 2,
+    }
+}
+
+/// Turns the sign of the force or of the accelerometer, one of which counts the other way where a body's mass comes out negative;
+/// gives −1 when it was the force's.
+fn turn_a_sign(
+    chosen: &Trial<'_>,
+    force: &mut DraftChannel,
+    acceleration: Option<&mut DraftChannel>,
+    findings: &mut Vec<String>,
+) -> f64 {
+    if let (Some(acceleration), Some(gain)) = (acceleration, chosen.likeness)
+        && gain < 0.0
+    {
+        acceleration.scale = -1.0;
+        acceleration.guessed = true;
+        findings.push(format!(
+            "column {:?} counts against the second derivative of {:?} and against the force, so its sign was turned",
+            acceleration.column,
+            chosen.second.unwrap_or(chosen.first).name
+        ));
+        return 1.0;
+    }
+    force.scale = -1.0;
+    force.guessed = true;
+    findings.push(format!(
+        "column {:?} pushes against the acceleration, which a mass does not, so its sign was turned",
+        force.column
+    ));
+    -1.0
+}
+
+/// Turns the chosen trial into an axis: signs, inertia, base.
+fn axis_of(
+    logs: &[Log<'_>],
+    chosen: &Trial<'_>,
+    parts: &Parts<'_>,
+    force: &SurveyedColumn,
+    kind: AxisKind,
+    said: &Said,
+    findings: &mut Vec<String>,
+) -> DraftAxis {
+    let position = Quantity::Displacement(kind);
+    let [mut inertia, mut damping, mut stiffness] =
+        [0, 1, 2].map(|i| chosen.fitted.coefficients[i]);
+    let mut force_channel = channel(force, Quantity::Force(kind), said);
+    let mut acceleration = chosen
+        .acceleration
+        .map(|a| channel(a, Quantity::Acceleration(kind), said));
+    let inertial = chosen.fitted.sure(0);
+    if inertial && inertia < 0.0 {
+        let turned = turn_a_sign(chosen, &mut force_channel, acceleration.as_mut(), findings);
+        [damping, stiffness] = [damping, stiffness].map(|c| turned * c);
+        inertia = -inertia;
+    }
+    let judged = if chosen.fitted.sure(1) {
+        damping
+    } else {
+        stiffness
+    };
+    let restoring_force = match judged < 0.0 {
+        true => Convention::InertiaMinusForce,
+        false => Convention::ForceMinusInertia,
+    };
+    let sign = restoring_force.sign();
+    let mut base = Vec::new();
+    if chosen.fitted.sure(2) && sign * stiffness > 0.0 {
+        base.push("stiffness");
+    }
+    base.push("viscous");
+    if said.inertia.is_none() && !inertial {
+        findings.push(format!(
+            "no inertia shows in {:?}, so the force is taken as the restoring force itself",
+            force.name
+        ));
+    }
+    let velocity = parts
+        .velocity
+        .first()
+        .filter(|v| agrees(&logs[0], v, chosen, kind));
+    DraftAxis {
+        name: match kind {
+            AxisKind::Translation => "x".into(),
+            AxisKind::Rotation => "phi".into(),
+        },
+        kind,
+        displacement: std::iter::once(chosen.first)
+            .chain(chosen.second)
+            .map(|c| channel(c, position, said))
+            .collect(),
+        velocity: velocity.map(|v| channel(v, Quantity::Velocity(kind), said)),
+        body_position: chosen.second.map(|c| channel(c, position, said)),
+        acceleration: acceleration.filter(|_| inertial || said.inertia.is_some()),
+        force: force_channel,
+        inertia: said.inertia.or((!inertial).then_some(0.0)),
+        inertia_seen: inertial.then_some(inertia),
+        restoring_force,
+        base,
+    }
+}
+
+/// Whether a logged velocity is the derivative of the relative displacement, within a tenth.
+fn agrees(log: &Log<'_>, velocity: &SurveyedColumn, chosen: &Trial<'_>, kind: AxisKind) -> bool {
+    let (Some(values), Some(x)) = (
+        log.values(&velocity.name),
+        relative(log, chosen.first, chosen.second, kind),
+    ) else {
+        return false;
+    };
+    let found = derivative_likeness(values, &x, 1, log.rate_hz);
+    let gain = found.gain * factor(velocity, Quantity::Velocity(kind));
+    found.correlation > DERIVATIVE && (0.9..1.1).contains(&gain)
+}

@@ -1,0 +1,151 @@
+//! The guesses that concern the study as a whole: time, roles, and that the logs go together.
+
+use super::axis;
+use super::parts::{Draft, DraftAxis, DraftRecord, Log, Said, names};
+use crate::study::Role;
+use crate::study::survey::{self, Survey, SurveyedTime};
+use crate::study::time::RATE_TOLERANCE;
+use crate::text::error::{Error, Result};
+
+/// Guesses a study from the logs that were looked at.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`]: the logs do not go together, or no force or no displacement can be told; the sentence says how to
+/// name it.
+pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
+    let Some(first) = surveys.first() else {
+        return Err(Error::usage("no log was given; name at least one"));
+    };
+    let mut findings = Vec::new();
+    let time = time_of(surveys, said)?;
+    let sample_rate_hz = match (said.sample_rate_hz, &time) {
+        (Some(rate), _) => rate,
+        (None, Some(time)) => time.rate_hz,
+        (None, None) => {
+            return Err(Error::data(format!(
+                "{}: no column counts the time; name it with --column time=COLUMN, or state the rate with --rate HZ",
+                first.file
+            )));
+        }
+    };
+    let logs: Vec<Log<'_>> = surveys
+        .iter()
+        .map(|survey| Log {
+            survey,
+            rate_hz: sample_rate_hz,
+        })
+        .collect();
+    let axes = axis::axes(
+        &logs,
+        time.as_ref().map(|t| t.column.as_str()),
+        said,
+        &mut findings,
+    )?;
+    let needed: Vec<&str> = axes.iter().flat_map(DraftAxis::columns).collect();
+    for survey in surveys {
+        if let Some(column) = needed.iter().find(|c| survey.column(c).is_none()) {
+            return Err(Error::data(format!(
+                "{} has no column {column:?}, which {} has; give logs of one rig, or rename the column",
+                survey.file, first.file
+            )));
+        }
+    }
+    Ok(Draft {
+        name: "joint rig".into(),
+        time: time.filter(|_| said.sample_rate_hz.is_none()),
+        sample_rate_hz,
+        axes,
+        records: records(surveys),
+        columns: (!first.headed).then(|| first.columns.iter().map(|c| c.name.clone()).collect()),
+        findings,
+    })
+}
+
+fn time_of(surveys: &[Survey], said: &Said) -> Result<Option<SurveyedTime>> {
+    let first = &surveys[0];
+    let mut time = first.time.clone();
+    if let Some(column) = said.column("time") {
+        let Some(found) = first.column(column) else {
+            return Err(Error::usage(format!(
+                "{} has no column {column:?}; --column time= needs one of {}",
+                first.file,
+                names(first)
+            )));
+        };
+        let mut only = first.clone();
+        only.columns = vec![found.clone()];
+        only.columns[0].named.time = 1;
+        time = survey::time_of(&only.columns);
+        if time.is_none() {
+            return Err(Error::data(format!(
+                "{}, column {column:?}: this does not rise from row to row, so it cannot count the time; name another column, or \
+                 state the rate with --rate HZ",
+                first.file
+            )));
+        }
+    }
+    let Some(chosen) = &time else { return Ok(None) };
+    for survey in &surveys[1..] {
+        let Some(other) = survey.time.as_ref().filter(|t| t.column == chosen.column) else {
+            continue;
+        };
+        if (other.rate_hz / chosen.rate_hz - 1.0).abs() > RATE_TOLERANCE {
+            return Err(Error::data(format!(
+                "{} runs at {} Hz and {} at {} Hz; records of one study have one rate, so resample one of them or leave it out",
+                survey.file, other.rate_hz, first.file, chosen.rate_hz
+            )));
+        }
+    }
+    Ok(time)
+}
+
+/// Rows of one record of which the last part validates.
+const SPLIT: f64 = 0.7;
+
+/// The shortest record validates, the last of several that are alike; a single one is split.
+fn records(surveys: &[Survey]) -> Vec<DraftRecord> {
+    let record = |survey: &Survey, role, rows| DraftRecord {
+        file: survey.file.clone(),
+        role,
+        rows,
+    };
+    if let [only] = surveys {
+        let middle = (SPLIT * only.rows as f64) as usize;
+        return vec![
+            record(only, Role::Train, Some([0, middle])),
+            record(only, Role::Validate, Some([middle, only.rows])),
+        ];
+    }
+    let longest = surveys.iter().map(|s| s.rows).max().unwrap_or(0);
+    let validate = |word: &&str, survey: &&Survey| {
+        let name = std::path::Path::new(&survey.file).file_stem();
+        name.is_some_and(|n| n.to_string_lossy().to_lowercase().contains(word))
+    };
+    // A name that says so decides; then the shortest, when it is clearly shorter; then the last.
+    let named = ["valid", "check", "test", "pruef", "prüf", "kontroll"]
+        .iter()
+        .find_map(|word| {
+            let mut of = surveys
+                .iter()
+                .enumerate()
+                .filter(|(_, s)| validate(word, s));
+            of.next().map(|(i, _)| i)
+        });
+    let shortest = surveys.iter().enumerate().min_by_key(|(_, s)| s.rows);
+    let shortest = shortest
+        .filter(|(_, s)| 10 * s.rows < 9 * longest)
+        .map(|(i, _)| i);
+    let chosen = named.or(shortest).unwrap_or(surveys.len() - 1);
+    surveys
+        .iter()
+        .enumerate()
+        .map(|(i, survey)| {
+            let role = if i == chosen {
+                Role::Validate
+            } else {
+                Role::Train
+            };
+            record(survey, role, None)
+        })
+        .collect()
+}

@@ -1,0 +1,13 @@
+//! A first study.toml for somebody's logs: what each column is, how the axes are put together, and which record validates.
+//!
+//! Names and units say most of it; what they leave open is settled by what the numbers do: an acceleration is the second derivative
+//! of a position, a passive joint takes energy out, the inertia is positive.
+
+mod axis;
+mod guess;
+mod parts;
+mod write;
+
+pub use guess::draft;
+pub use parts::{Draft, DraftAxis, DraftChannel, DraftRecord, Said};
+pub use write::text;

@@ -1,0 +1,121 @@
+//! What a draft is made of.
+
+use crate::study::survey::{Survey, SurveyedTime};
+use crate::study::{AxisKind, Convention, Role};
+
+/// One column in a draft, and how its numbers become SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DraftChannel {
+    /// The column.
+    pub column: String,
+    /// Its unit; SI when absent.
+    pub unit: Option<String>,
+    /// −1 where the sign was turned.
+    pub scale: f64,
+    /// Whether its place was guessed from the numbers or from a single letter, rather than said by name and unit.
+    pub guessed: bool,
+}
+
+/// One record of a draft.
+#[derive(Clone, Debug)]
+pub struct DraftRecord {
+    /// The file as it will stand in study.toml.
+    pub file: String,
+    /// Learnt from, or kept for validation.
+    pub role: Role,
+    /// First row and the row after the last.
+    pub rows: Option<[usize; 2]>,
+}
+
+/// What a user has said, so that it need not be guessed.
+#[derive(Clone, Debug, Default)]
+pub struct Said {
+    /// `role=column` pairs; roles are time, displacement, far, velocity, body, acceleration and force.
+    pub columns: Vec<(String, String)>,
+    /// Samples per second.
+    pub sample_rate_hz: Option<f64>,
+    /// kg or kg·m².
+    pub inertia: Option<f64>,
+}
+
+impl Said {
+    /// The column that the user named for a role.
+    pub(super) fn column(&self, role: &str) -> Option<&str> {
+        let found = self.columns.iter().find(|(r, _)| r == role);
+        found.map(|(_, column)| column.as_str())
+    }
+}
+
+/// A study that has not been written yet.
+#[derive(Clone, Debug)]
+pub struct Draft {
+    /// Its name.
+    pub name: String,
+    /// The time column, unless the rate is stated.
+    pub time: Option<SurveyedTime>,
+    /// Samples per second.
+    pub sample_rate_hz: f64,
+    /// One or two axes.
+    pub axes: Vec<DraftAxis>,
+    /// The records, in the order given.
+    pub records: Vec<DraftRecord>,
+    /// Names of the columns where the files have none.
+    pub columns: Option<Vec<String>>,
+    /// What was found out, for the user, one sentence each.
+    pub findings: Vec<String>,
+}
+
+/// One axis of a draft.
+#[derive(Clone, Debug)]
+pub struct DraftAxis {
+    /// Its name.
+    pub name: String,
+    /// Translation or rotation.
+    pub kind: AxisKind,
+    /// Relative displacement, or the far side and the body, of which the second is subtracted.
+    pub displacement: Vec<DraftChannel>,
+    /// Relative velocity, where it was logged and agrees with the displacement.
+    pub velocity: Option<DraftChannel>,
+    /// The body's own position.
+    pub body_position: Option<DraftChannel>,
+    /// The body's acceleration.
+    pub acceleration: Option<DraftChannel>,
+    /// The applied force.
+    pub force: DraftChannel,
+    /// kg or kg·m² as the user said, or 0 where the force is the restoring force; `None` to be identified.
+    pub inertia: Option<f64>,
+    /// What the force looks like, kg or kg·m², for the comment.
+    pub inertia_seen: Option<f64>,
+    /// Which way round the equation of motion stands.
+    pub restoring_force: Convention,
+    /// Terms of the base, without the axis.
+    pub base: Vec<&'static str>,
+}
+
+impl DraftAxis {
+    /// All its columns.
+    pub(super) fn columns(&self) -> impl Iterator<Item = &str> {
+        let single = [&self.velocity, &self.body_position, &self.acceleration];
+        let single = single.into_iter().flatten();
+        let all = self.displacement.iter().chain(single).chain([&self.force]);
+        all.map(|c| c.column.as_str())
+    }
+}
+
+/// A log with its rate.
+pub(super) struct Log<'a> {
+    pub(super) survey: &'a Survey,
+    pub(super) rate_hz: f64,
+}
+
+impl Log<'_> {
+    pub(super) fn values(&self, column: &str) -> Option<&[f64]> {
+        self.survey.column(column).map(|c| c.values.as_slice())
+    }
+}
+
+/// The names of all columns, for a sentence.
+pub(super) fn names(survey: &Survey) -> String {
+    let names: Vec<&str> = survey.columns.iter().map(|c| c.name.as_str()).collect();
+    names.join(", ")
+}

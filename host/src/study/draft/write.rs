@@ -1,0 +1,241 @@
+//! A draft as a study.toml that explains itself.
+
+use super::parts::{Draft, DraftAxis, DraftChannel};
+use crate::study::{AxisKind, Convention, Role};
+use std::fmt::Write as _;
+
+/// The mark of what nobody said.
+const GUESSED: &str = "# guessed";
+
+/// The text of study.toml: every key with its meaning, every guess marked.
+pub fn text(draft: &Draft) -> String {
+    let mut text = String::from(
+        "# Written by `jointwatch init`. Lines that end in \"# guessed\" were taken from the numbers or from a short name: check them.\n\
+         # SI = (number · scale + offset) · unit for every channel written { column = …, unit = …, scale = …, offset = … }.\n\n",
+    );
+    let _ = writeln!(text, "name = {}\n", quoted(&draft.name));
+    match &draft.time {
+        Some(time) => {
+            let _ = writeln!(
+                text,
+                "# The column that counts the time; rates and gaps are checked with it."
+            );
+            let unit = match time.seconds_per_unit {
+                1.0 => String::new(),
+                per if (per - 1e-3).abs() < 1e-12 => ", unit = \"ms\"".into(),
+                per if (per - 1e-6).abs() < 1e-15 => ", unit = \"us\"".into(),
+                per => format!(", scale = {per:?}"),
+            };
+            let column = quoted(&time.column);
+            let _ = match unit.as_str() {
+                "" => writeln!(text, "time = {column}"),
+                unit => writeln!(text, "time = {{ column = {column}{unit} }}"),
+            };
+        }
+        None => {
+            let _ = writeln!(text, "# Samples per second; no column counts the time.");
+            let _ = writeln!(text, "sample_rate_hz = {:?}", draft.sample_rate_hz);
+        }
+    }
+    text.push_str(
+        "# Force and features are low-passed alike to this before fits and error figures; chosen from the data when left out.\n\
+         # band_hz = 120.0\n",
+    );
+    for axis in &draft.axes {
+        axis_text(&mut text, axis);
+    }
+    records_text(&mut text, draft);
+    let terms: Vec<String> = draft
+        .axes
+        .iter()
+        .flat_map(|axis| {
+            axis.base
+                .iter()
+                .map(|t| quoted(&format!("{t}@{}", axis.name)))
+        })
+        .collect();
+    let _ = write!(
+        text,
+        "\n# The physics you believe in, effect@axis; `jointwatch effects` lists all. `diagnose` says what is missing.\n\
+         [base]\nterms = [{}]   {GUESSED}\n",
+        terms.join(", ")
+    );
+    text
+}
+
+fn records_text(text: &mut String, draft: &Draft) {
+    for record in &draft.records {
+        let _ = write!(
+            text,
+            "\n[[record]]\nfile = {}   # relative to this file\nrole = {}   {}\n",
+            quoted(&record.file),
+            match record.role {
+                Role::Train => "\"train\"",
+                Role::Validate => "\"validate\"",
+            },
+            match record.role {
+                Role::Train => "# learnt from",
+                Role::Validate => "# kept aside: errors on it say how good the model is  # guessed",
+            }
+        );
+        if let Some([from, to]) = record.rows {
+            let _ = writeln!(
+                text,
+                "rows = [{from}, {to}]   # first row, and the row after the last  {GUESSED}"
+            );
+        }
+        if let Some(columns) = &draft.columns {
+            let columns: Vec<String> = columns.iter().map(|c| quoted(c)).collect();
+            let _ = writeln!(
+                text,
+                "columns = [{}]   # the file has no heading",
+                columns.join(", ")
+            );
+        }
+    }
+}
+
+fn axis_text(text: &mut String, axis: &DraftAxis) {
+    let (unit, kind) = match axis.kind {
+        AxisKind::Translation => ("m", "translation"),
+        AxisKind::Rotation => ("rad", "rotation"),
+    };
+    let _ = write!(
+        text,
+        "\n[[axis]]\nname = {}   # stands behind the @ of an effect\nkind = \"{kind}\"   # or \"{}\"\n",
+        quoted(&axis.name),
+        match axis.kind {
+            AxisKind::Translation => "rotation",
+            AxisKind::Rotation => "translation",
+        }
+    );
+    let list: Vec<String> = axis.displacement.iter().map(written).collect();
+    match list.as_slice() {
+        [one] => {
+            let _ = writeln!(
+                text,
+                "# Displacement of one side of the joint relative to the other, {unit}; of two columns the second is subtracted."
+            );
+            line(text, "displacement", one, axis.displacement[0].guessed);
+        }
+        list => {
+            let _ = writeln!(
+                text,
+                "# Relative displacement, {unit}: the first column minus the second, the body's."
+            );
+            line(
+                text,
+                "displacement",
+                &format!("[{}]", list.join(", ")),
+                true,
+            );
+        }
+    }
+    optional(
+        text,
+        "velocity",
+        "Relative velocity, as displacement; derived from it when left out.",
+        axis.velocity.as_ref(),
+    );
+    optional(
+        text,
+        "body_position",
+        "Absolute position of the body that carries the inertia; the displacement when left out.",
+        axis.body_position.as_ref(),
+    );
+    optional(
+        text,
+        "acceleration",
+        "That body's absolute acceleration; derived from its position when left out.",
+        axis.acceleration.as_ref(),
+    );
+    let _ = writeln!(text, "# The applied force on that body; a list is summed.");
+    line(text, "force", &written(&axis.force), axis.force.guessed);
+    inertia_text(text, axis);
+}
+
+/// Inertia, sign, encoder and ground.
+fn inertia_text(text: &mut String, axis: &DraftAxis) {
+    let unit = axis.kind.displacement_unit();
+    let inertia_unit = axis.kind.inertia_unit();
+    let _ = writeln!(
+        text,
+        "# Inertia of the body, {inertia_unit}. Left out, it is identified; 0 when the force already is the joint's own."
+    );
+    let _ = match (axis.inertia, axis.inertia_seen) {
+        (Some(0.0), _) => writeln!(text, "inertia = 0.0   {GUESSED}"),
+        (Some(inertia), _) => writeln!(text, "inertia = {inertia:?}"),
+        (None, Some(seen)) => writeln!(
+            text,
+            "# inertia = {seen:.3}   # about this, by these logs; weigh it if you can"
+        ),
+        (None, None) => writeln!(text, "# inertia = 1.0"),
+    };
+    let (chosen, meaning, other) = match axis.restoring_force {
+        Convention::ForceMinusInertia => (
+            "force_minus_inertia",
+            "the joint opposes a positive displacement: m·a = F − r",
+            "inertia_minus_force",
+        ),
+        Convention::InertiaMinusForce => (
+            "inertia_minus_force",
+            "the joint pulls the body towards a positive displacement: m·a = F + r",
+            "force_minus_inertia",
+        ),
+    };
+    let _ = writeln!(
+        text,
+        "# Sign of the joint's force: {meaning}; or \"{other}\"."
+    );
+    let _ = writeln!(text, "restoring_force = \"{chosen}\"   {GUESSED}");
+    let _ = writeln!(
+        text,
+        "# One count of the encoder, {unit}, where there is one: its rounding is then allowed for."
+    );
+    let _ = writeln!(text, "# encoder_step = 1e-6");
+    let _ = writeln!(
+        text,
+        "# A known spring and damper from the body to ground, subtracted from the force."
+    );
+    let _ = writeln!(text, "# ground_stiffness = 0.0\n# ground_damping = 0.0");
+}
+
+fn optional(text: &mut String, key: &str, meaning: &str, channel: Option<&DraftChannel>) {
+    let _ = writeln!(text, "# {meaning}");
+    match channel {
+        Some(channel) => line(text, key, &written(channel), channel.guessed),
+        None => {
+            let _ = writeln!(text, "# {key} = …");
+        }
+    }
+}
+
+fn line(text: &mut String, key: &str, value: &str, guessed: bool) {
+    let mark = if guessed {
+        format!("   {GUESSED}")
+    } else {
+        String::new()
+    };
+    let _ = writeln!(text, "{key} = {value}{mark}");
+}
+
+/// A channel as study.toml has it.
+fn written(channel: &DraftChannel) -> String {
+    let column = quoted(&channel.column);
+    let mut parts = vec![format!("column = {column}")];
+    if let Some(unit) = &channel.unit {
+        parts.push(format!("unit = {}", quoted(unit)));
+    }
+    if channel.scale != 1.0 {
+        parts.push(format!("scale = {:?}", channel.scale));
+    }
+    match parts.len() {
+        1 => column,
+        _ => format!("{{ {} }}", parts.join(", ")),
+    }
+}
+
+/// A TOML string.
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}

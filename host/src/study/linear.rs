@@ -1,0 +1,203 @@
+//! A small least-squares fit over blocks of rows, with errors from leaving out one block at a time: enough to be sure of a sign.
+
+/// Sums over one block of rows.
+struct Block {
+    gram: Vec<Vec<f64>>,
+    target: Vec<f64>,
+}
+
+/// A fit of a target by a few columns and a constant.
+pub(crate) struct Linear {
+    columns: usize,
+    blocks: Vec<Block>,
+    target_square: f64,
+    target_sum: f64,
+    rows: usize,
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub(crate) struct Fitted {
+    /// One per column; the constant is left out.
+    pub(crate) coefficients: Vec<f64>,
+    /// Their standard errors.
+    pub(crate) errors: Vec<f64>,
+    /// RMS of coefficient times column, over the target's RMS.
+    pub(crate) shares: Vec<f64>,
+    /// What is left of the target's variance.
+    pub(crate) rest: f64,
+}
+
+impl Fitted {
+    /// Whether a coefficient is surely not 0 and explains at least a hundredth of the target.
+    pub(crate) fn sure(&self, column: usize) -> bool {
+        self.coefficients[column].abs() > 5.0 * self.errors[column] && self.shares[column] > 0.01
+    }
+}
+
+impl Linear {
+    /// For so many columns, the constant not counted.
+    pub(crate) fn new(columns: usize) -> Self {
+        Self {
+            columns,
+            blocks: Vec::new(),
+            target_square: 0.0,
+            target_sum: 0.0,
+            rows: 0,
+        }
+    }
+
+    /// Adds the rows of one record, in blocks.
+    pub(crate) fn add(&mut self, columns: &[&[f64]], target: &[f64], blocks: usize) {
+        let rows = columns.iter().map(|c| c.len()).min().unwrap_or(0);
+        let rows = rows.min(target.len());
+        let width = self.columns + 1;
+        for block in 0..blocks {
+            let (from, to) = (block * rows / blocks, (block + 1) * rows / blocks);
+            let mut gram = vec![vec![0.0; width]; width];
+            let mut sums = vec![0.0; width];
+            let mut row = vec![1.0; width];
+            for at in from..to {
+                for (cell, column) in row.iter_mut().zip(columns) {
+                    *cell = column[at];
+                }
+                for (i, a) in row.iter().enumerate() {
+                    for (j, b) in row.iter().enumerate().take(i + 1) {
+                        gram[i][j] += a * b;
+                    }
+                    sums[i] += a * target[at];
+                }
+                self.target_square += target[at] * target[at];
+                self.target_sum += target[at];
+            }
+            self.rows += to - from;
+            self.blocks.push(Block { gram, target: sums });
+        }
+    }
+
+    /// Solves; `None` where there is too little to tell.
+    pub(crate) fn solve(&self) -> Option<Fitted> {
+        let width = self.columns + 1;
+        let sum_without = |left_out: Option<usize>| {
+            let mut gram = vec![vec![0.0; width]; width];
+            let mut target = vec![0.0; width];
+            for (index, block) in self.blocks.iter().enumerate() {
+                if Some(index) == left_out {
+                    continue;
+                }
+                for (i, (row, part)) in gram.iter_mut().zip(&block.gram).enumerate() {
+                    // The lower triangle.
+                    row.iter_mut()
+                        .zip(part)
+                        .take(i + 1)
+                        .for_each(|(sum, part)| *sum += part);
+                    target[i] += block.target[i];
+                }
+            }
+            (gram, target)
+        };
+        let count = self.blocks.len();
+        if count < 4 || self.rows < 10 * width {
+            return None;
+        }
+        let (gram, target) = sum_without(None);
+        let all = solve(&gram, &target)?;
+        let mut errors = vec![0.0; self.columns];
+        for block in 0..count {
+            let (gram, target) = sum_without(Some(block));
+            let part = solve(&gram, &target)?;
+            for (error, (a, b)) in errors.iter_mut().zip(part.iter().zip(&all)) {
+                *error += (a - b) * (a - b);
+            }
+        }
+        let jackknife = (count - 1) as f64 / count as f64;
+        let explained: f64 = all.iter().zip(&target).map(|(c, t)| c * t).sum();
+        let variance = self.target_square - self.target_sum * self.target_sum / self.rows as f64;
+        let shares = (0..self.columns)
+            .map(|i| {
+                let mean = gram[width - 1][i] / self.rows as f64;
+                let moving = (gram[i][i] / self.rows as f64 - mean * mean).max(0.0);
+                all[i].abs() * (moving * self.rows as f64 / variance).sqrt()
+            })
+            .collect();
+        Some(Fitted {
+            coefficients: all[..self.columns].to_vec(),
+            errors: errors.iter().map(|e| (jackknife * e).sqrt()).collect(),
+            shares,
+            rest: ((self.target_square - explained) / variance).max(0.0),
+        })
+    }
+}
+
+/// Cholesky on the scaled matrix, whose lower triangle is given; `None` when a column says nothing of its own.
+fn solve(gram: &[Vec<f64>], target: &[f64]) -> Option<Vec<f64>> {
+    let width = target.len();
+    let scales: Vec<f64> = (0..width).map(|i| gram[i][i].sqrt()).collect();
+    if !scales.iter().all(|s| *s > 0.0 && s.is_finite()) {
+        return None;
+    }
+    let mut root = vec![vec![0.0; width]; width];
+    for i in 0..width {
+        for j in 0..=i {
+            let before: f64 = (0..j).map(|k| root[i][k] * root[j][k]).sum();
+            let value = gram[i][j] / (scales[i] * scales[j]) - before;
+            if i == j {
+                if value < 1e-12 {
+                    return None;
+                }
+                root[i][i] = value.sqrt();
+            } else {
+                root[i][j] = value / root[j][j];
+            }
+        }
+    }
+    let mut solution: Vec<f64> = (0..width).map(|i| target[i] / scales[i]).collect();
+    for i in 0..width {
+        let before: f64 = (0..i).map(|k| root[i][k] * solution[k]).sum();
+        solution[i] = (solution[i] - before) / root[i][i];
+    }
+    for i in (0..width).rev() {
+        let after: f64 = (i + 1..width).map(|k| root[k][i] * solution[k]).sum();
+        solution[i] = (solution[i] - after) / root[i][i];
+    }
+    Some(
+        solution
+            .iter()
+            .zip(&scales)
+            .map(|(s, scale)| s / scale)
+            .collect(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_coefficients_come_back_and_what_is_absent_is_not_sure() {
+        let wave = |w: f64| -> Vec<f64> { (0..3000).map(|i| (w * f64::from(i)).sin()).collect() };
+        let (a, b, c, noise) = (wave(0.02), wave(0.11), wave(0.37), wave(2.9));
+        let target: Vec<f64> = (0..3000)
+            .map(|i| 3.0 * a[i] - 0.5 * b[i] + 7.0 + 0.05 * noise[i])
+            .collect();
+        let mut fit = Linear::new(3);
+        fit.add(&[&a, &b, &c], &target, 12);
+        let found = fit.solve().unwrap();
+        assert!((found.coefficients[0] - 3.0).abs() < 1e-3, "{found:?}");
+        assert!((found.coefficients[1] + 0.5).abs() < 1e-3, "{found:?}");
+        assert!(
+            found.sure(0) && found.sure(1) && !found.sure(2),
+            "{found:?}"
+        );
+        assert!(found.rest < 1e-3, "{found:?}");
+    }
+
+    #[test]
+    fn two_columns_that_are_one_are_refused() {
+        let a: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();
+        let twice: Vec<f64> = a.iter().map(|x| 2.0 * x).collect();
+        let mut fit = Linear::new(2);
+        fit.add(&[&a, &twice], &a, 8);
+        assert!(fit.solve().is_none());
+    }
+}

@@ -1,0 +1,407 @@
+//! The mistakes of a first study.toml: a sign, a unit, a column of another kind. Each is told with its probable cause and the line to
+//! change, before anything is fitted.
+//!
+//! The checks use identities that hold for every joint: a logged acceleration is the second derivative of its body's position, a
+//! velocity the first of the displacement, a body's mass is positive and its known value, and a passive joint takes energy out. What a
+//! joint does beyond that (friction, clearance, hysteresis, a late channel) fires none of them.
+
+mod slips;
+
+use super::description::{ChannelTable, Description, Source};
+use super::kinematics::{Likeness, alike, clear_lag, derivative_likeness, motion};
+use super::linear::{Fitted, Linear};
+use super::{AxisKind, Channels, Convention, Study};
+use slips::{ANGULAR_SLIPS, Cure, FORCE_SLIPS, LINEAR_SLIPS, SPEED_SLIPS, Slip, TURNING_SLIPS};
+
+/// Limits of the checks, each set by the thirty simulated rigs and the measured studies of `tests/tests/first_day.rs`.
+struct Limits {
+    /// Correlation from which on one channel is believed to be the derivative of another.
+    alike: f64,
+    /// Gains between this and its reciprocal are calibration, not a mistake.
+    gain: f64,
+    /// Likewise for the mass that the force shows, which friction and clearance disturb.
+    mass: f64,
+    /// How near a gain must be to that of a known slip to be called one.
+    near: f64,
+    /// An axis moves in a record with at least this part of its liveliest.
+    moves: f64,
+    /// A share of the force that no lateness of a channel gives damping the wrong sign with.
+    large: f64,
+    /// m/s that no joint moves at.
+    speed_m_s: f64,
+}
+
+const LIMITS: Limits = Limits {
+    alike: 0.95,
+    gain: 0.75,
+    mass: 0.4,
+    near: 0.12,
+    moves: 0.1,
+    large: 0.3,
+    speed_m_s: 300.0,
+};
+
+/// Looks for the mistakes of a first day; one sentence each, without a full stop. A sound study gives none.
+pub fn check(study: &Study) -> Vec<String> {
+    let text = std::fs::read_to_string(&study.path).unwrap_or_default();
+    let source = Source {
+        path: &study.path,
+        text: text.strip_prefix('\u{feff}').unwrap_or(&text),
+    };
+    let said: Option<Description> = source.parse("study.md").ok();
+    let mut found = Vec::new();
+    for index in 0..study.axes.len() {
+        let axis = Axis {
+            study,
+            index,
+            columns: Columns::of(said.as_ref(), index),
+        };
+        let acceleration = axis.acceleration();
+        let wrong_acceleration = acceleration.is_some();
+        found.extend(acceleration);
+        found.extend(axis.velocity());
+        found.extend(axis.speed());
+        // A wrong acceleration makes every statement on force and mass wrong as well.
+        if !wrong_acceleration {
+            found.extend(axis.force());
+        }
+    }
+    found
+}
+
+/// The columns of an axis, as study.toml names them.
+#[derive(Default)]
+struct Columns {
+    displacement: String,
+    position: String,
+    velocity: String,
+    acceleration: String,
+    force: String,
+}
+
+impl Columns {
+    fn of(said: Option<&Description>, index: usize) -> Self {
+        let Some(axis) = said.and_then(|s| s.axis.get(index)) else {
+            return Self::default();
+        };
+        let list = |tables: &[ChannelTable]| {
+            let names: Vec<&str> = tables.iter().map(|t| t.column.as_str()).collect();
+            names.join("\", \"")
+        };
+        let displacement = list(&axis.displacement.get_ref().0);
+        let one = |channel: &Option<toml::Spanned<super::description::Channel>>| {
+            channel.as_ref().map(|c| c.get_ref().0.column.clone())
+        };
+        Self {
+            position: one(&axis.body_position).unwrap_or_else(|| displacement.clone()),
+            displacement,
+            velocity: axis
+                .velocity
+                .as_ref()
+                .map_or(String::new(), |v| list(&v.get_ref().0)),
+            acceleration: one(&axis.acceleration).unwrap_or_default(),
+            force: list(&axis.force.get_ref().0),
+        }
+    }
+}
+
+struct Axis<'a> {
+    study: &'a Study,
+    index: usize,
+    columns: Columns,
+}
+
+impl Axis<'_> {
+    fn axis(&self) -> &super::Axis {
+        &self.study.axes[self.index]
+    }
+
+    /// The records in which the axis moves, the liveliest first.
+    fn moving(&self) -> Vec<&Channels> {
+        let mut all: Vec<(f64, &Channels)> = self
+            .study
+            .records
+            .iter()
+            .map(|record| {
+                let channels = &record.axes[self.index];
+                (rms(&channels.relative_displacement()), channels)
+            })
+            .collect();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let most = all.first().map_or(0.0, |a| a.0);
+        let moving = all
+            .into_iter()
+            .filter(|(size, _)| *size > 0.0 && *size >= LIMITS.moves * most);
+        moving.map(|(_, channels)| channels).collect()
+    }
+
+    fn acceleration(&self) -> Option<String> {
+        let channels = *self.moving().first()?;
+        let logged = channels.acceleration.as_ref()?;
+        let rate = self.study.sample_rate_hz;
+        let against = |position: &[f64]| derivative_likeness(logged, position, 2, rate);
+        // Without the body's own position, either side may be the body; with one column the convention says which way it counts.
+        let tried: Vec<Likeness> = match (&channels.body_position, &channels.displacement_second) {
+            (Some(body), _) => vec![against(body)],
+            (None, Some(second)) => vec![
+                against(second),
+                against(&channels.displacement_first),
+                against(&channels.relative_displacement()),
+            ],
+            (None, None) => {
+                let found = against(&channels.displacement_first);
+                let sign = self.axis().restoring_force.sign();
+                vec![Likeness {
+                    correlation: found.correlation * sign,
+                    gain: found.gain * sign,
+                }]
+            }
+        };
+        let single = channels.body_position.is_none() && channels.displacement_second.is_none();
+        let sound = |l: &Likeness| (LIMITS.gain..1.0 / LIMITS.gain).contains(&l.gain);
+        let sure = |l: &&Likeness| l.correlation.abs() > LIMITS.alike;
+        if tried.iter().any(|l| sure(&l) && sound(l)) {
+            return None;
+        }
+        let best = tried
+            .iter()
+            .filter(sure)
+            .max_by(|a, b| a.correlation.abs().total_cmp(&b.correlation.abs()))?;
+        let gain = best.gain;
+        let turned = if gain < 0.0 { -1.0 } else { 1.0 };
+        let column = &self.columns.acceleration;
+        let what = format!(
+            "axis {}: the acceleration (column {column:?}) is {} times the second derivative of the position (column \"{}\")",
+            self.axis().name,
+            in_words(gain),
+            self.columns.position
+        );
+        if (LIMITS.gain..1.0 / LIMITS.gain).contains(&gain.abs()) {
+            let more = if single {
+                let other = match self.axis().restoring_force {
+                    Convention::ForceMinusInertia => "inertia_minus_force",
+                    Convention::InertiaMinusForce => "force_minus_inertia",
+                };
+                format!(
+                    ", or if the displacement counts against the body's motion, restoring_force = \"{other}\""
+                )
+            } else {
+                String::new()
+            };
+            return Some(format!(
+                "{what}: its sign is turned, probably because the accelerometer is mounted the other way round; write acceleration \
+                 = {{ column = {column:?}, scale = -1.0 }}{more}, keeping its unit"
+            ));
+        }
+        let slips = match self.axis().kind {
+            AxisKind::Translation => LINEAR_SLIPS,
+            AxisKind::Rotation => ANGULAR_SLIPS,
+        };
+        Some(self.slip(&what, slips, gain, turned, "acceleration", column))
+    }
+
+    fn velocity(&self) -> Option<String> {
+        let channels = *self.moving().first()?;
+        let logged = channels.velocity.as_ref()?;
+        let found = derivative_likeness(
+            logged,
+            &channels.relative_displacement(),
+            1,
+            self.study.sample_rate_hz,
+        );
+        if found.correlation.abs() < LIMITS.alike
+            || (LIMITS.gain..1.0 / LIMITS.gain).contains(&found.gain)
+        {
+            return None;
+        }
+        let column = &self.columns.velocity;
+        let what = format!(
+            "axis {}: the velocity (column \"{column}\") is {} times the derivative of the displacement (column \"{}\")",
+            self.axis().name,
+            in_words(found.gain),
+            self.columns.displacement
+        );
+        if (LIMITS.gain..1.0 / LIMITS.gain).contains(&-found.gain) {
+            return Some(format!(
+                "{what}: its sign is turned; write velocity = {{ column = \"{column}\", scale = -1.0 }}, keeping its unit, or leave \
+                 velocity out so that it is derived"
+            ));
+        }
+        let slips = match self.axis().kind {
+            AxisKind::Translation => SPEED_SLIPS,
+            AxisKind::Rotation => TURNING_SLIPS,
+        };
+        let turned = found.gain.signum();
+        Some(self.slip(&what, slips, found.gain, turned, "velocity", column))
+    }
+
+    /// The sentence on a gain that is none: the slip that is nearest, or the factor alone.
+    fn slip(
+        &self,
+        what: &str,
+        slips: &[Slip],
+        gain: f64,
+        turned: f64,
+        key: &str,
+        column: &str,
+    ) -> String {
+        let off = |slip: &Slip| (gain.abs() / slip.gain).ln().abs();
+        let nearest = slips.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        let sign = if turned < 0.0 { ", scale = -1.0" } else { "" };
+        let also = if turned < 0.0 {
+            ", and its sign is turned"
+        } else {
+            ""
+        };
+        match nearest.filter(|slip| off(slip) < LIMITS.near) {
+            Some(slip) => match slip.cure {
+                Cure::Derivative(unit) => format!(
+                    "{what}: probably {}{also}; write {key} = {{ column = \"{column}\", unit = {unit:?}{sign} }}",
+                    slip.cause
+                ),
+                Cure::Position(unit) => {
+                    let position = if key == "velocity" {
+                        &self.columns.displacement
+                    } else {
+                        &self.columns.position
+                    };
+                    format!(
+                        "{what}: probably {}{also}; write unit = {unit:?} for column \"{position}\" and every other displacement in \
+                         that unit, {{ column = …, unit = {unit:?} }}",
+                        slip.cause
+                    )
+                }
+            },
+            None => format!(
+                "{what}{also}: a unit or a scale is wrong, or the column is another one; correct {key}, or leave it out so that it \
+                 is derived"
+            ),
+        }
+    }
+
+    fn speed(&self) -> Option<String> {
+        if self.axis().kind == AxisKind::Rotation {
+            return None;
+        }
+        let channels = *self.moving().first()?;
+        if channels.acceleration.is_some() || channels.velocity.is_some() {
+            return None;
+        }
+        let x = channels.relative_displacement();
+        let [_, v, _] = motion(&x, clear_lag(&x), self.study.sample_rate_hz);
+        let fastest = v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        (fastest > LIMITS.speed_m_s).then(|| {
+            format!(
+                "axis {}: the displacement (column \"{}\") moves at up to {fastest:.0} m/s, which no joint does: probably it is in mm; \
+                 write displacement = {{ column = …, unit = \"mm\" }}",
+                self.axis().name, self.columns.displacement
+            )
+        })
+    }
+
+    /// Sign and unit of the force, by the mass, damping and stiffness that it shows.
+    fn force(&self) -> Option<String> {
+        let axis = self.axis();
+        let no_inertia = axis.inertia == Some(0.0);
+        let mut fit = Linear::new(if no_inertia { 2 } else { 3 });
+        let blocks = 24_usize.div_ceil(self.moving().len().max(1));
+        for channels in self.moving() {
+            let x = channels.relative_displacement();
+            let body = channels.body_position.as_ref().unwrap_or(&x);
+            let lag = clear_lag(body).max(2);
+            let rate = self.study.sample_rate_hz;
+            let [x, v, _] = motion(&x, lag, rate);
+            let a = match &channels.acceleration {
+                Some(logged) => alike(logged, lag),
+                None => {
+                    // What is derived is that of the body, against which a single column may count.
+                    motion(body, lag, rate)[2].clone()
+                }
+            };
+            let force = alike(&channels.force, lag);
+            match no_inertia {
+                true => fit.add(&[&v, &x], &force, blocks),
+                false => fit.add(&[&v, &x, &a], &force, blocks),
+            }
+        }
+        let fitted = fit.solve()?;
+        self.force_sentence(&fitted, no_inertia)
+    }
+
+    fn force_sentence(&self, fitted: &Fitted, no_inertia: bool) -> Option<String> {
+        let axis = self.axis();
+        let column = &self.columns.force;
+        let sign = axis.restoring_force.sign();
+        let [damping, stiffness] = [0, 1].map(|i| sign * fitted.coefficients[i]);
+        let mass = (!no_inertia && fitted.sure(2)).then(|| fitted.coefficients[2]);
+        let gains_energy = fitted.sure(0) && damping < 0.0;
+        let pushes_away = fitted.sure(1) && stiffness < 0.0;
+        let other = match axis.restoring_force {
+            Convention::ForceMinusInertia => "inertia_minus_force",
+            Convention::InertiaMinusForce => "force_minus_inertia",
+        };
+        let name = &axis.name;
+        if let Some(mass) = mass
+            && mass < 0.0
+        {
+            return Some(format!(
+                "axis {name}: the force (column \"{column}\") acts against the acceleration, as if the body's mass were {mass:.3} {}: \
+                 its sign is turned; write force = {{ column = \"{column}\", scale = -1.0 }}, keeping its unit",
+                axis.kind.inertia_unit()
+            ));
+        }
+        let large = fitted.shares[0] > LIMITS.large;
+        if gains_energy && (pushes_away || !fitted.sure(1) && large) {
+            return Some(format!(
+                "axis {name}: by these signs the joint gives out energy and pushes away from rest, which a passive joint does not: the \
+                 force (column \"{column}\") or the displacement (column \"{}\") counts the other way; write restoring_force = \
+                 \"{other}\", or turn one of them with scale = -1.0",
+                self.columns.displacement
+            ));
+        }
+        let (Some(mass), Some(stated)) = (mass, axis.inertia) else {
+            return None;
+        };
+        let ratio = mass / stated;
+        if (LIMITS.mass..1.0 / LIMITS.mass).contains(&ratio) {
+            return None;
+        }
+        let off = |slip: &&(f64, &str)| (ratio / slip.0).ln().abs();
+        let nearest = FORCE_SLIPS.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        let kind = axis.kind;
+        let unit = nearest
+            .filter(|slip| off(slip) < 2.0 * (1.0 / LIMITS.mass).ln().min(0.5))
+            .map(|(_, unit)| match (kind, *unit) {
+                (AxisKind::Translation, unit) => unit,
+                (AxisKind::Rotation, "kN") => "kN*m",
+                (AxisKind::Rotation, "mN") => "mN*m",
+                (AxisKind::Rotation, _) => "lbf*in",
+            });
+        let cause = match unit {
+            Some(unit) => format!(
+                "probably the force is in {unit}; write force = {{ column = \"{column}\", unit = {unit:?} }}, or correct inertia"
+            ),
+            None => "correct the unit of force or inertia".to_owned(),
+        };
+        Some(format!(
+            "axis {name}: the force (column \"{column}\") moves a mass of {mass:.3e} {unit} where study.toml states inertia = {stated}: \
+             {cause}",
+            unit = kind.inertia_unit()
+        ))
+    }
+}
+
+fn rms(series: &[f64]) -> f64 {
+    let count = series.len().max(1) as f64;
+    let mean = series.iter().sum::<f64>() / count;
+    (series.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt()
+}
+
+/// A factor as a person says it.
+fn in_words(gain: f64) -> String {
+    if (0.01..10_000.0).contains(&gain.abs()) {
+        format!("{gain:.3}")
+    } else {
+        format!("{gain:.2e}")
+    }
+}

@@ -1,0 +1,89 @@
+//! Opening a log: its file, its reader, and the columns that a study uses of it.
+
+use super::log::{Column, Log, Numbering, Request, Table};
+use super::readers;
+use crate::text::error::Result;
+
+impl Request<'_> {
+    /// Reads everything in the file that the request needs.
+    pub(crate) fn table(&self) -> Result<Table> {
+        if self.path.is_dir() {
+            return Err(self.error("is a folder, not a log; name the file in it"));
+        }
+        let bytes = std::fs::read(self.path).map_err(|e| {
+            self.error(format!(
+                "cannot be read ({e}); check the path, which is relative to study.toml"
+            ))
+        })?;
+        readers::read(self, &bytes)
+    }
+
+    /// Reads the columns that the study uses.
+    pub(crate) fn read(&self) -> Result<Log> {
+        let mut table = self.table()?;
+        let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
+        let places = self.locate(&names)?;
+        let unused = self.unused(&names);
+        let rows = self.common_rows(&table.columns, &places)?;
+        if !table.cut {
+            let range = self.range(rows)?;
+            for values in table.columns.iter_mut().filter_map(|c| c.values.as_mut()) {
+                values.truncate(range.end);
+                values.drain(..range.start.min(values.len()));
+            }
+            table.numbering = Numbering::From(range.start + 1);
+        }
+        let units = places
+            .iter()
+            .map(|place| place.and_then(|p| table.columns[p].unit.clone()))
+            .collect();
+        let values = places
+            .iter()
+            .map(|place| place.and_then(|p| table.columns[p].values.take()))
+            .collect();
+        let log = Log {
+            values,
+            units,
+            notes: table.notes,
+            unused,
+            numbering: table.numbering,
+        };
+        self.check_finite(&log)?;
+        Ok(log)
+    }
+
+    /// The number of rows, which must be the same in all columns that the study uses.
+    fn common_rows(&self, columns: &[Column], places: &[Option<usize>]) -> Result<usize> {
+        let mut length: Option<(usize, &str)> = None;
+        for place in places.iter().flatten() {
+            let column = &columns[*place];
+            let count = column.values.as_ref().map_or(0, Vec::len);
+            let (rows, other) = *length.get_or_insert((count, &column.name));
+            if rows != count {
+                return Err(self.error(format!(
+                    "has {rows} values in {other:?} but {count} in {:?}; store vectors of equal length",
+                    column.name
+                )));
+            }
+        }
+        Ok(length.map_or(0, |(rows, _)| rows))
+    }
+
+    fn check_finite(&self, log: &Log) -> Result<()> {
+        for (wanted, values) in self.wanted.unwrap_or_default().iter().zip(&log.values) {
+            let bad = values
+                .as_ref()
+                .and_then(|v| v.iter().position(|x| !x.is_finite()).map(|i| (i, v[i])));
+            if let Some((row, value)) = bad {
+                return Err(self.error_at(
+                    &log.row_name(row),
+                    &wanted.column,
+                    format!(
+                        "{value} is not a measurement; repair the log or leave the row out with rows = […]"
+                    ),
+                ));
+            }
+        }
+        Ok(())
+    }
+}

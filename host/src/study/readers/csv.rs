@@ -1,0 +1,232 @@
+//! Reader of text logs: perhaps a preface, a heading, perhaps a row of units, then rows of numbers, dates and times.
+//!
+//! The lines are split here rather than by a CSV library, so that a message names the line of the file that an editor
+//! shows, comments and blank lines counted.
+
+use super::cells::{Clock, Decimal, instant, number};
+use super::layout::{FURTHER, Layout, Separator, TOP, guess, is_comment, split};
+use super::text::{decode, lines};
+use crate::study::log::{Column, Numbering, Request, Table, line_name};
+use crate::text::error::{Error, Result};
+
+/// Reads the columns that the request needs.
+pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
+    let decoded = decode(request, bytes)?;
+    let mut table = read_text(request, &decoded.text)?;
+    table.format = format!("{} {}", decoded.encoding, table.format);
+    Ok(table)
+}
+
+/// The same for a text that is decoded already.
+pub(super) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
+    let layout = layout_of(request, text)?;
+    if layout.first_line.is_none() {
+        return Err(no_row(request, &layout, text));
+    }
+    let names = names(request, &layout)?;
+    request.locate(&names)?;
+    let units: Vec<Option<String>> = layout.units.clone();
+    let mut columns: Vec<Reading> = names
+        .iter()
+        .map(|name| Reading {
+            wanted: request.needs(name),
+            clock: None,
+            values: Vec::new(),
+        })
+        .collect();
+    let numbering = rows(request, text, &layout, &names, &mut columns)?;
+    let columns = names
+        .into_iter()
+        .zip(columns)
+        .enumerate()
+        .map(|(place, (name, column))| Column {
+            name,
+            unit: match &column.clock {
+                // Dates and times are counted in seconds, whatever else stands above them.
+                Some(_) => Some("s".into()),
+                None => units.get(place).cloned().flatten(),
+            },
+            values: column.wanted.then_some(column.values),
+        })
+        .collect();
+    let separator = match layout.separator {
+        Separator::Char('\t') => "tabs".to_owned(),
+        Separator::Char(c) => format!("\"{c}\""),
+        Separator::Blanks => "blanks".to_owned(),
+    };
+    let decimal = match layout.decimal {
+        Decimal::Point => "point",
+        Decimal::Comma => "comma",
+    };
+    Ok(Table {
+        columns,
+        numbering: Numbering::Lines(numbering),
+        format: format!("text, {separator} between cells, decimal {decimal}"),
+        cut: true,
+        notes: Vec::new(),
+    })
+}
+
+fn layout_of(request: &Request<'_>, text: &str) -> Result<Layout> {
+    let top: Vec<(usize, &str)> = lines(text).take(TOP).collect();
+    if top.iter().all(|(_, line)| is_comment(line)) {
+        return Err(request.error("holds only comments; check that the logger finished writing it"));
+    }
+    // Whole lines of the middle and of the end, found without counting the lines before.
+    let further: Vec<&str> = [text.len() / 2, text.len().saturating_sub(1 << 14)]
+        .iter()
+        .filter(|_| top.len() == TOP)
+        .flat_map(|start| {
+            let start = (*start..text.len()).find(|i| text.is_char_boundary(*i));
+            let rest = &text[start.unwrap_or(text.len())..];
+            let rest = &rest[..rest.floor_char_boundary(1 << 14)];
+            lines(rest).skip(1).take(FURTHER / 2).map(|(_, line)| line)
+        })
+        .collect();
+    // The last line of a sample may be cut.
+    let further = further
+        .get(..further.len().saturating_sub(1))
+        .unwrap_or(&[]);
+    Ok(guess(&top, further))
+}
+
+fn names(request: &Request<'_>, layout: &Layout) -> Result<Vec<String>> {
+    if let Some(columns) = request.columns {
+        return Ok(columns.to_vec());
+    }
+    match &layout.heading {
+        Some(heading) => Ok(heading.clone()),
+        None => Err(request.error_in(
+            &line_name(layout.first_line.unwrap_or(1)),
+            "a heading with the columns' names is expected above the numbers; add one, or columns = […] to the [[record]]",
+        )),
+    }
+}
+
+/// A column while it is read.
+struct Reading {
+    wanted: bool,
+    /// Present when the cells are dates or times.
+    clock: Option<Clock>,
+    values: Vec<f64>,
+}
+
+impl Reading {
+    fn take(&mut self, cell: &str, decimal: Decimal, lenient: bool) -> bool {
+        if let Some(value) = number(cell, decimal) {
+            self.values.push(value);
+            return true;
+        }
+        let at = instant(cell);
+        if let Some(at) = at
+            && (self.clock.is_some() || self.values.iter().all(|v| v.is_nan()))
+        {
+            let seconds = self.clock.get_or_insert_default().seconds(at);
+            self.values.push(seconds);
+            return true;
+        }
+        if lenient {
+            self.values.push(f64::NAN);
+        }
+        lenient
+    }
+}
+
+/// Reads the rows that the request takes; gives the line of each.
+fn rows(
+    request: &Request<'_>,
+    text: &str,
+    layout: &Layout,
+    names: &[String],
+    columns: &mut [Reading],
+) -> Result<Vec<u32>> {
+    let first_line = layout.first_line.unwrap_or(1);
+    let [from, to] = request.rows.unwrap_or([0, usize::MAX]);
+    let mut numbering = Vec::new();
+    let mut cells = Vec::with_capacity(names.len());
+    let mut total = 0;
+    let body = lines(text).filter(|(number, line)| *number >= first_line && !is_comment(line));
+    for (number, line) in body {
+        let row = total;
+        total += 1;
+        if row < from || row >= to {
+            continue;
+        }
+        split(line, layout.separator, &mut cells);
+        // A separator at the end of the rows or of the heading alone is no column.
+        if cells.len() == names.len() + 1 && cells.last().is_some_and(|c| c.is_empty()) {
+            cells.pop();
+        } else if cells.len() + 1 == names.len() && names.last().is_some_and(String::is_empty) {
+            cells.push("");
+        }
+        if cells.len() != names.len() {
+            return Err(wrong_length(
+                request,
+                number,
+                cells.len(),
+                names.len(),
+                layout,
+            ));
+        }
+        for ((column, cell), name) in columns.iter_mut().zip(&cells).zip(names) {
+            if column.wanted && !column.take(cell, layout.decimal, request.wanted.is_none()) {
+                return Err(request.error_at(&line_name(number), name, no_number(cell)));
+            }
+        }
+        numbering.push(number as u32);
+    }
+    request.range(total)?;
+    Ok(numbering)
+}
+
+fn no_row(request: &Request<'_>, layout: &Layout, text: &str) -> Error {
+    if request.path.extension().is_some_and(|e| e == "mat") {
+        return request.error(
+            "is no MATLAB file and no table of numbers either; save it from MATLAB with -v7 or -v7.3",
+        );
+    }
+    match &layout.heading {
+        // With nothing below it, the separator was not told.
+        Some(names)
+            if names.iter().any(|n| n.contains([',', ';', '\t'])) && lines(text).nth(2).is_none() =>
+        {
+            request.error("has a heading but no row; check that the logger finished writing it")
+        }
+        _ => request.error(
+            "is text without a table of numbers in it; check that it is a log and not a report or a settings file",
+        ),
+    }
+}
+
+fn no_number(cell: &str) -> String {
+    if cell.is_empty() {
+        return "the cell is empty; repair the log or leave the row out with rows = […]".to_owned();
+    }
+    let with_point = cell.replacen(',', ".", 1);
+    if with_point != cell && with_point.parse::<f64>().is_ok() {
+        return format!(
+            "{cell:?} has a decimal comma where the rest of the log has decimal points, as in {with_point}; repair the log"
+        );
+    }
+    format!("{cell:?} is not a number; repair the log or leave the row out with rows = […]")
+}
+
+fn wrong_length(
+    request: &Request<'_>,
+    number: usize,
+    cells: usize,
+    heading: usize,
+    layout: &Layout,
+) -> Error {
+    let try_this = if cells < heading {
+        "the row is short: repair it, or leave it out with rows = […] if the log was cut off here"
+    } else if layout.separator == Separator::Char(',') {
+        "the row is long: repair it, and export with decimal points if the numbers have decimal commas"
+    } else {
+        "the row is long: repair it, or leave it out with rows = […]"
+    };
+    request.error_in(
+        &line_name(number),
+        format!("{cells} cells where {heading} columns are named; {try_this}"),
+    )
+}

@@ -1,0 +1,341 @@
+//! The layout of a text log, guessed from a sample of its lines: separator, decimal sign, heading, row of units, first row.
+
+use super::cells::{Decimal, instant, number};
+use crate::study::units::is_a_unit;
+
+/// Lines looked at from the top of the file, where preface and heading are.
+pub(super) const TOP: usize = 300;
+/// Lines looked at further down, where a column of whole numbers may show its fractions.
+pub(super) const FURTHER: usize = 200;
+
+/// What stands between cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Separator {
+    Char(char),
+    /// Any number of blanks and tabs.
+    Blanks,
+}
+
+/// How the text is to be read.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Layout {
+    pub(super) separator: Separator,
+    pub(super) decimal: Decimal,
+    /// The column names, when a line holds them.
+    pub(super) heading: Option<Vec<String>>,
+    /// The units of a row of units, in brackets or not.
+    pub(super) units: Vec<Option<String>>,
+    /// The line of the file in which the first row of numbers stands; `None` where there is none.
+    pub(super) first_line: Option<usize>,
+}
+
+/// Every way of writing rows that is tried, the usual first: of two that fit alike the first is taken.
+const WAYS: [(Separator, Decimal); 8] = [
+    (Separator::Char(','), Decimal::Point),
+    (Separator::Char(';'), Decimal::Point),
+    (Separator::Char('\t'), Decimal::Point),
+    (Separator::Char(';'), Decimal::Comma),
+    (Separator::Char('\t'), Decimal::Comma),
+    (Separator::Blanks, Decimal::Point),
+    (Separator::Blanks, Decimal::Comma),
+    (Separator::Char('|'), Decimal::Point),
+];
+
+/// Cells of a line, trimmed, without the quotation marks around them.
+pub(super) fn split<'a>(line: &'a str, separator: Separator, cells: &mut Vec<&'a str>) {
+    cells.clear();
+    let delimiter = match separator {
+        Separator::Blanks if line.contains('"') => ' ',
+        Separator::Blanks => return cells.extend(line.split_whitespace()),
+        Separator::Char(c) => c,
+    };
+    if !line.contains('"') {
+        cells.extend(line.split(delimiter).map(str::trim));
+        return;
+    }
+    let mut start = 0;
+    let mut quoted = false;
+    let mut push = |cell: &'a str| {
+        let cell = cell.trim();
+        if separator == Separator::Blanks && cell.is_empty() {
+            return;
+        }
+        let inner = cell.strip_prefix('"').and_then(|c| c.strip_suffix('"'));
+        cells.push(inner.unwrap_or(cell).trim());
+    };
+    for (i, c) in line.char_indices() {
+        if c == '"' {
+            quoted = !quoted;
+        } else if c == delimiter && !quoted {
+            push(&line[start..i]);
+            start = i + c.len_utf8();
+        }
+    }
+    push(&line[start..]);
+}
+
+/// Whether a line is a comment.
+pub(super) fn is_comment(line: &str) -> bool {
+    line.trim_start().starts_with(['#', '%']) || line.starts_with("//")
+}
+
+/// Finds the layout; `top` are the file's first lines, `further` some from its middle and end, blank lines left out.
+pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
+    let rows: Vec<(usize, &str)> = top
+        .iter()
+        .copied()
+        .filter(|(_, l)| !is_comment(l))
+        .collect();
+    // Preface lines are at the very top, so the sample's second half speaks of the rows.
+    let body: Vec<&str> = rows[rows.len() / 2..]
+        .iter()
+        .map(|(_, line)| *line)
+        .chain(further.iter().copied().filter(|l| !is_comment(l)))
+        .collect();
+    let mut best = (i64::MIN, WAYS[0], 0);
+    for way in WAYS {
+        let (score, columns) = fitness(&body, way);
+        if score > best.0 {
+            best = (score, way, columns);
+        }
+    }
+    let (_, (separator, decimal), columns) = best;
+    let split_line = |line: &str| -> Vec<String> {
+        let mut cells = Vec::new();
+        split(line, separator, &mut cells);
+        cells.iter().map(|c| (*c).to_owned()).collect()
+    };
+    let holds_data = |line: &str| {
+        let mut cells = Vec::new();
+        split(line, separator, &mut cells);
+        let numbers = cells.iter().filter(|c| is_value(c, decimal)).count();
+        // Preface lines such as “Run;7;;” are padded to the width of the table.
+        numbers > 0 && 2 * numbers >= columns && fits(cells.len(), columns)
+    };
+    let first = (0..rows.len()).find(|i| {
+        holds_data(rows[*i].1) && rows.get(i + 1).is_none_or(|(_, next)| holds_data(next))
+    });
+    let above = &rows[..first.unwrap_or(rows.len().min(1))];
+    let mut names: Vec<Vec<String>> = above
+        .iter()
+        .rev()
+        .map(|(_, line)| split_line(line))
+        .take_while(|cells| first.is_none() || fits(cells.len(), columns))
+        .take(2)
+        .collect();
+    let units = match names.as_slice() {
+        [units, heading] if is_row_of_units(units) && !is_row_of_units(heading) => {
+            names.remove(0).into_iter().map(bare_unit).collect()
+        }
+        _ => Vec::new(),
+    };
+    let mut heading = names.into_iter().next();
+    if heading.is_none() {
+        heading = first.and_then(|i| commented_heading(top, rows[i].0, columns, &split_line));
+    }
+    Layout {
+        separator,
+        decimal,
+        heading,
+        units,
+        first_line: first.map(|i| rows[i].0),
+    }
+}
+
+/// A comment right above the first row that has as many words as there are columns: how NumPy writes a heading.
+fn commented_heading(
+    top: &[(usize, &str)],
+    first_line: usize,
+    columns: usize,
+    split_line: &dyn Fn(&str) -> Vec<String>,
+) -> Option<Vec<String>> {
+    let above = top.iter().take_while(|(number, _)| *number < first_line);
+    let (_, comment) = above.last()?;
+    let words = split_line(comment.trim_start().trim_start_matches(['#', '%', '/']));
+    (columns > 1 && words.len() == columns).then_some(words)
+}
+
+/// A trailing separator adds an empty cell to the rows or to the heading.
+fn fits(cells: usize, columns: usize) -> bool {
+    cells.abs_diff(columns) <= 1 && cells > 0
+}
+
+fn is_value(cell: &str, decimal: Decimal) -> bool {
+    number(cell, decimal).is_some() || instant(cell).is_some()
+}
+
+/// How well lines read as rows: numbers less what is neither number nor empty; with the usual count of cells.
+fn fitness(lines: &[&str], (separator, decimal): (Separator, Decimal)) -> (i64, usize) {
+    let mut cells = Vec::new();
+    let mut counts = std::collections::BTreeMap::new();
+    for line in lines {
+        split(line, separator, &mut cells);
+        *counts.entry(cells.len()).or_insert(0_usize) += 1;
+    }
+    let columns = counts
+        .iter()
+        .max_by_key(|(_, n)| **n)
+        .map_or(0, |(c, _)| *c);
+    let mut score = 0_i64;
+    for line in lines {
+        split(line, separator, &mut cells);
+        if cells.len() != columns {
+            score -= 1;
+            continue;
+        }
+        for cell in cells.iter().filter(|c| !c.is_empty()) {
+            // “1,234” reads as a thousand with a point and as one and a quarter with a comma: it speaks for neither point.
+            let grouped = decimal == Decimal::Point && cell.parse::<f64>().is_err();
+            score += match is_value(cell, decimal) {
+                true if grouped && instant(cell).is_none() => 0,
+                true => 1,
+                false => -2,
+            };
+        }
+    }
+    (score, columns)
+}
+
+/// “mm”, “[mm]”, “(mm)” and empty cells, at least one of them filled.
+fn is_row_of_units(cells: &[String]) -> bool {
+    let mut filled = cells.iter().filter(|c| !c.is_empty()).peekable();
+    filled.peek().is_some() && filled.all(|c| bracketed(c).is_some() || is_a_unit(c))
+}
+
+fn bracketed(cell: &str) -> Option<&str> {
+    let square = cell.strip_prefix('[').and_then(|c| c.strip_suffix(']'));
+    let round = cell.strip_prefix('(').and_then(|c| c.strip_suffix(')'));
+    square.or(round).map(str::trim)
+}
+
+fn bare_unit(cell: String) -> Option<String> {
+    let bare = bracketed(&cell).unwrap_or(&cell);
+    (!bare.is_empty()).then(|| bare.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn guessed(text: &str) -> Layout {
+        let lines: Vec<(usize, &str)> = text
+            .lines()
+            .enumerate()
+            .map(|(i, line)| (i + 1, line))
+            .filter(|(_, line)| !line.trim().is_empty())
+            .collect();
+        guess(&lines, &[])
+    }
+
+    fn row_repeated(head: &str, row: &str) -> String {
+        format!("{head}{}", format!("{row}\n").repeat(20))
+    }
+
+    #[test]
+    fn separators_decimal_signs_and_headings() {
+        use Separator::{Blanks, Char};
+        for (head, row, separator, decimal, heading, first) in [
+            (
+                "t,x,F\n",
+                "0.1,2,-3e-4",
+                Char(','),
+                Decimal::Point,
+                "t|x|F",
+                2,
+            ),
+            (
+                "t;x;F\n",
+                "0,1;2;-3e-4",
+                Char(';'),
+                Decimal::Comma,
+                "t|x|F",
+                2,
+            ),
+            (
+                "t;x;F\n",
+                "1,234;2,345;3,456",
+                Char(';'),
+                Decimal::Comma,
+                "t|x|F",
+                2,
+            ),
+            (
+                "t\tx\tF\n",
+                "0,1\t2,5\t3",
+                Char('\t'),
+                Decimal::Comma,
+                "t|x|F",
+                2,
+            ),
+            ("t x F\n", "0.1   2.5 3", Blanks, Decimal::Point, "t|x|F", 2),
+            ("# t x F\n", "0.1 2.5 3", Blanks, Decimal::Point, "t|x|F", 2),
+            (
+                "Run 7\n\nt;x;F\n",
+                "1;2;3",
+                Char(';'),
+                Decimal::Point,
+                "t|x|F",
+                4,
+            ),
+            (
+                "\"t\",\"x, far\"\n",
+                "0.1,2.5",
+                Char(','),
+                Decimal::Point,
+                "t|x, far",
+                2,
+            ),
+            (
+                "Run;7;;\nDate;14.03.2026;;\nt;x;a;F\n",
+                "0,1;2;3;4",
+                Char(';'),
+                Decimal::Comma,
+                "t|x|a|F",
+                4,
+            ),
+            ("t,x,\n", "0.1,2.5,", Char(','), Decimal::Point, "t|x|", 2),
+            (
+                "when,x\n",
+                "2026-03-14 09:26:53.5,2.5",
+                Char(','),
+                Decimal::Point,
+                "when|x",
+                2,
+            ),
+            (
+                "day;time;x\n",
+                "14.03.2026;09:26:53,5;2,5",
+                Char(';'),
+                Decimal::Comma,
+                "day|time|x",
+                2,
+            ),
+        ] {
+            let found = guessed(&row_repeated(head, row));
+            assert_eq!(
+                (found.separator, found.decimal),
+                (separator, decimal),
+                "{head}{row}"
+            );
+            assert_eq!(found.heading.unwrap().join("|"), heading, "{head}{row}");
+            assert_eq!(found.first_line, Some(first), "{head}{row}");
+        }
+    }
+
+    #[test]
+    fn a_row_of_units_is_told_from_a_heading() {
+        let with = guessed(&row_repeated("Zeit;Weg;Kraft\n;mm;[kN]\n", "0,1;2,5;3"));
+        assert_eq!(with.heading.unwrap(), ["Zeit", "Weg", "Kraft"]);
+        assert_eq!(with.units, [None, Some("mm".into()), Some("kN".into())]);
+        assert_eq!(with.first_line, Some(3));
+        let without = guessed(&row_repeated("a b c\nt;s;m\n", "0,1;2,5;3"));
+        assert_eq!(without.heading.unwrap(), ["t", "s", "m"]);
+        assert!(without.units.is_empty());
+    }
+
+    #[test]
+    fn numbers_alone_have_no_heading() {
+        let found = guessed(&row_repeated("", "0.1,2.5,3"));
+        assert_eq!((found.heading, found.first_line), (None, Some(1)));
+    }
+}

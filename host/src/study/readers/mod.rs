@@ -1,0 +1,129 @@
+//! Log formats: one file each, all giving a `Table`.
+//!
+//! The format is recognised by the file's first bytes, never by its name. A file that no reader takes is refused with what it
+//! seems to be.
+
+mod archive;
+mod cells;
+mod csv;
+mod json;
+mod layout;
+mod matlab;
+mod numpy;
+mod packed;
+mod sheet;
+mod tdms;
+mod text;
+mod universal;
+
+use super::log::{Request, Table};
+use crate::text::error::Result;
+use std::borrow::Cow;
+
+/// Whether bytes are of a format, and its reader.
+type Format = (fn(&[u8]) -> bool, fn(&Request<'_>, &[u8]) -> Result<Table>);
+
+/// The formats that say themselves by their first bytes.
+const BINARY: [Format; 4] = [
+    (matlab::recognises, matlab::read),
+    (numpy::recognises, numpy::read),
+    (tdms::recognises, tdms::read),
+    (universal::recognises, universal::read),
+];
+
+/// Reads a log, whichever format it is in.
+pub(crate) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
+    let (bytes, packed) = match bytes {
+        [0x1f, 0x8b, ..] => (Cow::Owned(packed::gunzip(request, bytes)?), true),
+        _ => (Cow::Borrowed(bytes), false),
+    };
+    let mut table = read_plain(request, &bytes)?;
+    if packed {
+        table.format.push_str(", gzip");
+    }
+    Ok(table)
+}
+
+fn read_plain(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        return Err(request.error("is empty; check that the logger finished writing it"));
+    }
+    for (recognises, read) in BINARY {
+        if recognises(bytes) {
+            return read(request, bytes);
+        }
+    }
+    if bytes.starts_with(b"PK\x03\x04") {
+        let entries = archive::entries(request, bytes)?;
+        if entries.iter().any(|e| e.name == "xl/workbook.xml") {
+            return sheet::read(request, bytes);
+        }
+        if entries.iter().any(|e| e.name.ends_with(".npy")) {
+            return numpy::read_archive(request, &entries);
+        }
+    }
+    let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
+    if matches!(first, Some(b'{' | b'[')) {
+        return json::read(request, bytes);
+    }
+    if let Some(seems) = foreign(bytes) {
+        return Err(request.error(format!(
+            "seems to be {seems}; export the log as CSV, or as one of {FORMATS}"
+        )));
+    }
+    csv::read(request, bytes)
+}
+
+/// Whether bytes are those of a log rather than of a model file, a blob or anything else.
+pub(crate) fn is_a_log(bytes: &[u8]) -> bool {
+    match bytes.iter().find(|b| !b.is_ascii_whitespace()) {
+        None => false,
+        // A model file is an object as well, without `data`.
+        Some(b'{') => {
+            let json: Option<serde_json::Value> = serde_json::from_slice(bytes).ok();
+            json.is_some_and(|json| json.get("data").is_some())
+        }
+        Some(_) => {
+            bytes.starts_with(&[0x1f, 0x8b])
+                || foreign(bytes).is_some()
+                || BINARY.iter().any(|(recognises, _)| recognises(bytes))
+                || text::is_text(bytes)
+        }
+    }
+}
+
+/// What can be read beside CSV.
+const FORMATS: &str = "Excel (.xlsx), MATLAB (-v7), NumPy, TDMS, Universal File 58 and JSON";
+
+/// What a file is that is no log, by its first bytes.
+fn foreign(bytes: &[u8]) -> Option<&'static str> {
+    const KNOWN: &[(&[u8], &str)] = &[
+        (b"%PDF", "a PDF document"),
+        (b"\x89PNG", "a picture (PNG)"),
+        (b"\xff\xd8\xff", "a picture (JPEG)"),
+        (b"GIF8", "a picture (GIF)"),
+        (
+            b"\xd0\xcf\x11\xe0",
+            "an Excel workbook of before 2007 (.xls) or another old Office file",
+        ),
+        (b"\x7fELF", "a program"),
+        (b"MZ", "a Windows program"),
+        (b"PK\x03\x04", "a ZIP archive"),
+        (b"Rar!", "a RAR archive"),
+        (b"7z\xbc\xaf", "a 7-Zip archive"),
+        (b"BZh", "a file packed with bzip2"),
+        (b"\xfd7zXZ", "a file packed with xz"),
+        (b"\x28\xb5\x2f\xfd", "a file packed with zstd"),
+        (b"SQLite format 3", "an SQLite database"),
+        (b"<?xml", "XML"),
+        (b"<!DOCTYPE", "a web page"),
+        (b"<html", "a web page"),
+        (b"\x89HDF", "an HDF5 file"),
+        (b"MATLAB 7.3", "a MATLAB 7.3 file (save it with -v7)"),
+        (b"PAR1", "a Parquet file"),
+        (b"MDF     ", "an ASAM MDF file"),
+        (b"ARROW1", "an Arrow or Feather file (write it as Parquet)"),
+    ];
+    let known = KNOWN.iter().find(|(start, _)| bytes.starts_with(start));
+    known.map(|(_, what)| *what)
+}

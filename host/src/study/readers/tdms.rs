@@ -1,0 +1,371 @@
+//! Reader of LabVIEW TDMS files: each channel with numbers is a column, with the unit in its property `unit_string`.
+//!
+//! Layout after National Instruments' “TDMS File Format Internal Structure”: segments of lead-in, object descriptions and raw data. A
+//! file that was cut off is read up to the last whole chunk of its last segment, which is reported.
+
+use crate::study::log::{Column, Request, Table};
+use crate::text::error::Result;
+use std::collections::BTreeMap;
+
+/// Flags of a segment's table of contents.
+const NEW_OBJECTS: u32 = 1 << 2;
+const RAW_DATA: u32 = 1 << 3;
+const INTERLEAVED: u32 = 1 << 5;
+const BIG_ENDIAN: u32 = 1 << 6;
+/// Bytes of a lead-in.
+const LEAD_IN: usize = 28;
+/// Objects that one file may describe; more is a damaged count.
+const MAX_OBJECTS: usize = 100_000;
+
+/// Whether the bytes begin like such a file.
+pub(super) fn recognises(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"TDSm")
+}
+
+/// A channel while the file is read.
+#[derive(Default)]
+struct Channel {
+    unit: Option<String>,
+    increment_s: Option<f64>,
+    start_s: f64,
+    kind: u32,
+    /// Values in a chunk of the current segment.
+    count: usize,
+    values: Vec<f64>,
+    order: usize,
+}
+
+/// Reads the channels that the request needs.
+pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
+    let mut file = File::default();
+    let mut at = 0;
+    let mut notes = Vec::new();
+    while at < bytes.len() {
+        match file.segment(&bytes[at..], &|name| request.needs(name)) {
+            Ok(Segment { length, whole }) => {
+                if !whole {
+                    notes.push(format!(
+                        "{} ends in the middle of a segment, as after a crash of the logger; it is read up to the last whole chunk",
+                        request.file
+                    ));
+                    break;
+                }
+                at += length;
+            }
+            Err(what) if at > 0 && what == CUT => {
+                notes.push(format!(
+                    "{} ends in the middle of a segment's description; it is read up to the segment before",
+                    request.file
+                ));
+                break;
+            }
+            Err(what) => {
+                return Err(request.error(format!(
+                    "is a TDMS file that cannot be read: {what} (in the segment at byte {at}); open it in LabVIEW and save it again, \
+                     or export CSV"
+                )));
+            }
+        }
+    }
+    let mut table = Table::whole("LabVIEW TDMS", file.columns(request));
+    table.notes = notes;
+    Ok(table)
+}
+
+/// What is said of a segment that ends too early.
+const CUT: &str = "it is cut off";
+
+/// Where a segment ends, and whether all of it is there.
+struct Segment {
+    length: usize,
+    whole: bool,
+}
+
+#[derive(Default)]
+struct File {
+    channels: BTreeMap<String, Channel>,
+    /// Paths of the objects with raw data in the current segment, in their order.
+    active: Vec<String>,
+}
+
+/// Reads one number after another.
+struct Cursor<'a> {
+    bytes: &'a [u8],
+    big: bool,
+}
+
+impl<'a> Cursor<'a> {
+    fn take(&mut self, count: usize) -> std::result::Result<&'a [u8], &'static str> {
+        let (head, rest) = self.bytes.split_at_checked(count).ok_or(CUT)?;
+        self.bytes = rest;
+        Ok(head)
+    }
+
+    fn u32(&mut self) -> std::result::Result<u32, &'static str> {
+        let raw = self.take(4)?;
+        let raw = [raw[0], raw[1], raw[2], raw[3]];
+        Ok(if self.big {
+            u32::from_be_bytes(raw)
+        } else {
+            u32::from_le_bytes(raw)
+        })
+    }
+
+    fn u64(&mut self) -> std::result::Result<u64, &'static str> {
+        let raw = self.take(8)?;
+        let mut whole = [0; 8];
+        whole.copy_from_slice(raw);
+        Ok(if self.big {
+            u64::from_be_bytes(whole)
+        } else {
+            u64::from_le_bytes(whole)
+        })
+    }
+
+    fn text(&mut self) -> std::result::Result<String, &'static str> {
+        let length = self.u32()? as usize;
+        Ok(String::from_utf8_lossy(self.take(length)?).into_owned())
+    }
+
+    /// A property's value: a number, a text, or neither.
+    fn property(
+        &mut self,
+        kind: u32,
+    ) -> std::result::Result<(Option<f64>, Option<String>), &'static str> {
+        if kind == 0x20 {
+            return Ok((None, Some(self.text()?)));
+        }
+        if kind == 0x44 {
+            self.take(16)?;
+            return Ok((None, None));
+        }
+        let size = size_of(kind).ok_or("a property is of a type unknown here")?;
+        let raw = self.take(size)?;
+        Ok((Some(number(kind, raw, self.big)), None))
+    }
+}
+
+impl File {
+    /// Reads the segment at the start of `bytes`.
+    fn segment(
+        &mut self,
+        bytes: &[u8],
+        needs: &dyn Fn(&str) -> bool,
+    ) -> std::result::Result<Segment, &'static str> {
+        if bytes.len() < LEAD_IN {
+            return Err(CUT);
+        }
+        if !bytes.starts_with(b"TDSm") {
+            return Err("a segment does not begin as it should");
+        }
+        let mut lead = Cursor {
+            bytes: &bytes[4..LEAD_IN],
+            big: false,
+        };
+        let contents = lead.u32()?;
+        let big = contents & BIG_ENDIAN != 0;
+        lead.big = big;
+        lead.u32()?;
+        let (next, raw) = (lead.u64()?, lead.u64()?);
+        let rest = &bytes[LEAD_IN..];
+        // A logger writes the length when it closes the segment; until then it is all ones.
+        let whole = usize::try_from(next).is_ok_and(|next| next <= rest.len());
+        let next = if whole { next as usize } else { rest.len() };
+        let raw = usize::try_from(raw).map_err(|_| CUT)?;
+        if raw > next {
+            return Err(CUT);
+        }
+        if raw > 0 {
+            let mut cursor = Cursor {
+                bytes: &rest[..raw],
+                big,
+            };
+            self.objects(&mut cursor, contents & NEW_OBJECTS != 0)?;
+        }
+        if contents & RAW_DATA != 0 {
+            self.raw(&rest[raw..next], big, contents & INTERLEAVED != 0, needs)?;
+        }
+        Ok(Segment {
+            length: LEAD_IN + next,
+            whole,
+        })
+    }
+
+    fn objects(
+        &mut self,
+        cursor: &mut Cursor<'_>,
+        anew: bool,
+    ) -> std::result::Result<(), &'static str> {
+        if anew {
+            self.active.clear();
+        }
+        let count = cursor.u32()? as usize;
+        if count > MAX_OBJECTS {
+            return Err("it describes more objects than a log has");
+        }
+        for _ in 0..count {
+            let path = cursor.text()?;
+            let order = self.channels.len();
+            let channel = self.channels.entry(path.clone()).or_default();
+            if channel.order == 0 {
+                channel.order = order + 1;
+            }
+            match cursor.u32()? {
+                0xffff_ffff => self.active.retain(|p| *p != path),
+                index => {
+                    // 0: as in the segment before.
+                    if index != 0 {
+                        if index == 0x6912 || index == 0x6913 || index > 64 {
+                            return Err(
+                                "it holds raw data of a DAQmx device, scaled by the reader",
+                            );
+                        }
+                        channel.kind = cursor.u32()?;
+                        cursor.u32()?;
+                        channel.count = usize::try_from(cursor.u64()?).map_err(|_| CUT)?;
+                        if index > 20 {
+                            cursor.take(index as usize - 20)?;
+                        }
+                    }
+                    if !self.active.contains(&path) {
+                        self.active.push(path);
+                    }
+                }
+            }
+            for _ in 0..cursor.u32()? {
+                let name = cursor.text()?;
+                let kind = cursor.u32()?;
+                let (value, text) = cursor.property(kind)?;
+                match name.as_str() {
+                    "unit_string" => channel.unit = text.filter(|t| !t.is_empty()),
+                    "wf_increment" => channel.increment_s = value.filter(|v| *v > 0.0),
+                    "wf_start_offset" => channel.start_s = value.unwrap_or(0.0),
+                    _ => {}
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The raw data of a segment: chunks of the same layout, of which the last may be cut off.
+    fn raw(
+        &mut self,
+        raw: &[u8],
+        big: bool,
+        interleaved: bool,
+        needs: &dyn Fn(&str) -> bool,
+    ) -> std::result::Result<(), &'static str> {
+        let mut parts = Vec::new();
+        for path in &self.active {
+            let channel = &self.channels[path];
+            let size = size_of(channel.kind)
+                .ok_or("a channel holds text, complex numbers or time stamps")?;
+            parts.push((path.clone(), channel.kind, size, channel.count));
+        }
+        let chunk = parts.iter().try_fold(0_usize, |sum, (_, _, size, count)| {
+            sum.checked_add(size.checked_mul(*count)?)
+        });
+        let chunk = chunk.ok_or(CUT)?;
+        if chunk == 0 {
+            return Ok(());
+        }
+        for chunk in raw.chunks_exact(chunk) {
+            let stride: usize = parts.iter().map(|p| p.2).sum();
+            let mut from = 0;
+            for (path, kind, size, count) in &parts {
+                let step = if interleaved { stride } else { *size };
+                if let Some(channel) = self
+                    .channels
+                    .get_mut(path)
+                    .filter(|_| needs(&last_name(path)))
+                {
+                    let values = (0..*count)
+                        .map_while(|i| chunk.get(from + i * step..from + i * step + size));
+                    channel
+                        .values
+                        .extend(values.map(|raw| number(*kind, raw, big)));
+                }
+                from += if interleaved { *size } else { size * count };
+            }
+        }
+        Ok(())
+    }
+
+    fn columns(self, request: &Request<'_>) -> Vec<Column> {
+        let mut channels: Vec<(String, Channel)> = self
+            .channels
+            .into_iter()
+            .filter(|(path, channel)| {
+                path.matches("'/'").count() == 1 && size_of(channel.kind).is_some()
+            })
+            .collect();
+        channels.sort_by_key(|(_, channel)| channel.order);
+        let mut columns: Vec<Column> = Vec::new();
+        let waveform = channels
+            .iter()
+            .find_map(|(_, c)| Some((c.increment_s?, c.start_s, c.values.len())));
+        for (path, channel) in channels {
+            let name = last_name(&path);
+            columns.push(Column {
+                values: request.needs(&name).then_some(channel.values),
+                name,
+                unit: channel.unit,
+            });
+        }
+        // Waveforms hold no time but its increment.
+        if let Some((increment, start, rows)) = waveform
+            && !columns.iter().any(|c| c.name == "time")
+        {
+            columns.push(Column {
+                name: "time".into(),
+                unit: Some("s".into()),
+                values: Some(
+                    (0..rows)
+                        .map(|row| start + row as f64 * increment)
+                        .collect(),
+                ),
+            });
+        }
+        columns
+    }
+}
+
+/// The channel's own name in a path: `/'run'/'x'`.
+fn last_name(path: &str) -> String {
+    let last = path.rsplit("'/'").next().unwrap_or(path);
+    last.trim_end_matches('\'').replace("''", "'")
+}
+
+/// Bytes of a number; `None` for what is no number.
+fn size_of(kind: u32) -> Option<usize> {
+    match kind {
+        1 | 5 | 0x21 => Some(1),
+        2 | 6 => Some(2),
+        3 | 7 | 9 | 0x19 => Some(4),
+        4 | 8 | 10 | 0x1a => Some(8),
+        _ => None,
+    }
+}
+
+/// The number in as many bytes as [`size_of`] says.
+fn number(kind: u32, raw: &[u8], big: bool) -> f64 {
+    let mut bytes = [0_u8; 8];
+    let size = raw.len().min(8);
+    bytes[..size].copy_from_slice(&raw[..size]);
+    if big {
+        bytes[..size].reverse();
+    }
+    let [a, b, c, d, ..] = bytes;
+    match kind {
+        1 => f64::from(a as i8),
+        2 => f64::from(i16::from_le_bytes([a, b])),
+        3 => f64::from(i32::from_le_bytes([a, b, c, d])),
+        4 => i64::from_le_bytes(bytes) as f64,
+        6 => f64::from(u16::from_le_bytes([a, b])),
+        7 => f64::from(u32::from_le_bytes([a, b, c, d])),
+        8 => u64::from_le_bytes(bytes) as f64,
+        9 | 0x19 => f64::from(f32::from_le_bytes([a, b, c, d])),
+        10 | 0x1a => f64::from_le_bytes(bytes),
+        _ => f64::from(a),
+    }
+}

@@ -1,0 +1,216 @@
+//! A look at a log before any study names its columns: what they are called, their units, ranges and sampling.
+
+use super::log::Request;
+use super::naming::{self, Named};
+use super::time::Stamps;
+use super::units::Quantity;
+use crate::text::error::{Error, Result};
+use std::path::Path;
+
+/// One column, looked at.
+#[derive(Clone, Debug)]
+pub struct SurveyedColumn {
+    /// As the file names it.
+    pub name: String,
+    /// The unit, from a row of units, the file's own entry, or the name.
+    pub unit: Option<String>,
+    /// Its numbers; not-a-number where the cell holds none.
+    pub values: Vec<f64>,
+    /// Rows without a number.
+    pub missing: usize,
+    /// Smallest and largest number.
+    pub range: [f64; 2],
+    /// RMS about the mean.
+    pub rms: f64,
+    /// Smallest difference between neighbours that are not equal: the resolution, where the channel is coarser than its noise.
+    pub step: Option<f64>,
+    pub(crate) named: Named,
+}
+
+/// The times of a log.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct SurveyedTime {
+    /// The column.
+    pub column: String,
+    /// How many seconds one of its units is.
+    pub seconds_per_unit: f64,
+    /// Samples per second.
+    pub rate_hz: f64,
+    /// Largest distance of a stamp from an even grid, in samples.
+    pub jitter: f64,
+    /// Samples that are missing, and in how many places.
+    pub gaps: [usize; 2],
+}
+
+/// A log, looked at.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    /// The file, as it was given.
+    pub file: String,
+    /// Its format, in words.
+    pub format: String,
+    /// Rows of the longest column.
+    pub rows: usize,
+    /// All its columns.
+    pub columns: Vec<SurveyedColumn>,
+    /// Its time column, when one can be told.
+    pub time: Option<SurveyedTime>,
+    /// What the reader repaired.
+    pub notes: Vec<String>,
+    /// Whether the file names its columns.
+    pub(crate) headed: bool,
+}
+
+impl Survey {
+    /// Looks at a log in any format that can be read.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`], one sentence: what is wrong with the file.
+    pub fn of(path: &Path) -> Result<Self> {
+        let file = path.display().to_string();
+        let request = |columns| Request {
+            file: &file,
+            path,
+            wanted: None,
+            rows: None,
+            columns,
+        };
+        let mut headed = true;
+        let mut table = match request(None).table() {
+            Err(error) if error.sentence.contains("a heading with the columns' names") => {
+                headed = false;
+                let numbered: Vec<String> =
+                    (1..=columns_of(path)?).map(|i| format!("c{i}")).collect();
+                request(Some(&numbered)).table()?
+            }
+            other => other?,
+        };
+        table.columns.retain(|c| !c.name.is_empty());
+        let columns: Vec<SurveyedColumn> = table
+            .columns
+            .into_iter()
+            .map(|c| surveyed(c.name, c.unit, c.values.unwrap_or_default()))
+            .collect();
+        let rows = columns.iter().map(|c| c.values.len()).max().unwrap_or(0);
+        if rows < 2 {
+            return Err(Error::data(format!(
+                "{file} holds {rows} rows; check that the logger finished writing it"
+            )));
+        }
+        Ok(Self {
+            time: time_of(&columns),
+            format: table.format,
+            rows,
+            columns,
+            notes: table.notes,
+            headed,
+            file,
+        })
+    }
+
+    /// The column that is this by its name and unit alone, where one is; `force` or `displacement`.
+    pub fn likeliest(&self, role: &str) -> Option<String> {
+        use super::AxisKind::{Rotation, Translation};
+        let quantities = match role {
+            "force" => [Quantity::Force(Translation), Quantity::Force(Rotation)],
+            _ => [
+                Quantity::Displacement(Translation),
+                Quantity::Displacement(Rotation),
+            ],
+        };
+        let score = |c: &SurveyedColumn| quantities.iter().map(|q| c.named.score(*q)).max();
+        let best = self.columns.iter().max_by_key(|c| score(c))?;
+        score(best).filter(|s| *s > 0).map(|_| best.name.clone())
+    }
+
+    /// A column by its name.
+    pub(crate) fn column(&self, name: &str) -> Option<&SurveyedColumn> {
+        self.columns.iter().find(|c| c.name == name)
+    }
+}
+
+/// Whether a file's bytes are those of a log, in any format; not so a model file, a blob, or anything else that is neither text nor a
+/// format of logs.
+pub fn is_a_log(bytes: &[u8]) -> bool {
+    super::readers::is_a_log(bytes)
+}
+
+/// How many cells the rows of a text without a heading have.
+fn columns_of(path: &Path) -> Result<usize> {
+    for count in 1..=256 {
+        let names: Vec<String> = (0..count).map(|i| format!("c{i}")).collect();
+        let file = path.display().to_string();
+        let request = Request {
+            file: &file,
+            path,
+            wanted: None,
+            rows: Some([0, 1]),
+            columns: Some(&names),
+        };
+        if request.table().is_ok() {
+            return Ok(count);
+        }
+    }
+    Err(Error::data(format!(
+        "{} has no heading and rows of unequal length; add a heading",
+        path.display()
+    )))
+}
+
+fn surveyed(name: String, unit: Option<String>, values: Vec<f64>) -> SurveyedColumn {
+    let named = naming::read(&name, unit.as_deref());
+    let finite = || values.iter().copied().filter(|v| v.is_finite());
+    let count = finite().count();
+    let mean = finite().sum::<f64>() / count.max(1) as f64;
+    let low = finite().fold(f64::INFINITY, f64::min);
+    let high = finite().fold(f64::NEG_INFINITY, f64::max);
+    let steps = values.windows(2).map(|w| (w[1] - w[0]).abs());
+    let step = steps
+        .filter(|s| *s > 1e-9 * (high - low))
+        .fold(f64::INFINITY, f64::min);
+    SurveyedColumn {
+        missing: values.len() - count,
+        range: if count > 0 {
+            [low, high]
+        } else {
+            [f64::NAN; 2]
+        },
+        rms: (finite().map(|v| (v - mean).powi(2)).sum::<f64>() / count.max(1) as f64).sqrt(),
+        step: step.is_finite().then_some(step),
+        unit: unit.or_else(|| named.unit.clone()),
+        named,
+        name,
+        values,
+    }
+}
+
+/// The column that counts the time: it never falls, and its name or unit says so.
+pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
+    let score = |c: &SurveyedColumn| {
+        let rising = c.values.windows(2).filter(|w| w[1] > w[0]).count();
+        let falling = c.values.windows(2).any(|w| w[1] < w[0]);
+        if c.missing > 0 || falling || 2 * rising < c.values.len() {
+            return 0;
+        }
+        c.named.time
+    };
+    let column = columns
+        .iter()
+        .max_by_key(|c| score(c))
+        .filter(|c| score(c) > 0)?;
+    let unit = column.unit.as_deref();
+    let seconds_per_unit = unit.and_then(naming::seconds).unwrap_or_else(|| {
+        // A rig is sampled faster than 20 Hz; steps longer than that are milliseconds.
+        let step = (column.range[1] - column.range[0]) / column.values.len() as f64;
+        if step > 0.05 { 1e-3 } else { 1.0 }
+    });
+    let seconds: Vec<f64> = column.values.iter().map(|t| t * seconds_per_unit).collect();
+    let stamps = Stamps::of(&seconds)?;
+    Some(SurveyedTime {
+        column: column.name.clone(),
+        seconds_per_unit,
+        rate_hz: stamps.rate_hz,
+        jitter: stamps.jitter,
+        gaps: [stamps.missing, stamps.places],
+    })
+}

@@ -1,0 +1,195 @@
+//! One record in every log format, each written by the program that usually writes it (`tests/data/make_logs.py`), gives the same
+//! study, bit for bit; and each format damaged is refused in a sentence or repaired with a note, never in silence.
+
+use jointwatch::study::{Channels, Study};
+use jointwatch_tests::program::workspace;
+use std::fs;
+use std::path::PathBuf;
+use tempfile::TempDir;
+
+fn file(name: &str) -> PathBuf {
+    workspace().join("tests/data/logs").join(name)
+}
+
+/// Names of time, displacement, acceleration and force in a file, and its other names where it has none.
+struct Case {
+    file: &'static str,
+    names: [&'static str; 4],
+    columns: &'static str,
+}
+
+const PLAIN: [&str; 4] = ["t_s", "x_m", "a_m_s2", "F_N"];
+
+const fn plain(file: &'static str) -> Case {
+    Case {
+        file,
+        names: PLAIN,
+        columns: "",
+    }
+}
+
+const EXACT: [Case; 11] = [
+    plain("record.csv"),
+    plain("record.csv.gz"),
+    plain("german.csv"),
+    plain("savetxt.txt"),
+    plain("record.npz"),
+    plain("structured.npy"),
+    Case {
+        file: "matrix.npy",
+        names: ["0", "1", "2", "3"],
+        columns: "",
+    },
+    Case {
+        file: "matrix.npy",
+        names: PLAIN,
+        columns: "columns = [\"t_s\", \"x_m\", \"a_m_s2\", \"F_N\"]",
+    },
+    plain("record.mat"),
+    Case {
+        file: "matrix.mat",
+        names: ["t_s", "log[1]", "log[2]", "log[3]"],
+        columns: "",
+    },
+    plain("record.tdms"),
+];
+
+/// A study of one record from these bytes, read.
+fn read(case: &Case, bytes: &[u8]) -> Result<Study, String> {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join(case.file), bytes).unwrap();
+    let [time, x, a, force] = case.names;
+    let text = format!(
+        "time = {time:?}\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = {x:?}\nacceleration = {a:?}\nforce = \
+         {force:?}\n[[record]]\nfile = {:?}\nrole = \"train\"\n{}\n",
+        case.file, case.columns
+    );
+    fs::write(folder.path().join("study.toml"), text).unwrap();
+    Study::read(folder.path()).map_err(|e| {
+        assert_eq!(e.exit_code(), 3, "{e}");
+        e.sentence
+    })
+}
+
+fn channels(case: &Case) -> (f64, Channels) {
+    let mut study = read(case, &fs::read(file(case.file)).unwrap())
+        .unwrap_or_else(|e| panic!("{}: {e}", case.file));
+    (study.sample_rate_hz, study.records.remove(0).axes.remove(0))
+}
+
+#[test]
+fn the_same_record_gives_the_same_bits_from_every_format() {
+    let wanted = channels(&EXACT[0]);
+    assert_eq!(wanted.1.force.len(), 500);
+    for case in &EXACT[1..] {
+        assert_eq!(channels(case), wanted, "{}", case.file);
+    }
+    for name in ["ascii.uff", "binary.uff", "record.xlsx"] {
+        let case = Case {
+            file: name,
+            names: match name {
+                "record.xlsx" => PLAIN,
+                _ => ["time", "x_m", "a_m_s2", "F_N"],
+            },
+            columns: "",
+        };
+        let (rate, found) = channels(&case);
+        assert_eq!(rate, wanted.0);
+        // The ASCII form has twelve digits, and openpyxl writes sixteen.
+        let share = match name {
+            "binary.uff" => 0.0,
+            "record.xlsx" => 1e-15,
+            _ => 1e-11,
+        };
+        for (a, b) in found.force.iter().zip(&wanted.1.force) {
+            assert!((a - b).abs() <= share * b.abs(), "{name}: {a} and {b}");
+        }
+    }
+}
+
+#[test]
+fn a_tdms_file_that_was_cut_off_is_read_as_far_as_it_goes_and_says_so() {
+    let case = plain("record.tdms");
+    let whole = channels(&case).1;
+    let bytes = fs::read(file(case.file)).unwrap();
+    let study = read(&case, &bytes[..bytes.len() - 100]).unwrap();
+    let kept = &study.records[0].axes[0].force;
+    assert_eq!(kept[..], whole.force[..kept.len()]);
+    assert!(kept.len() >= 200 && kept.len() < 500, "{}", kept.len());
+    assert!(
+        study
+            .notes
+            .iter()
+            .any(|n| n.contains("record.tdms ends in the middle")),
+        "{:?}",
+        study.notes
+    );
+}
+
+/// Whatever is done to a file, it is read in full, refused in one sentence that names it, or read with a note.
+#[test]
+fn damaged_files_are_refused_or_repaired_and_never_a_panic() {
+    let mut state = 20_260_314_u64;
+    let mut draw = |below: usize| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    let universal = ["ascii.uff", "binary.uff"].map(|file| Case {
+        file,
+        names: ["time", "x_m", "a_m_s2", "F_N"],
+        columns: "",
+    });
+    for case in EXACT.iter().chain(&universal) {
+        let bytes = fs::read(file(case.file)).unwrap();
+        let mut refused = 0;
+        for turn in 0..40 {
+            let mut bytes = bytes.clone();
+            if turn % 2 == 0 {
+                bytes.truncate(draw(bytes.len()));
+            } else {
+                for _ in 0..1 + draw(8) {
+                    let at = draw(if turn % 4 == 1 { 600 } else { bytes.len() }.min(bytes.len()));
+                    bytes[at] ^= 1 << draw(8);
+                }
+            }
+            match read(case, &bytes) {
+                Ok(_) => {}
+                Err(sentence) => {
+                    refused += 1;
+                    assert!(
+                        sentence.contains(case.file) && !sentence.contains('\n'),
+                        "{sentence}"
+                    );
+                }
+            }
+        }
+        println!("{}: {refused} of 40 refused", case.file);
+        assert!(
+            refused >= 5,
+            "{}: only {refused} of 40 damaged files were refused",
+            case.file
+        );
+    }
+}
+
+#[test]
+fn a_bomb_is_refused_before_it_fills_the_memory() {
+    use std::io::Write;
+    let case = plain("record.csv.gz");
+    // Two gigabytes of zeros in two megabytes: deflate stores a run of 258 in a few bits.
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    let block = vec![b'0'; 1 << 20];
+    for _ in 0..1100 {
+        packed.write_all(&block).unwrap();
+    }
+    let bytes = packed.finish().unwrap();
+    assert!(bytes.len() < 20 << 20);
+    let sentence = read(&case, &bytes).unwrap_err();
+    assert!(
+        sentence.contains("unpacks to more than")
+            && sentence.contains("JOINTWATCH_MAX_UNPACKED_BYTES"),
+        "{sentence}"
+    );
+}
