@@ -3,10 +3,11 @@
 use jointwatch_shared::chain::{Chain, Output, RawAxis, RawSample};
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
 use jointwatch_shared::monitor::{
-    AxisHealth, Cause, Faults, Monitor, MonitorState, OCTAVE, SHARE, State, Verdict,
+    AxisHealth, Cause, Faults, Monitor, MonitorState, OCTAVE, RECENT, SHARE, State, Verdict,
 };
 use jointwatch_shared::selftest::chain::{SHORT_TAPS, reference_rig};
 use jointwatch_shared::selftest::reference_model;
+use std::collections::VecDeque;
 
 /// Samples per second, as far as these tests are concerned.
 const RATE_HZ: f64 = 1000.0;
@@ -121,6 +122,8 @@ struct Watched {
     /// Samples so far, and those among them that were not lost.
     rows: u32,
     taken: u32,
+    /// When the samples of the recent time came.
+    recent: VecDeque<u32>,
     /// Every change of each axis's verdict, with its time in s.
     seen: [Vec<(f64, Verdict)>; 2],
 }
@@ -135,6 +138,7 @@ impl Watched {
             state: MonitorState::default(),
             rows: 0,
             taken: 0,
+            recent: VecDeque::new(),
             seen: Default::default(),
         }
     }
@@ -158,12 +162,36 @@ impl Watched {
         let state = &mut self.state;
         self.monitor.update(state, &raw, Some(&output), &faults);
         let time = self.time_s();
+        let received = self.received();
         for (axis, seen) in self.seen.iter_mut().enumerate() {
-            let verdict = self.state.axis(&self.monitor, axis).verdict;
+            let AxisHealth {
+                verdict,
+                judged_permille,
+                ..
+            } = self.state.axis(&self.monitor, axis);
+            if verdict.state == State::Healthy {
+                // Whatever is lost, and however: healthy says that a fifth of the recent time was judged, of samples that came.
+                assert!(judged_permille >= 195, "{judged_permille} at {time} s");
+                assert!(received >= 0.19, "{received} received at {time} s");
+            }
             if !seen.last().is_some_and(|(_, v)| v.same_reason(&verdict)) {
                 seen.push((time, verdict));
             }
         }
+    }
+
+    /// The part of the recent time's samples that came.
+    fn received(&mut self) -> f64 {
+        let span = RECENT * u32::from(self.monitor.limits().block);
+        self.recent.push_back(self.rows);
+        while self
+            .recent
+            .front()
+            .is_some_and(|&row| row + span <= self.rows)
+        {
+            self.recent.pop_front();
+        }
+        self.recent.len() as f64 / f64::from(span.min(self.rows))
     }
 
     fn run(&mut self, seconds: f64, joints: [Joint; 2], outside: u8) {
@@ -303,7 +331,7 @@ fn lose(watched: &mut Watched, seconds: f64, joints: [Joint; 2], share: f64, gap
 
 #[test]
 fn whatever_is_lost_the_verdict_is_right_or_none() {
-    for share in [0.001, 0.01, 0.1, 0.3, 0.6, 0.9, 0.998] {
+    for share in [0.001, 0.01, 0.1, 0.3, 0.6, 0.8, 0.9, 0.998, 0.9999] {
         for gap in [1, 10, 100, 1000, 10_000, 100_000] {
             // Hours would be needed to lose little in long gaps.
             if gap > 1000 && share < 0.3 {

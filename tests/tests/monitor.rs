@@ -79,9 +79,15 @@ fn a_healthy_hour_raises_no_alarm() {
                 let record = subject.shake(Shaking::minute(minute, seed), None);
                 let mut healthy = [false; 2];
                 let seen = subject.watch(&mut MonitorState::default(), &record, |state| {
-                    for (axis, healthy) in healthy.iter_mut().enumerate() {
-                        let verdict = state.axis(&subject.monitor, axis).verdict;
-                        *healthy |= verdict.state == State::Healthy;
+                    let own = [0, 1].map(|axis| {
+                        let health = state.axis(&subject.monitor, axis);
+                        health.verdict.state == State::Healthy
+                    });
+                    // The joint is healthy when both axes are.
+                    let whole = state.verdict().state == State::Healthy;
+                    assert_eq!(whole, own == [true; 2], "minute {minute}");
+                    for (healthy, own) in healthy.iter_mut().zip(own) {
+                        *healthy |= own;
                     }
                 });
                 (minute, seen, healthy)

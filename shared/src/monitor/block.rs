@@ -127,16 +127,17 @@ impl Sums {
             error: log2(self.error as u64) - log_force - expected(of_error),
             stiffness: stiffness - expected(of_stiffness),
             friction: friction - expected(of_friction),
-            moves: self.force.max(self.predicted) as u64
-                >= (limits.force_power << log_values) / GENTLEST
+            moves: self.force as u64 >= (limits.force_power << log_values) / GENTLEST
                 && level > -LEVELS * OCTAVE,
         }
     }
 }
 
-/// A block is judged where the power of the force that the model expects, or of the one that is there, is at least this part of the
-/// validation records', and the travel above the bottom of [`LEVELS`]: the share of the error that is healthy was not measured below.
-/// The measured force alone must not decide: a joint that has lost its force would never be judged again.
+/// A gross change is judged where the power of the force that the model expects, or of the one that is there, is at least this part of
+/// the validation records': a joint that has lost its force is judged by the one that should be there. The other statistics are shares
+/// of the measured force, and take blocks in which that is so strong, and the travel above the bottom of [`LEVELS`]: how large a healthy
+/// share is was not measured below. Where only the model expects a force, the share is that of the model's worst moments, and limits
+/// that allow for those find a small change late.
 const GENTLEST: u64 = 4;
 /// Outside the training range only a force that is nearly gone is evidence: this part of the predicted power, which is held at the edge
 /// of the range there.
@@ -209,7 +210,7 @@ pub struct Statistics {
     pub stiffness: i32,
     /// The same with the velocity, positive for more friction.
     pub friction: i32,
-    /// Whether force, measured or predicted, and travel are large enough for the others to be judged.
+    /// Whether measured force and travel are large enough for the others to be judged.
     pub moves: bool,
 }
 
@@ -297,7 +298,8 @@ mod tests {
             state: [1 << 33; 2],
             ..Sums::default()
         };
-        assert!(gone.statistics(&limits, 6).moves);
+        // Only the gross change is judged by what the model expects.
+        assert!(!gone.statistics(&limits, 6).moves);
         let gross = |error, force, predicted, outside| {
             let sums = GrossSums {
                 error,

@@ -17,9 +17,10 @@
 //!
 //! *Healthy* holds per axis, and only as long as enough of the recent time was judged ([`AxisHealth`]).
 //! `docs/explanation/monitor.md` has the formulas and how the limits are set. Everything is integer, takes no memory beyond
-//! [`MonitorState`], and cannot panic; a block ends all at once.
+//! [`MonitorState`], and cannot panic; the work at the end of a block is spread over the samples that follow.
 
 mod block;
+mod ending;
 mod judged;
 mod level;
 pub mod limits;
@@ -41,11 +42,12 @@ use crate::chain::{Chain, Output, RawSample};
 use crate::fault::{Checks, Error};
 use crate::wire::rig::MAX_BAND_TAPS;
 use block::{Waiting, force};
+use ending::Ending;
 use judged::{Judged, Reason};
-use level::{GROSS, Level, sides, values};
+use level::{Level, sides};
 use limits::{CHANNELS, Limits};
-use sensors::{SensorState, forget};
-use sliding::{FAST, SLOW, Sliding};
+use sensors::SensorState;
+use sliding::Sliding;
 
 /// The longest wait for the low-pass over the residual and for the sample after it, in samples.
 const MOST_WAIT: usize = MAX_BAND_TAPS / 2 + 2;
@@ -99,6 +101,7 @@ pub struct MonitorState {
     ticks: u32,
     outside: u16,
     outside_rate: i32,
+    ending: Ending,
     axes: [OfAxis; 2],
     verdict: Verdict,
 }
@@ -140,6 +143,11 @@ impl<S: Default + Copy> Block<S> {
     fn discard(&mut self) {
         self.begin();
         self.is_ready = false;
+    }
+
+    /// Whether the next residual fills it.
+    fn is_nearly_full(&self, log_values: u32) -> bool {
+        (self.count + 1) >> (log_values & 15) != 0
     }
 
     /// Counts a residual in; true when the block is full, which is then the last one.
@@ -228,8 +236,12 @@ impl Monitor {
             self.take(state, output);
         }
         state.ticks = state.ticks.saturating_add(faults.lost).saturating_add(1);
-        if state.ticks >> (self.log_block & 31) != 0 {
-            self.end_block(state);
+        let blocks = state.ticks >> (self.log_block & 31);
+        if state.ending.is_under_way() {
+            self.go_on(state);
+        } else if blocks != 0 {
+            state.ticks -= blocks << (self.log_block & 31);
+            state.ending.begin(blocks);
         }
         state.verdict
     }
@@ -322,108 +334,31 @@ impl Monitor {
         let Some(at) = waiting.places.get(place) else {
             return;
         };
+        // A block that is being judged stays as it is until that is done: what would fill the next one meanwhile is left out.
+        let is_judging = state.ending.is_under_way();
+        let takes_gross = !(is_judging && state.gross.is_nearly_full(self.log_values));
+        let takes_fine = !is_outside && !(is_judging && state.fine.is_nearly_full(self.log_values));
         for (axis, limits) in self.limits.axes.iter().enumerate() {
             let own = axis & 1;
             let e = force(residual[own], limits.force_shift);
-            state.gross.filling[own].add(&at[own], e);
-            if !is_outside {
+            if takes_gross {
+                state.gross.filling[own].add(&at[own], e);
+            }
+            if takes_fine {
                 state.fine.filling[own].add(&at[own], e);
             }
         }
-        let [of_this, of_last] = &mut state.gross_outside;
-        *of_this |= is_outside;
-        if state.gross.counted(self.log_values) {
-            (*of_last, *of_this) = (*of_this, false);
+        if takes_gross {
+            let [of_this, of_last] = &mut state.gross_outside;
+            *of_this |= is_outside;
+            if state.gross.counted(self.log_values) {
+                (*of_last, *of_this) = (*of_this, false);
+            }
         }
         if is_outside {
             state.kept_out.get_or_insert(Reason::Outside);
-        } else if state.fine.counted(self.log_values) {
+        } else if takes_fine && state.fine.counted(self.log_values) {
             state.lost = 0;
-        }
-    }
-
-    /// Ends a block: the sensors' figures, what the last residuals say about each axis, and the verdict.
-    #[inline(never)]
-    fn end_block(&self, state: &mut MonitorState) {
-        let blocks = state.ticks >> (self.log_block & 31);
-        state.ticks -= blocks << (self.log_block & 31);
-        for axis in 0..2 {
-            state.sensors.end_courses(&self.limits, axis);
-        }
-        if state.sensors.end_rates(self.log_block, blocks) {
-            // A channel stands still: what was summed up meanwhile says nothing about the joint.
-            state.fine.discard();
-            state.gross.discard();
-            state.spoilt_fault = self.after_fault;
-            (state.held, state.is_lost) = (None, false);
-            state.kept_out = Some(Reason::Sensor);
-        }
-        let outside = core::mem::take(&mut state.outside);
-        forget(
-            &mut state.outside_rate,
-            outside,
-            self.log_block,
-            OUTSIDE_MEMORY,
-        );
-        let (fine, gross) = (state.fine.is_ready, state.gross.is_ready);
-        (state.fine.is_ready, state.gross.is_ready) = (false, false);
-        let kept_out = state.kept_out.take();
-        for number in 0..self.limits.axes.len().min(2) {
-            let axis = number & 1;
-            let own = &mut state.axes[axis];
-            let outside = core::mem::take(&mut own.outside);
-            forget(
-                &mut own.outside_rate,
-                outside,
-                self.log_block,
-                OUTSIDE_MEMORY,
-            );
-            if gross {
-                self.judge_gross(state, axis);
-            }
-            let is_judged = fine && self.judge(state, axis);
-            // A block that moved too little says so; one that is not full was kept from it.
-            let reason = if fine { None } else { kept_out };
-            let unjudged = (!is_judged).then(|| reason.unwrap_or_default());
-            state.axes[axis].judged.end(blocks, unjudged);
-        }
-        self.review(state);
-    }
-
-    /// What the last block says about one axis, where the joint moves enough; whether it does.
-    fn judge(&self, state: &mut MonitorState, axis: usize) -> bool {
-        let Some(limits) = self.limits.axes.get(axis) else {
-            return false;
-        };
-        let sums = &state.fine.full[axis & 1];
-        let [fast, slow] = &mut state.sliding[axis & 1];
-        fast.add::<FAST>(sums);
-        slow.add::<SLOW>(sums);
-        let seen = sums.statistics(limits, self.log_values);
-        if !seen.moves {
-            return false;
-        }
-        let levels = state.levels[axis & 1].iter_mut().zip(sides(limits));
-        for (number, (value, (level, side))) in values(&seen).into_iter().zip(levels).enumerate() {
-            level.add(value, side, most_of_block(number, side.threshold));
-        }
-        true
-    }
-
-    /// What the last block says about a gross change of the force of one axis.
-    fn judge_gross(&self, state: &mut MonitorState, axis: usize) {
-        let Some(limits) = self.limits.axes.get(axis) else {
-            return;
-        };
-        let [_, outside] = state.gross_outside;
-        let sums = &state.gross.full[axis & 1];
-        let Some(Gross { side, value }) = sums.judged(limits, self.log_values, outside) else {
-            return;
-        };
-        let levels = &mut state.levels[axis & 1];
-        let place = GROSS + (side & 1);
-        if let (Some(level), Some(&side)) = (levels.get_mut(place), sides(limits).get(place)) {
-            level.add(value, side, most_of_block(place, side.threshold));
         }
     }
 }
@@ -434,6 +369,11 @@ fn permille_of(rate: i32) -> u16 {
 }
 
 impl MonitorState {
+    /// Whether the next sample does a step of the end of a block.
+    pub fn is_ending(&self) -> bool {
+        self.ending.is_under_way()
+    }
+
     /// The last verdict.
     pub fn verdict(&self) -> Verdict {
         self.verdict

@@ -266,6 +266,11 @@ impl<'a> Watched<'a> {
         sample
     }
 
+    /// Whether the next sample does a step of the end of a block of the monitor.
+    pub fn ends_block(&self) -> bool {
+        self.watch.is_ending()
+    }
+
     /// One sample through chain, model and monitor.
     pub fn step<K: Kernels>(&mut self, raw: &RawSample) -> Verdict {
         let output = self.chain.step_by::<K>(&mut self.state, self.model, raw);
