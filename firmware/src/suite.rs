@@ -276,7 +276,7 @@ fn instructions_per_sample<K: Kernels>(
     let mut watched = Watched::new(model, SEED, humming)?;
     let (mut least, mut most, mut ending) = (u32::MAX, 0, 0);
     for number in 0..SAMPLES_TO_FILL + SAMPLES_COUNTED {
-        let (raw, ends_block) = (watched.counts(), watched.ends_block());
+        let (raw, (is_ending, filled)) = (watched.counts(), watched.blocks());
         let taken = span(counter, || {
             black_box(watched.step::<K>(black_box(&raw)));
         })
@@ -284,7 +284,7 @@ fn instructions_per_sample<K: Kernels>(
         if number < SAMPLES_TO_FILL {
             continue;
         }
-        if ends_block {
+        if is_ending || watched.blocks().1 != filled {
             ending = ending.max(taken);
         } else {
             least = least.min(taken);

@@ -31,7 +31,7 @@ impl Ending {
         self.left != 0
     }
 
-    pub(super) fn begin(&mut self, blocks: u32) {
+    fn begin(&mut self, blocks: u32) {
         (self.left, self.blocks) = (STEPS, blocks);
     }
 }
@@ -44,9 +44,23 @@ impl<S: Default + Copy> Block<S> {
 }
 
 impl Monitor {
+    /// Begins the end of a block when it is time, or does its next step; whether there was something to do.
+    pub(super) fn end(&self, state: &mut MonitorState) -> bool {
+        let blocks = state.ticks >> (self.log_block & 31);
+        if state.ending.is_under_way() {
+            self.go_on(state);
+        } else if blocks != 0 {
+            state.ticks -= blocks << (self.log_block & 31);
+            state.ending.begin(blocks);
+        } else {
+            return false;
+        }
+        true
+    }
+
     /// The next step of the end of a block.
     #[inline(never)]
-    pub(super) fn go_on(&self, state: &mut MonitorState) {
+    fn go_on(&self, state: &mut MonitorState) {
         let step = STEPS.saturating_sub(state.ending.left);
         state.ending.left = state.ending.left.saturating_sub(1);
         match step {

@@ -12,8 +12,8 @@
 //!
 //! The residual in the band comes at every so many samples, and what is summed up of the others are their values at those instants.
 //! Blocks hold only residuals that are free of everything that makes it wrong: a state outside the training range
-//! spoils as many residuals as the low-pass has taps, a fault of a sensor as many as the whole chain has. Whether a block can be
-//! judged follows from what should be there, the predicted force and the travel, as well as from what is.
+//! spoils as many residuals as the low-pass has taps, a fault of a sensor as many as the whole chain has. Whether a gross change
+//! can be judged follows from the force that should be there as well as from the one that is.
 //!
 //! *Healthy* holds per axis, and only as long as enough of the recent time was judged ([`AxisHealth`]).
 //! `docs/explanation/monitor.md` has the formulas and how the limits are set. Everything is integer, takes no memory beyond
@@ -236,13 +236,8 @@ impl Monitor {
             self.take(state, output);
         }
         state.ticks = state.ticks.saturating_add(faults.lost).saturating_add(1);
-        let blocks = state.ticks >> (self.log_block & 31);
-        if state.ending.is_under_way() {
-            self.go_on(state);
-        } else if blocks != 0 {
-            state.ticks -= blocks << (self.log_block & 31);
-            state.ending.begin(blocks);
-        }
+        // After a gap nothing is put off: the next sample may be as far away.
+        while self.end(state) && faults.lost != 0 {}
         state.verdict
     }
 

@@ -266,9 +266,10 @@ impl<'a> Watched<'a> {
         sample
     }
 
-    /// Whether the next sample does a step of the end of a block of the monitor.
-    pub fn ends_block(&self) -> bool {
-        self.watch.is_ending()
+    /// Whether the next sample does a step of the end of a block of the monitor, and how many blocks of residuals were filled.
+    pub fn blocks(&self) -> (bool, [u32; 2]) {
+        let ((fine, _), (gross, ..)) = (self.watch.last_block(), self.watch.last_gross_block());
+        (self.watch.is_ending(), [fine, gross])
     }
 
     /// One sample through chain, model and monitor.
