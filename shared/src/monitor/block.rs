@@ -6,19 +6,29 @@ use super::logarithm::{OCTAVE, SHARE, exp2, log2};
 /// The largest force that is counted, in the monitor's units: 128 times the validation records' RMS force at least.
 const MOST_FORCE: i32 = 1 << 23;
 
-/// What of one output has to wait for the low-pass over the residual, of one axis, in the monitor's units.
+/// What of one output has to wait for the low-pass over the residual, of one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Waiting {
     /// Displacement and velocity in 2⁻¹⁵ of their training half-range.
     states: [i16; 2],
-    /// Measured force and the model's.
+    /// Measured force and the model's, as the output has them.
     measured: i32,
     predicted: i32,
 }
 
+/// One sample of one axis, in the monitor's units.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    states: [i16; 2],
+    measured: i32,
+    predicted: i32,
+    /// The residual in the band.
+    residual: i32,
+}
+
 /// A force in the monitor's units, rounded half up.
 #[inline(always)]
-pub(super) fn force(value: i32, shift: u8) -> i32 {
+fn force(value: i32, shift: u8) -> i32 {
     let rounded = crate::scalar::fixed::round_shift_32(value, u32::from(shift & 31));
     rounded.clamp(-MOST_FORCE, MOST_FORCE)
 }
@@ -26,12 +36,24 @@ pub(super) fn force(value: i32, shift: u8) -> i32 {
 impl Waiting {
     /// Of an axis at an output's states, measured and predicted force.
     #[inline(always)]
-    pub(super) fn new([x, v]: [i32; 2], forces: [i32; 2], limits: &AxisLimits) -> Self {
-        let [measured, predicted] = forces.map(|value| force(value, limits.force_shift));
+    pub(super) fn new([x, v]: [i32; 2], [measured, predicted]: [i32; 2]) -> Self {
         Self {
             states: [(x >> 16) as i16, (v >> 16) as i16],
             measured,
             predicted,
+        }
+    }
+
+    /// With the residual of the same instant. Only what is summed up is brought into the monitor's units.
+    #[inline(always)]
+    pub(super) fn with(&self, residual: i32, limits: &AxisLimits) -> Sample {
+        let forces = [self.measured, self.predicted, residual];
+        let [measured, predicted, residual] = forces.map(|value| force(value, limits.force_shift));
+        Sample {
+            states: self.states,
+            measured,
+            predicted,
+            residual,
         }
     }
 }
@@ -56,10 +78,10 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Adds one sample of an axis; the residual `e` in the monitor's units.
+    /// Adds one sample of an axis.
     #[inline(always)]
-    pub(super) fn add(&mut self, at: &Waiting, e: i32) {
-        let (r, p, [x, v]) = (at.measured, at.predicted, at.states);
+    pub(super) fn add(&mut self, at: &Sample) {
+        let (e, r, p, [x, v]) = (at.residual, at.measured, at.predicted, at.states);
         let (x, v) = (i32::from(x), i32::from(v));
         // Widened where it is used, so that it and an addition are one instruction.
         let product = |a: i32, b: i32| i64::from(a) * i64::from(b);
@@ -165,11 +187,11 @@ pub struct Gross {
 }
 
 impl GrossSums {
-    /// Adds one sample of an axis; the residual `e` in the monitor's units.
+    /// Adds one sample of an axis.
     #[inline(always)]
-    pub(super) fn add(&mut self, at: &Waiting, e: i32) {
+    pub(super) fn add(&mut self, at: &Sample) {
         let square = |a: i32| i64::from(a) * i64::from(a);
-        self.error += square(e);
+        self.error += square(at.residual);
         self.force += square(at.measured);
         self.predicted += square(at.predicted);
     }
@@ -237,8 +259,8 @@ mod tests {
             let half = f64::from(1 << 30) * level;
             let states = [(half * sin) as i32, (half * cos) as i32];
             let expected = (force - residual) as i32;
-            let waiting = Waiting::new(states, [force as i32, expected], &limits);
-            sums.add(&waiting, super::force(residual as i32, limits.force_shift));
+            let waiting = Waiting::new(states, [force as i32, expected]);
+            sums.add(&waiting.with(residual as i32, &limits));
         }
         sums
     }
@@ -280,8 +302,7 @@ mod tests {
         for rail in [i32::MIN, i32::MAX] {
             let mut sums = Sums::default();
             for _ in 0..1024 {
-                let waiting = Waiting::new([rail; 2], [rail; 2], &limits);
-                sums.add(&waiting, super::force(rail, limits.force_shift));
+                sums.add(&Waiting::new([rail; 2], [rail; 2]).with(rail, &limits));
             }
             let seen = sums.statistics(&limits, 10);
             assert!(seen.moves && seen.error.abs() <= 1032, "{seen:?}");

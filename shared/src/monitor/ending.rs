@@ -11,7 +11,7 @@ use super::{Block, Monitor, MonitorState, OUTSIDE_MEMORY};
 /// What is still to be done about a block that has ended.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ending {
-    /// Steps that are left: the sensors, then each axis.
+    /// Steps that are left: the sensors, each axis, the verdict.
     left: u8,
     /// Blocks that ended, those in a gap included.
     blocks: u32,
@@ -22,8 +22,8 @@ pub(super) struct Ending {
     kept_out: Option<Reason>,
 }
 
-/// The sensors, and two axes.
-const STEPS: u8 = 3;
+/// The sensors, two axes, and the verdict.
+const STEPS: u8 = 4;
 
 impl Ending {
     /// Whether a block that has ended is not done with.
@@ -66,10 +66,8 @@ impl Monitor {
         match step {
             0 => self.end_sensors(state),
             1 => self.end_axis(state, 0),
-            _ => {
-                self.end_axis(state, 1);
-                self.review(state);
-            }
+            2 => self.end_axis(state, 1),
+            _ => self.review(state),
         }
     }
 

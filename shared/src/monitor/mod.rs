@@ -41,7 +41,7 @@ pub use verdict::{CHANNEL_NAMES, Cause, State, Verdict, Words};
 use crate::chain::{Chain, Output, RawSample};
 use crate::fault::{Checks, Error};
 use crate::wire::rig::MAX_BAND_TAPS;
-use block::{Waiting, force};
+use block::Waiting;
 use ending::Ending;
 use judged::{Judged, Reason};
 use level::{Level, sides};
@@ -271,7 +271,7 @@ impl Monitor {
 
     /// Adds an output to the blocks that are being filled where it has a residual in the band, unless that is spoilt.
     fn take(&self, state: &mut MonitorState, output: &Output) {
-        self.put(&mut state.waiting, output);
+        Self::put(&mut state.waiting, output);
         if output.outside != 0 {
             state.outside = state.outside.saturating_add(1);
             for (axis, own) in state.axes.iter_mut().enumerate() {
@@ -302,19 +302,17 @@ impl Monitor {
     }
 
     /// Puts what of an output has to wait behind those before it.
-    fn put(&self, waiting: &mut Delayed, output: &Output) {
+    fn put(waiting: &mut Delayed, output: &Output) {
         waiting.newest = if waiting.newest + 1 < MOST_WAIT {
             waiting.newest + 1
         } else {
             0
         };
         if let Some(place) = waiting.places.get_mut(waiting.newest) {
-            for (axis, limits) in self.limits.axes.iter().enumerate() {
-                // Two axes at most.
-                let own = axis & 1;
+            for (own, place) in place.iter_mut().enumerate() {
                 let states = [output.state[2 * own], output.state[2 * own + 1]];
                 let forces = [output.measured[own], output.predicted[own]];
-                place[own] = Waiting::new(states, forces, limits);
+                *place = Waiting::new(states, forces);
             }
         }
     }
@@ -335,12 +333,12 @@ impl Monitor {
         let takes_fine = !is_outside && !(is_judging && state.fine.is_nearly_full(self.log_values));
         for (axis, limits) in self.limits.axes.iter().enumerate() {
             let own = axis & 1;
-            let e = force(residual[own], limits.force_shift);
+            let sample = at[own].with(residual[own], limits);
             if takes_gross {
-                state.gross.filling[own].add(&at[own], e);
+                state.gross.filling[own].add(&sample);
             }
             if takes_fine {
-                state.fine.filling[own].add(&at[own], e);
+                state.fine.filling[own].add(&sample);
             }
         }
         if takes_gross {
