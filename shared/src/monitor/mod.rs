@@ -330,7 +330,7 @@ impl Monitor {
         // A block that is being judged stays as it is until that is done: what would fill the next one meanwhile is left out.
         let is_judging = state.ending.is_under_way();
         let takes_gross = !(is_judging && state.gross.is_nearly_full(self.log_values));
-        let takes_fine = !is_outside && !(is_judging && state.fine.is_nearly_full(self.log_values));
+        let takes_fine = !(is_outside || is_judging && state.fine.is_nearly_full(self.log_values));
         for (axis, limits) in self.limits.axes.iter().enumerate() {
             let own = axis & 1;
             let sample = at[own].with(residual[own], limits);
