@@ -285,6 +285,33 @@ impl fmt::Display for Error {
                 "the stored coefficients of axis {axis} can overflow the {sum} (block x^{i} x'^{j}): export the model again"
             ),
             Self::Effect { tag, fault } => write!(f, "effect number {tag} {fault}"),
+            Self::EffectBudget {
+                axis,
+                bound,
+                budget,
+            } => write!(
+                f,
+                "the effects on axis {axis} may be off by {bound:e} in fixed point, but {budget:e} is allowed: look for one \
+                 whose parameters are far out of proportion"
+            ),
+            Self::WeightCount { .. }
+            | Self::Weight { .. }
+            | Self::NetworkBudget { .. }
+            | Self::WeightOverflow { .. } => self.fmt_of_network(f),
+            Self::BlobLength { .. }
+            | Self::BlobMagic { .. }
+            | Self::BlobVersion { .. }
+            | Self::BlobChecksum { .. }
+            | Self::BlobField { .. }
+            | Self::BlobReserved { .. } => self.fmt_of_blob(f),
+        }
+    }
+}
+
+impl Error {
+    /// What is wrong with a network; of anything else nothing.
+    fn fmt_of_network(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
             Self::WeightCount {
                 place,
                 seen,
@@ -319,15 +346,13 @@ impl fmt::Display for Error {
                 f,
                 "the stored weights can overflow the {sum} {number}: export the model again"
             ),
-            Self::EffectBudget {
-                axis,
-                bound,
-                budget,
-            } => write!(
-                f,
-                "the effects on axis {axis} may be off by {bound:e} in fixed point, but {budget:e} is allowed: look for one \
-                 whose parameters are far out of proportion"
-            ),
+            _ => Ok(()),
+        }
+    }
+
+    /// What is wrong with the bytes of a blob; of anything else nothing.
+    fn fmt_of_blob(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
             Self::BlobLength { seen, wanted } => {
                 write!(
                     f,
@@ -355,6 +380,7 @@ impl fmt::Display for Error {
             Self::BlobReserved { offset, seen } => {
                 write!(f, "byte {offset} of the blob is {seen}, but has to be 0")
             }
+            _ => Ok(()),
         }
     }
 }

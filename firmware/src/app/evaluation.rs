@@ -1,29 +1,10 @@
 //! The second step of a sample: counts become states, forces and a residual.
 
 use super::sampling::Frame;
-use super::watch::Watch;
-use core::mem::MaybeUninit;
 use heapless::spsc::{Consumer, Producer};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::kernels::Kernels;
 use jointwatch_shared::chain::{Chain, ChainState, Output};
-
-/// Room for what is too large to be built on the stack and handed round.
-#[derive(Debug)]
-pub struct Room {
-    pub(super) watch: MaybeUninit<Watch>,
-    pub(super) evaluator: MaybeUninit<Evaluator>,
-    pub(super) state: ChainState,
-}
-
-impl Room {
-    /// Nothing in it yet.
-    pub const EMPTY: Self = Self {
-        watch: MaybeUninit::uninit(),
-        evaluator: MaybeUninit::uninit(),
-        state: ChainState::NEW,
-    };
-}
 
 /// The chain of the rig and the model behind it, with what both remember.
 #[derive(Debug)]

@@ -18,9 +18,9 @@ mod start;
 mod watch;
 
 pub use channels::{Places, raw_wiring};
-pub use evaluation::{Evaluated, Evaluator, Room, evaluate};
+pub use evaluation::{Evaluated, Evaluator, evaluate};
 pub use progress::Progress;
 pub use sampling::{Frame, Sampler};
 pub use server::{Line, Server, Shared};
-pub use start::{Begun, Setup, begin};
+pub use start::{Begun, Room, Setup, begin};
 pub use watch::{Streamed, Watch};

@@ -1,7 +1,7 @@
 //! What a restart finds: model, rig block, limits, and everything that is wrong with them, each with its name.
 
 use super::channels::{Places, raw_wiring};
-use super::evaluation::{Evaluator, Room};
+use super::evaluation::Evaluator;
 use super::watch::Watch;
 use crate::clock::{Clock, Rate, Source};
 use crate::store::{Fault, Place, Started, State, Store, Trial, Verifier};
@@ -11,6 +11,7 @@ use heapless::Vec;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::{Chain, ChainState};
 use jointwatch_shared::fault::Error;
+use jointwatch_shared::monitor::limits::Limits;
 use jointwatch_shared::monitor::{Cause, Monitor};
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use jointwatch_shared::wire::rig_block::{self, Refusal};
@@ -21,6 +22,23 @@ use jointwatch_shared::wire::wiring::Wiring;
 
 /// How long a new model has to run before it is kept, in seconds.
 const TRIAL_S: u32 = 10;
+
+/// Room for what is too large to be built on the stack and handed round.
+#[derive(Debug)]
+pub struct Room {
+    watch: MaybeUninit<Watch>,
+    evaluator: MaybeUninit<Evaluator>,
+    state: ChainState,
+}
+
+impl Room {
+    /// Nothing in it yet.
+    pub const EMPTY: Self = Self {
+        watch: MaybeUninit::uninit(),
+        evaluator: MaybeUninit::uninit(),
+        state: ChainState::NEW,
+    };
+}
 
 /// What a restart has made of the two slots.
 pub struct Begun {
@@ -200,17 +218,28 @@ fn with_rig(
         state,
     });
     let chain = &evaluator.chain;
-    let judge = match rig.limits {
-        None => Err(Cause::NoLimits),
-        Some(limits) if limits.model_checksum != checksum => Err(Cause::OtherModel),
-        Some(limits) => Ok(Monitor::new(limits, chain).map_err(|_| Unused::Mismatch)?),
-    };
+    set_limits(begun.watch, rig.limits, checksum, chain)?;
     let crc = bytes.last_chunk().copied().map_or(0, u32::from_le_bytes);
     begun.hello.rig = Some(RigIdentity::new(rate.hz, chain, crc));
     begun.rate = rate;
     begun.wiring = rig.wiring;
-    begun.watch.judge(judge);
     begun.evaluator = Some(evaluator);
+    Ok(())
+}
+
+/// Lets the watch judge by the limits of the rig block, where they are for this model. Not inlined, as above.
+#[inline(never)]
+fn set_limits(
+    watch: &mut Watch,
+    limits: Option<Limits>,
+    checksum: u32,
+    chain: &Chain,
+) -> Result<(), Unused> {
+    watch.judge(match limits {
+        None => Err(Cause::NoLimits),
+        Some(limits) if limits.model_checksum != checksum => Err(Cause::OtherModel),
+        Some(limits) => Ok(Monitor::new(limits, chain).map_err(|_| Unused::Mismatch)?),
+    });
     Ok(())
 }
 

@@ -76,8 +76,6 @@ pub(crate) fn floors_under(
     inertia: &[f64],
 ) -> Vec<Floor> {
     let conventions: Vec<_> = axes.iter().map(|a| a.restoring_force).collect();
-    let rate = motions.first().map_or(1.0, |m| m.sample_rate_hz);
-    let band_hz = 0.5 * rate * low_pass.iter().map(|t| t * t).sum::<f64>();
     // Residuals of every record and axis, wide-band.
     let residuals: Vec<Vec<Vec<f64>>> = motions
         .iter()
@@ -93,6 +91,7 @@ pub(crate) fn floors_under(
             .collect()
         })
         .collect();
+    let band = Band::new(low_pass, motions.first().map_or(1.0, |m| m.sample_rate_hz));
     (0..axes.len())
         .map(|axis| {
             let activity: Vec<[f64; 3]> = motions
@@ -107,48 +106,81 @@ pub(crate) fn floors_under(
                 })
                 .collect();
             let rests = resting(&activity);
-            let at_rest = (0..motions.len()).filter(|&record| rests[record]);
-            let quiet: Vec<Vec<f64>> = at_rest
-                .clone()
-                .map(|record| apply(&residuals[record][axis], low_pass))
-                .collect();
-            let rows: usize = quiet.iter().map(Vec::len).sum();
-            if rows > 0 {
-                let sum: f64 = quiet.iter().flatten().map(|e| e * e).sum();
-                let rms = (sum / rows as f64).sqrt();
-                let tail = from_tail(
-                    at_rest
-                        .clone()
-                        .map(|record| residuals[record][axis].as_slice()),
-                    low_pass,
-                );
-                let at_rest = at_rest.map(|record| residuals[record][axis].as_slice());
-                return Floor {
-                    rms,
-                    at_rest: true,
-                    acts_at_rest: rms > ACTS * tail || Shape::of(at_rest, rate, band_hz).rises(),
-                    ends: false,
-                };
-            }
-            let of_axis = residuals.iter().map(|record| record[axis].as_slice());
-            let white = from_tail(of_axis.clone(), low_pass);
-            let motion = motions.iter().map(|m| m.states[2 * axis].as_slice());
-            let ends = Shape::of(of_axis.clone(), rate, band_hz).ends();
-            let guessed = white.hypot(slow(of_axis.clone(), motion, band_hz, rate, white));
-            // The noise is in what is left, so it cannot be more.
-            let left = of_axis.map(|series| {
-                let passed = apply(series, low_pass);
-                let square: f64 = passed.iter().map(|e| e * e).sum();
-                (square / passed.len().max(1) as f64).sqrt()
-            });
-            Floor {
-                rms: left.fold(guessed, f64::min),
-                at_rest: false,
-                acts_at_rest: false,
-                ends,
-            }
+            let residuals = residuals.iter().map(|record| record[axis].as_slice());
+            let at_rest = residuals.clone().zip(&rests).filter(|(_, rests)| **rests);
+            let at_rest = at_rest.map(|(residual, _)| residual);
+            let displacements = motions.iter().map(|m| m.states[2 * axis].as_slice());
+            band.floor_at_rest(at_rest)
+                .unwrap_or_else(|| band.floor_from_spectrum(residuals, displacements))
         })
         .collect()
+}
+
+/// The common band, in which noise is counted.
+struct Band<'a> {
+    low_pass: &'a [f64],
+    sample_rate_hz: f64,
+    hz: f64,
+}
+
+impl<'a> Band<'a> {
+    fn new(low_pass: &'a [f64], sample_rate_hz: f64) -> Self {
+        let hz = 0.5 * sample_rate_hz * low_pass.iter().map(|t| t * t).sum::<f64>();
+        Self {
+            low_pass,
+            sample_rate_hz,
+            hz,
+        }
+    }
+
+    /// The floor of an axis that was at rest, from its residuals there; `None` where there are no rows.
+    fn floor_at_rest<'r>(
+        &self,
+        residuals: impl Iterator<Item = &'r [f64]> + Clone,
+    ) -> Option<Floor> {
+        let quiet: Vec<Vec<f64>> = residuals
+            .clone()
+            .map(|residual| apply(residual, self.low_pass))
+            .collect();
+        let rows: usize = quiet.iter().map(Vec::len).sum();
+        if rows == 0 {
+            return None;
+        }
+        let sum: f64 = quiet.iter().flatten().map(|e| e * e).sum();
+        let rms = (sum / rows as f64).sqrt();
+        let tail = from_tail(residuals.clone(), self.low_pass);
+        Some(Floor {
+            rms,
+            at_rest: true,
+            acts_at_rest: rms > ACTS * tail
+                || Shape::of(residuals, self.sample_rate_hz, self.hz).rises(),
+            ends: false,
+        })
+    }
+
+    /// The floor of an axis that never rests, from the spectrum of its residuals beside the motion's frequencies.
+    fn floor_from_spectrum<'r>(
+        &self,
+        residuals: impl Iterator<Item = &'r [f64]> + Clone,
+        displacements: impl Iterator<Item = &'r [f64]>,
+    ) -> Floor {
+        let rate = self.sample_rate_hz;
+        let white = from_tail(residuals.clone(), self.low_pass);
+        let ends = Shape::of(residuals.clone(), rate, self.hz).ends();
+        let guessed = white.hypot(slow(residuals.clone(), displacements, self.hz, rate, white));
+        // The noise is in what is left, so it cannot be more.
+        let left = residuals.map(|series| {
+            let passed = apply(series, self.low_pass);
+            let square: f64 = passed.iter().map(|e| e * e).sum();
+            (square / passed.len().max(1) as f64).sqrt()
+        });
+        Floor {
+            rms: left.fold(guessed, f64::min),
+            at_rest: false,
+            acts_at_rest: false,
+            ends,
+        }
+    }
 }
 
 /// Whether each axis rests in some record, by its displacement and velocity.

@@ -5,7 +5,7 @@ use super::survey;
 use crate::device::export;
 use crate::device::rig_block;
 use crate::model::corrections;
-use crate::model::file::{Base, ModelFile};
+use crate::model::file::{Base, HistoryEntry, ModelFile};
 use crate::model::{EffectTerm, effects};
 use crate::study::AxisKind;
 use crate::study::survey::{Survey, is_a_log};
@@ -68,6 +68,24 @@ fn model_in_words(model: &ModelFile) -> String {
         model.filters.sample_rate_hz,
         model.filters.band_hz
     );
+    text.push_str(&axes_of_model(model).to_string());
+    if !model.effects.is_empty() {
+        text.push_str(&format!("\n{}", effects::table(&model.effects)));
+    }
+    for sentence in corrections::in_words(&model.effects) {
+        text.push_str(&format!("\nCorrected: {sentence}."));
+    }
+    for entry in &model.history {
+        text.push_str(&step_in_words(entry));
+    }
+    for warning in &model.warnings {
+        text.push_str(&format!("\nWarning: {warning}."));
+    }
+    text
+}
+
+/// The axes of a model with their ranges and errors.
+fn axes_of_model(model: &ModelFile) -> Table {
     let mut table = Table::new(&[
         "axis",
         "terms",
@@ -91,49 +109,42 @@ fn model_in_words(model: &ModelFile) -> String {
             validation.map_or("none".into(), |v| format!("{:.3} %", v.nmse_percent)),
         ]);
     }
-    text.push_str(&table.to_string());
-    if !model.effects.is_empty() {
-        text.push_str(&format!("\n{}", effects::table(&model.effects)));
-    }
-    for sentence in corrections::in_words(&model.effects) {
-        text.push_str(&format!("\nCorrected: {sentence}."));
-    }
-    for entry in &model.history {
-        let errors: Vec<String> = entry
-            .validation
-            .iter()
-            .map(|e| format!("{} {:.3} %", e.axis, e.nmse_percent))
+    table
+}
+
+/// A step of a model's history.
+fn step_in_words(entry: &HistoryEntry) -> String {
+    let errors: Vec<String> = entry
+        .validation
+        .iter()
+        .map(|e| format!("{} {:.3} %", e.axis, e.nmse_percent))
+        .collect();
+    let errors = if errors.is_empty() {
+        "no validation records".into()
+    } else {
+        errors.join(", ")
+    };
+    let day = entry.date.as_ref().map(|day| format!("{day}, "));
+    let mut text = format!(
+        "\nHistory: {}{} (validation NMSE: {errors}).",
+        day.unwrap_or_default(),
+        entry.what
+    );
+    if let Some(change) = &entry.change {
+        let axes = change.before.iter().zip(&change.after);
+        let axes: Vec<String> = axes
+            .map(|(before, after)| {
+                format!(
+                    "{} {:.4} to {:.4}",
+                    before.axis, before.relative_error, after.relative_error
+                )
+            })
             .collect();
-        let errors = if errors.is_empty() {
-            "no validation records".into()
-        } else {
-            errors.join(", ")
-        };
-        let day = entry.date.as_ref().map(|day| format!("{day}, "));
         text.push_str(&format!(
-            "\nHistory: {}{} (validation NMSE: {errors}).",
-            day.unwrap_or_default(),
-            entry.what
+            "\n  Relative error on the {}, before and after: {}.",
+            change.judged_on.words(),
+            axes.join("; ")
         ));
-        if let Some(change) = &entry.change {
-            let axes = change.before.iter().zip(&change.after);
-            let axes: Vec<String> = axes
-                .map(|(before, after)| {
-                    format!(
-                        "{} {:.4} to {:.4}",
-                        before.axis, before.relative_error, after.relative_error
-                    )
-                })
-                .collect();
-            text.push_str(&format!(
-                "\n  Relative error on the {}, before and after: {}.",
-                change.judged_on.words(),
-                axes.join("; ")
-            ));
-        }
-    }
-    for warning in &model.warnings {
-        text.push_str(&format!("\nWarning: {warning}."));
     }
     text
 }

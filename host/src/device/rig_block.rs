@@ -15,7 +15,7 @@ use jointwatch_shared::monitor::{Cause, OCTAVE, SHARE, SIDES};
 use jointwatch_shared::wire::blob;
 use jointwatch_shared::wire::rig::{Rig, RigAxis};
 use jointwatch_shared::wire::rig_block::{self, RIG_BLOCK_LEN, RIG_BLOCK_MAGIC};
-use jointwatch_shared::wire::wiring::{AxisWiring, COUNTERS, Signed, SignedDirection};
+use jointwatch_shared::wire::wiring::{AxisWiring, COUNTERS, Signed, SignedDirection, Wiring};
 use std::path::Path;
 
 /// A converter of 24 bits is this much finer than an accelerometer of 20.
@@ -228,7 +228,6 @@ fn skews_us(axis: &RigAxis, sample_rate_hz: f64) -> [f64; 4] {
 
 /// The block for a person to read.
 pub fn in_words(rig: &Rig) -> String {
-    let wiring = &rig.wiring;
     let mut text = format!(
         "Rig block: {} axes at {} Hz; derivatives of {} taps, residual's low-pass of {} taps, a value at every {}; {} limits of the monitor; for the model \
          whose checksum is {:08x}.\n",
@@ -247,6 +246,27 @@ pub fn in_words(rig: &Rig) -> String {
         },
         rig.model_checksum,
     );
+    text.push_str(&scales(rig).to_string());
+    for (number, axis) in rig.axes.iter().enumerate() {
+        if !axis.hum.is_none() {
+            text.push_str(&format!(
+                "The force of axis {number} hums at {:.3} Hz with an amplitude of {:.3e}, which is followed and taken out.\n",
+                axis.hum.frequency_hz, axis.hum.amplitude
+            ));
+        }
+    }
+    text.push_str(&format!(
+        "\nCounters, bridge channels and accelerometers, with their signs:\n{}",
+        connections(&rig.wiring)
+    ));
+    if let Some(limits) = &rig.limits {
+        text.push_str(&limits_in_words(limits, rig.sample_rate_hz));
+    }
+    text
+}
+
+/// What a count of every channel is worth, and by how much it is late.
+fn scales(rig: &Rig) -> Table {
     let mut table = Table::new(&[
         "axis",
         "per count",
@@ -266,15 +286,11 @@ pub fn in_words(rig: &Rig) -> String {
             late.join(", "),
         ]);
     }
-    text.push_str(&table.to_string());
-    for (number, axis) in rig.axes.iter().enumerate() {
-        if !axis.hum.is_none() {
-            text.push_str(&format!(
-                "The force of axis {number} hums at {:.3} Hz with an amplitude of {:.3e}, which is followed and taken out.\n",
-                axis.hum.frequency_hz, axis.hum.amplitude
-            ));
-        }
-    }
+    table
+}
+
+/// Which channel of which chip measures what.
+fn connections(wiring: &Wiring) -> Table {
     let mut table = Table::new(&[
         "axis",
         "far",
@@ -304,13 +320,7 @@ pub fn in_words(rig: &Rig) -> String {
             },
         ]);
     }
-    text.push_str(&format!(
-        "\nCounters, bridge channels and accelerometers, with their signs:\n{table}"
-    ));
-    if let Some(limits) = &rig.limits {
-        text.push_str(&limits_in_words(limits, rig.sample_rate_hz));
-    }
-    text
+    table
 }
 
 /// The cumulative sums of an axis with their names and the worth of one unit: octaves of power, or per cent of the force.

@@ -121,8 +121,6 @@ pub struct Run {
 /// The bench.
 pub struct Bench<'a> {
     board: Board,
-    /// As it was when it was last kept.
-    kept: Board,
     wiring: Wiring,
     /// Row by row; the rest before them is not in it.
     rows: Vec<Readings>,
@@ -161,7 +159,6 @@ impl<'a> Bench<'a> {
             .with_troubles(injections, scenario.drop_outs.take());
         let until = REST + rows.len() as u64 + scenario.linger;
         Self {
-            kept: board.clone(),
             board,
             wiring: wiring.clone(),
             rows,
@@ -247,14 +244,6 @@ impl Host for Bench<'_> {
 
     fn select_counters(&mut self, bytes: &[u8]) {
         self.board.select_counters(bytes);
-    }
-
-    fn keep(&mut self) {
-        self.kept.clone_from(&self.board);
-    }
-
-    fn take_back(&mut self) {
-        self.board.clone_from(&self.kept);
     }
 
     fn next(&mut self) -> Next {

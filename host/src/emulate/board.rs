@@ -92,7 +92,6 @@ impl Inputs {
 }
 
 /// The chips of a board.
-#[derive(Clone)]
 pub struct Board {
     wiring: Wiring,
     sample_rate_hz: f64,

@@ -2,13 +2,15 @@
 //!
 //! `docs/notebook/emulation.md`, "The link", has the protocol byte by byte.
 
-use super::ahead::{Ahead, LATCH, transfer};
 use super::board::Place;
 use crate::text::error::{Error, Result};
 use std::io::{ErrorKind, Read, Write};
 
-// Kinds of requests beyond the transfers with chips, whose are up to [`LATCH`].
-const TAKE_BACK: u8 = 8;
+// Kinds of requests: transfers with counters from 0, with the other chips, with all counters at once; then those beyond chips.
+const CONVERTER: u8 = 4;
+const ACCELEROMETER: u8 = 5;
+const LAST_CHIP: u8 = 6;
+const LATCH: u8 = 7;
 const WAIT: u8 = 0x10;
 const SENT: u8 = 0x11;
 const RECEIVE: u8 = 0x12;
@@ -51,10 +53,6 @@ pub trait Host {
     fn select(&mut self, place: Place, bytes: &mut [u8]);
     /// A transfer with all counters at once.
     fn select_counters(&mut self, bytes: &[u8]);
-    /// Keeps the chips as they are now.
-    fn keep(&mut self);
-    /// Puts the chips back to how they were kept: what was transferred since was not asked for.
-    fn take_back(&mut self);
     /// The device waits for the next sample instant.
     fn next(&mut self) -> Next;
     /// The device has sent these bytes over its serial line.
@@ -79,90 +77,92 @@ pub fn serve(
     host: &mut impl Host,
 ) -> Result<bool> {
     let mut ended = false;
-    let mut room = Vec::new();
-    let mut ahead = Ahead::default();
-    loop {
-        let mut head = [0; 3];
-        if !whole(requests, &mut head)? {
-            return Ok(ended);
-        }
-        let [kind, low, high] = head;
-        room.resize(usize::from(u16::from_le_bytes([low, high])), 0);
-        if !whole(requests, &mut room)? && !room.is_empty() {
-            return Err(Error::failed(
-                "the emulated device broke off in the middle of a request",
-            ));
-        }
-        let answer: &[u8] = match kind {
-            0..=LATCH => {
-                ahead.remember(kind, &room);
-                transfer(host, kind, &mut room);
-                if kind == LATCH { &[] } else { &room }
-            }
-            TAKE_BACK if room.len() == 1 => {
-                ahead.take_back(host, usize::from(room[0]));
-                &[]
-            }
-            WAIT if room.len() == 1 => {
-                ahead.take_back(host, usize::from(room[0]));
-                let next = host.next();
-                ended |= next == Next::End;
-                room.clear();
-                room.push(match next {
-                    Next::End => ENDED,
-                    Next::Sample => SAMPLE,
-                    Next::Late(instants) => SAMPLE.saturating_add(instants).min(RESTART - 1),
-                    Next::Restart => RESTART,
-                });
-                if matches!(next, Next::Sample | Next::Late(_)) {
-                    ahead.make(host, &mut room);
-                }
-                &room
-            }
-            SENT => {
-                host.sent(&room);
-                &[]
-            }
-            RECEIVE if room.len() == 2 => {
-                let most = u16::from_le_bytes([room[0], room[1]]);
-                let bytes = host.received(usize::from(most));
-                room.clear();
-                room.extend((bytes.len() as u16).to_le_bytes());
-                room.extend(bytes);
-                &room
-            }
-            STAGES => {
-                host.stages(&words(&room));
-                &[]
-            }
-            STARTED if room.len() == 4 => {
-                ahead = Ahead::default();
-                host.started(words(&room)[0]);
-                &[]
-            }
-            MEMORY if room.len() == 12 => {
-                let words = words(&room);
-                host.memory(Memory {
-                    stack_reserved: words[0],
-                    stack_peak: words[1],
-                    variables: words[2],
-                });
-                &[]
-            }
-            _ => {
-                return Err(Error::failed(format!(
-                    "the emulated device made a request {kind:#04x} of {} bytes, which this program does not know: build both \
-                     from the same source",
-                    room.len()
-                )));
-            }
-        };
+    let mut bytes = Vec::new();
+    while let Some(kind) = request(requests, &mut bytes)? {
+        ended |= answer(kind, &mut bytes, host)?;
         // A device that is gone reads no answer; the next request then does not come either.
-        match answers.write_all(answer) {
+        match answers.write_all(&bytes) {
             Err(e) if e.kind() != ErrorKind::BrokenPipe => return Err(broken(e)),
             _ => {}
         }
     }
+    Ok(ended)
+}
+
+/// The kind of the next request, its bytes in `bytes`; `None` when the device is gone.
+fn request(requests: &mut impl Read, bytes: &mut Vec<u8>) -> Result<Option<u8>> {
+    let mut head = [0; 3];
+    if !whole(requests, &mut head)? {
+        return Ok(None);
+    }
+    let [kind, low, high] = head;
+    bytes.resize(usize::from(u16::from_le_bytes([low, high])), 0);
+    if !whole(requests, bytes)? && !bytes.is_empty() {
+        return Err(broken_off());
+    }
+    Ok(Some(kind))
+}
+
+/// Does what a request asks for, and puts the answer in place of its bytes; true when that says that there is no more to come.
+fn answer(kind: u8, bytes: &mut Vec<u8>, host: &mut impl Host) -> Result<bool> {
+    match kind {
+        0..=LAST_CHIP => {
+            host.select(place(kind), bytes);
+            return Ok(false);
+        }
+        LATCH => host.select_counters(bytes),
+        WAIT if bytes.is_empty() => {
+            let next = host.next();
+            bytes.push(match next {
+                Next::End => ENDED,
+                Next::Sample => SAMPLE,
+                Next::Late(instants) => SAMPLE.saturating_add(instants).min(RESTART - 1),
+                Next::Restart => RESTART,
+            });
+            return Ok(next == Next::End);
+        }
+        SENT => host.sent(bytes),
+        RECEIVE if bytes.len() == 2 => {
+            let most = u16::from_le_bytes([bytes[0], bytes[1]]);
+            let received = host.received(usize::from(most));
+            bytes.clear();
+            bytes.extend((received.len() as u16).to_le_bytes());
+            bytes.extend(received);
+            return Ok(false);
+        }
+        STAGES => host.stages(&words(bytes)),
+        STARTED if bytes.len() == 4 => host.started(words(bytes)[0]),
+        MEMORY if bytes.len() == 12 => {
+            let words = words(bytes);
+            host.memory(Memory {
+                stack_reserved: words[0],
+                stack_peak: words[1],
+                variables: words[2],
+            });
+        }
+        _ => {
+            return Err(Error::failed(format!(
+                "the emulated device made a request {kind:#04x} of {} bytes, which this program does not know: build both \
+                 from the same source",
+                bytes.len()
+            )));
+        }
+    }
+    bytes.clear();
+    Ok(false)
+}
+
+/// The chip that a transfer of this kind is with.
+fn place(kind: u8) -> Place {
+    match kind {
+        CONVERTER => Place::Converter,
+        ACCELEROMETER.. => Place::Accelerometer(usize::from(kind - ACCELEROMETER)),
+        counter => Place::Counter(usize::from(counter)),
+    }
+}
+
+fn broken_off() -> Error {
+    Error::failed("the emulated device broke off in the middle of a request")
 }
 
 fn words(bytes: &[u8]) -> Vec<u32> {
@@ -176,11 +176,7 @@ fn whole(requests: &mut impl Read, place: &mut [u8]) -> Result<bool> {
     while filled < place.len() {
         match requests.read(&mut place[filled..]) {
             Ok(0) if filled == 0 => return Ok(false),
-            Ok(0) => {
-                return Err(Error::failed(
-                    "the emulated device broke off in the middle of a request",
-                ));
-            }
+            Ok(0) => return Err(broken_off()),
             Ok(count) => filled += count,
             Err(e) if e.kind() == ErrorKind::Interrupted => {}
             Err(e) => return Err(broken(e)),

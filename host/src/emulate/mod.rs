@@ -4,7 +4,6 @@
 //! ([`chips`]), moved row by row as the record says ([`crate::device::wired`]), and a [`judge`] who compares every word of the device
 //! with the host's chain. [`mod@bench`] holds them together and makes go wrong what a [`bench::Scenario`] asks for.
 
-mod ahead;
 pub mod bench;
 pub mod board;
 pub mod chips;

@@ -36,48 +36,12 @@ pub fn run(elf: &Path, slot: &[u8], host: &mut impl Host) -> Result<Duration> {
     let slot_file = folder.path().join("slot");
     std::fs::write(&slot_file, slot)
         .map_err(|e| Error::failed(format!("{}: {e}", slot_file.display())))?;
-    let made = Command::new("mkfifo")
-        .current_dir(folder.path())
-        .args([TO_DEVICE, FROM_DEVICE])
-        .stdin(Stdio::null())
-        .output();
-    if !made.is_ok_and(|output| output.status.success()) {
-        return Err(Error::failed(
-            "the pipes to the emulated device could not be made: `mkfifo` is missing; run this on Linux or macOS",
-        ));
-    }
-    // Opened for both ways neither end waits for the other.
-    let both = |name: &str| {
-        let path = folder.path().join(name);
-        OpenOptions::new()
-            .read(true)
-            .write(true)
-            .open(&path)
-            .map_err(|e| Error::failed(format!("{}: {e}", path.display())))
-    };
-    let mut answers = both(TO_DEVICE)?;
-    let keeper = both(FROM_DEVICE)?;
-    let requests = File::open(folder.path().join(FROM_DEVICE))
-        .map_err(|e| Error::failed(format!("{FROM_DEVICE}: {e}")))?;
-
-    let mut command = selftest::machine(&qemu, Board::Stm32f405);
-    command
-        .current_dir(folder.path())
-        // QEMU splits options at commas; a doubled comma stands for itself.
-        .arg("-semihosting-config")
-        .arg(format!(
-            "enable=on,target=native,arg=jointwatch,arg=link={TO_DEVICE},,{FROM_DEVICE},arg=count"
-        ))
-        // One instruction lasts 1 ns and TIM5 counts ns, so it counts instructions.
-        .args(["-icount", "shift=0,align=off,sleep=off"])
-        .args(["-global", "stm32f2xx-timer.clock-frequency=1000000000"])
-        .arg("-device")
-        .arg(selftest::load_into_flash(Path::new("slot"), SLOT_A))
-        .arg("-kernel")
-        .arg(elf)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped());
+    let Pipes {
+        mut answers,
+        requests,
+        keeper,
+    } = Pipes::make(folder.path())?;
+    let mut command = machine(&qemu, &elf, folder.path());
     let begun = Instant::now();
     let child = command
         .spawn()
@@ -107,6 +71,70 @@ pub fn run(elf: &Path, slot: &[u8], host: &mut impl Host) -> Result<Duration> {
         )));
     }
     Ok(begun.elapsed())
+}
+
+/// The two pipes of a run, in a folder of their own.
+struct Pipes {
+    answers: File,
+    requests: File,
+    /// Holds the requests' pipe open until QEMU is gone.
+    keeper: File,
+}
+
+impl Pipes {
+    fn make(folder: &Path) -> Result<Self> {
+        let made = Command::new("mkfifo")
+            .current_dir(folder)
+            .args([TO_DEVICE, FROM_DEVICE])
+            .stdin(Stdio::null())
+            .output();
+        if !made.is_ok_and(|output| output.status.success()) {
+            return Err(Error::failed(
+                "the pipes to the emulated device could not be made: `mkfifo` is missing; run this on Linux or macOS",
+            ));
+        }
+        // Opened for both ways neither end waits for the other.
+        let both = |name: &str| {
+            let path = folder.join(name);
+            OpenOptions::new()
+                .read(true)
+                .write(true)
+                .open(&path)
+                .map_err(|e| Error::failed(format!("{}: {e}", path.display())))
+        };
+        let answers = both(TO_DEVICE)?;
+        let keeper = both(FROM_DEVICE)?;
+        let requests = File::open(folder.join(FROM_DEVICE))
+            .map_err(|e| Error::failed(format!("{FROM_DEVICE}: {e}")))?;
+        Ok(Self {
+            answers,
+            requests,
+            keeper,
+        })
+    }
+}
+
+/// The command that runs the image on its machine, the folder's slot loaded, its link in the folder's pipes.
+fn machine(qemu: &Path, elf: &Path, folder: &Path) -> Command {
+    let mut command = selftest::machine(qemu, Board::Stm32f405);
+    command
+        .current_dir(folder)
+        // QEMU splits options at commas; a doubled comma stands for itself.
+        .arg("-semihosting-config")
+        .arg(format!(
+            "enable=on,target=native,arg=jointwatch,arg=link={TO_DEVICE},,{FROM_DEVICE},arg=count"
+        ))
+        // One instruction lasts 1 ns and TIM5 counts ns, so it counts instructions.
+        .args(["-icount", "shift=0,align=off,sleep=off"])
+        .args(["-global", "stm32f2xx-timer.clock-frequency=1000000000"])
+        .arg("-device")
+        .arg(selftest::load_into_flash(Path::new("slot"), SLOT_A))
+        .arg("-kernel")
+        .arg(elf)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
+    command
 }
 
 /// Counts the reads of a pipe, so that somebody else sees that there are any.

@@ -69,16 +69,7 @@ fn panel(
     treads: &[(&str, f64)],
     floor: Option<f64>,
 ) -> Result<()> {
-    let seen = || treads.iter().map(|t| t.1).chain(floor).filter(|v| *v > 0.0);
-    let (low, high) = seen().fold((f64::INFINITY, 0.0_f64), |(low, high), v| {
-        (low.min(v), high.max(v))
-    });
-    // Room for the words below the floor and the numbers above the treads; an axis without any error gets one to draw on.
-    let (low, high) = if high > 0.0 {
-        (0.3 * low, 2.5 * high)
-    } else {
-        (0.01, 1.0)
-    };
+    let (low, high) = ends(treads, floor);
     let count = treads.len() as f64;
     let mut chart = ChartBuilder::on(area)
         .margin(style::MARGIN)
@@ -118,41 +109,78 @@ fn panel(
     });
     let edge = PathElement::new(edge.collect::<Vec<_>>(), style::heat(0.8).stroke_width(5));
     chart.draw_series([edge]).map_err(failed)?;
-
-    let mut words: Vec<(String, (f64, f64), i32, TextStyle<'_>)> = Vec::new();
-    let letters = |size, place| style::letters(size).pos(Pos::new(HPos::Center, place));
-    let room = f64::from(style::WIDTH - style::BESIDE - 3 * style::MARGIN) / count;
-    for (index, (label, error)) in treads_of() {
-        let middle = index as f64 + 0.5;
-        words.push((
-            format!("{} %", significant(*error)),
-            (middle, height(*error)),
-            -8,
-            letters(style::NUMBER_SIZE, VPos::Bottom),
-        ));
-        for (line, text) in lines(label).into_iter().enumerate() {
-            let size = style::fitting(&text, room, style::NUMBER_SIZE);
-            let below = 14 + 36 * line as i32;
-            words.push((text, (middle, low), below, letters(size, VPos::Top)));
-        }
-    }
     if let Some(floor) = floor {
         let line = PathElement::new([(0.0, floor), (count, floor)], style::MARK.stroke_width(4));
         chart.draw_series([line]).map_err(failed)?;
-        let mark = style::letters(style::NUMBER_SIZE)
-            .color(&style::MARK)
-            .pos(Pos::new(HPos::Left, VPos::Top));
-        let text = format!("noise floor {} %", significant(floor));
-        words.push((text, (0.02 * count, floor), 10, mark));
     }
     // Drawn last and on the whole area: the labels stand outside the plot itself.
     let (left, top) = area.get_base_pixel();
-    for (text, at, lower, letters) in words {
-        let (x, y) = chart.backend_coord(&at);
-        area.draw(&Text::new(text, (x - left, y - top + lower), letters))
+    for label in labels(treads, floor, low) {
+        let (x, y) = chart.backend_coord(&label.at);
+        let place = (x - left, y - top + label.lower);
+        area.draw(&Text::new(label.text, place, label.letters))
             .map_err(failed)?;
     }
     Ok(())
+}
+
+/// The ends of the error's axis: room for the words below the floor and the numbers above the treads; an axis without any error gets one
+/// to draw on.
+fn ends(treads: &[(&str, f64)], floor: Option<f64>) -> (f64, f64) {
+    let seen = treads.iter().map(|t| t.1).chain(floor).filter(|v| *v > 0.0);
+    let (low, high) = seen.fold((f64::INFINITY, 0.0_f64), |(low, high), v| {
+        (low.min(v), high.max(v))
+    });
+    if high > 0.0 {
+        (0.3 * low, 2.5 * high)
+    } else {
+        (0.01, 1.0)
+    }
+}
+
+/// Words at a point of the panel, so many pixels lower.
+struct Label {
+    text: String,
+    at: (f64, f64),
+    lower: i32,
+    letters: TextStyle<'static>,
+}
+
+/// The number above every tread, its name below the panel, and the noise floor's; `low` is the panel's lower edge.
+fn labels(treads: &[(&str, f64)], floor: Option<f64>, low: f64) -> Vec<Label> {
+    let count = treads.len() as f64;
+    let mut labels = Vec::new();
+    let letters = |size, place| style::letters(size).pos(Pos::new(HPos::Center, place));
+    let room = f64::from(style::WIDTH - style::BESIDE - 3 * style::MARGIN) / count;
+    for (index, (label, error)) in treads.iter().enumerate() {
+        let middle = index as f64 + 0.5;
+        labels.push(Label {
+            text: format!("{} %", significant(*error)),
+            at: (middle, error.max(low)),
+            lower: -8,
+            letters: letters(style::NUMBER_SIZE, VPos::Bottom),
+        });
+        for (line, text) in lines(label).into_iter().enumerate() {
+            let size = style::fitting(&text, room, style::NUMBER_SIZE);
+            labels.push(Label {
+                text,
+                at: (middle, low),
+                lower: 14 + 36 * line as i32,
+                letters: letters(size, VPos::Top),
+            });
+        }
+    }
+    if let Some(floor) = floor {
+        labels.push(Label {
+            text: format!("noise floor {} %", significant(floor)),
+            at: (0.02 * count, floor),
+            lower: 10,
+            letters: style::letters(style::NUMBER_SIZE)
+                .color(&style::MARK)
+                .pos(Pos::new(HPos::Left, VPos::Top)),
+        });
+    }
+    labels
 }
 
 /// An effect and its axis on two lines; other words on one.

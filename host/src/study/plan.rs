@@ -96,26 +96,7 @@ impl Plan {
 
 /// Checks the description's numbers and names, and makes the plan and the axes of it.
 pub(crate) fn plan(source: &Source<'_>, said: &Description) -> Result<(Plan, Vec<Axis>)> {
-    positive(source, "sample_rate_hz", said.sample_rate_hz.as_ref())?;
-    positive(source, "band_hz", said.band_hz.as_ref())?;
-    if let (Some(rate), Some(band)) = (&said.sample_rate_hz, &said.band_hz)
-        && *band.get_ref() >= 0.5 * rate.get_ref()
-    {
-        return Err(source.wrong(
-            band,
-            format!(
-                "band_hz = {} is not below half the sample rate of {} Hz; lower it or leave it out",
-                band.get_ref(),
-                rate.get_ref()
-            ),
-        ));
-    }
-    if said.time.is_none() && said.sample_rate_hz.is_none() {
-        return Err(Error::data(format!(
-            "{}: neither time nor sample_rate_hz is given; name the column of time or state the rate",
-            source.path.display()
-        )));
-    }
+    check_rate(source, said)?;
     if said.axis.is_empty() || said.axis.len() > 2 {
         return Err(Error::data(format!(
             "{}: {} [[axis]] tables, but a joint here has one or two axes; write one [[axis]] for each",
@@ -154,23 +135,66 @@ pub(crate) fn plan(source: &Source<'_>, said: &Description) -> Result<(Plan, Vec
             ));
         }
         plans.push(axis_plan(source, entry, &mut wanted)?);
-        axes.push(Axis {
-            name: entry.name.get_ref().clone(),
-            kind: entry.kind,
-            inertia: entry.inertia.as_ref().map(|v| *v.get_ref()),
-            restoring_force: entry.restoring_force,
-            ground_stiffness: entry
-                .ground_stiffness
-                .as_ref()
-                .map_or(0.0, |v| *v.get_ref()),
-            ground_damping: entry.ground_damping.as_ref().map_or(0.0, |v| *v.get_ref()),
-            encoder_step: entry.encoder_step.as_ref().map(|v| *v.get_ref()),
-        });
+        axes.push(axis(entry));
     }
+    check_terms(source, said, &axes)?;
+    Ok((
+        Plan {
+            wanted,
+            time,
+            axes: plans,
+        },
+        axes,
+    ))
+}
+
+/// Checks the sample rate, the band, and that one of rate and time is there.
+fn check_rate(source: &Source<'_>, said: &Description) -> Result<()> {
+    positive(source, "sample_rate_hz", said.sample_rate_hz.as_ref())?;
+    positive(source, "band_hz", said.band_hz.as_ref())?;
+    if let (Some(rate), Some(band)) = (&said.sample_rate_hz, &said.band_hz)
+        && *band.get_ref() >= 0.5 * rate.get_ref()
+    {
+        return Err(source.wrong(
+            band,
+            format!(
+                "band_hz = {} is not below half the sample rate of {} Hz; lower it or leave it out",
+                band.get_ref(),
+                rate.get_ref()
+            ),
+        ));
+    }
+    if said.time.is_none() && said.sample_rate_hz.is_none() {
+        return Err(Error::data(format!(
+            "{}: neither time nor sample_rate_hz is given; name the column of time or state the rate",
+            source.path.display()
+        )));
+    }
+    Ok(())
+}
+
+/// What the description says of an axis.
+fn axis(entry: &AxisEntry) -> Axis {
+    Axis {
+        name: entry.name.get_ref().clone(),
+        kind: entry.kind,
+        inertia: entry.inertia.as_ref().map(|v| *v.get_ref()),
+        restoring_force: entry.restoring_force,
+        ground_stiffness: entry
+            .ground_stiffness
+            .as_ref()
+            .map_or(0.0, |v| *v.get_ref()),
+        ground_damping: entry.ground_damping.as_ref().map_or(0.0, |v| *v.get_ref()),
+        encoder_step: entry.encoder_step.as_ref().map(|v| *v.get_ref()),
+    }
+}
+
+/// Checks that the terms of the base are on axes of the study.
+fn check_terms(source: &Source<'_>, said: &Description, axes: &[Axis]) -> Result<()> {
     for term in &said.base.terms {
         if let Some((_, axis)) = term.get_ref().split_once('@')
             && axis != "both"
-            && !names.contains(axis)
+            && axes.iter().all(|a| a.name != axis)
         {
             let known: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
             return Err(source.wrong(
@@ -183,14 +207,7 @@ pub(crate) fn plan(source: &Source<'_>, said: &Description) -> Result<(Plan, Vec
             ));
         }
     }
-    Ok((
-        Plan {
-            wanted,
-            time,
-            axes: plans,
-        },
-        axes,
-    ))
+    Ok(())
 }
 
 fn positive(source: &Source<'_>, key: &str, value: Option<&Spanned<f64>>) -> Result<()> {
@@ -254,7 +271,8 @@ fn check_axis(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
     Ok(())
 }
 
-fn axis_plan(source: &Source<'_>, entry: &AxisEntry, wanted: &mut Vec<Wanted>) -> Result<AxisPlan> {
+/// Checks how many columns displacement, velocity and force have.
+fn check_columns(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
     let displacement = entry.displacement.get_ref();
     if displacement.0.is_empty() || displacement.0.len() > 2 {
         return Err(source.wrong(
@@ -274,6 +292,17 @@ fn axis_plan(source: &Source<'_>, entry: &AxisEntry, wanted: &mut Vec<Wanted>) -
     if entry.force.get_ref().0.is_empty() {
         return Err(source.wrong(&entry.force, "force needs a column; name at least one"));
     }
+    match &entry.velocity {
+        Some(v) if v.get_ref().0.len() > 2 => Err(source.wrong(
+            v,
+            "velocity takes one column, or two of which the second is subtracted from the first; list one or two",
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn axis_plan(source: &Source<'_>, entry: &AxisEntry, wanted: &mut Vec<Wanted>) -> Result<AxisPlan> {
+    check_columns(source, entry)?;
     let kind = entry.kind;
     let mut list = |key: &str, start: usize, tables: &[ChannelTable], quantity: Quantity| {
         if let Some(table) = tables.iter().find(|t| t.optional && key != "force") {
@@ -286,12 +315,6 @@ fn axis_plan(source: &Source<'_>, entry: &AxisEntry, wanted: &mut Vec<Wanted>) -
         calibrate(source, start, key, tables, quantity, wanted)
     };
     let velocity = match &entry.velocity {
-        Some(v) if v.get_ref().0.len() > 2 => {
-            return Err(source.wrong(
-                v,
-                "velocity takes one column, or two of which the second is subtracted from the first; list one or two",
-            ));
-        }
         Some(v) => list(
             "velocity",
             v.span().start,
@@ -323,7 +346,7 @@ fn axis_plan(source: &Source<'_>, entry: &AxisEntry, wanted: &mut Vec<Wanted>) -
         displacement: list(
             "displacement",
             entry.displacement.span().start,
-            &displacement.0,
+            &entry.displacement.get_ref().0,
             Quantity::Displacement(kind),
         )?,
         velocity,

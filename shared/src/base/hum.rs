@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hum {
     /// Frequency, Hz.
-    #[serde(serialize_with = "crate::wire::rig::plain_zero")]
+    #[serde(serialize_with = "crate::scalar::zero::plain_zero")]
     pub frequency_hz: f64,
     /// Amplitude in the restoring force, N or N·m.
-    #[serde(serialize_with = "crate::wire::rig::plain_zero")]
+    #[serde(serialize_with = "crate::scalar::zero::plain_zero")]
     pub amplitude: f64,
 }
 

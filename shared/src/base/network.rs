@@ -8,10 +8,10 @@
 //! products would have four. `docs/explanation/numerics.md` derives the scales and the error; [`NetworkModel::check`] proves that no
 //! sum leaves its 64 bits for the words at hand.
 
-use crate::base::kernels::{Kernels, Portable};
-use crate::base::tanh::tanh_scaled;
+pub use super::stored::Neuron;
+
+use super::kernels::{Kernels, Portable};
 use crate::fault::{Checks, Error};
-use crate::wire::layout::laid_out;
 use heapless::Vec;
 
 /// The most neurons that a network on the device has: the paper's 40.
@@ -19,24 +19,6 @@ pub const NEURONS: usize = 40;
 
 /// The half that is part of every bias, so that the high word of the sum is the rounded one.
 pub(crate) const HALF: i64 = 1 << 31;
-
-laid_out! {
-/// One neuron as stored: what goes into its argument, and what its tanh weighs in each force.
-///
-/// With s the scale of its argument, `steps` = 2³⁷/s, a weight is stored as 2·s·w and its bias as 2³²·s·b + 2³¹.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(C)]
-pub struct Neuron {
-    /// Weights of the inputs x, ẋ, φ, φ̇; the last two are 0 for one axis.
-    pub weights: [i32; 4],
-    /// Weights of the neuron in the force of each axis; the last is 0 for one axis.
-    pub outputs: [i32; 2],
-    /// The bias, with 32 more binary places than the argument, and the half that rounds.
-    pub bias: i64,
-    /// Steps of the tanh table per unit of the argument's integer, in 2⁻³²; not 0.
-    pub steps: u32,
-}
-}
 
 /// A network in fixed point, for one or two axes.
 ///
@@ -47,16 +29,6 @@ pub struct NetworkModel {
     pub(crate) axes: u8,
     pub(crate) neurons: Vec<Neuron, NEURONS>,
     pub(crate) output_bias: [i64; 2],
-}
-
-impl Neuron {
-    /// No neuron.
-    pub(crate) const NONE: Self = Self {
-        weights: [0; 4],
-        outputs: [0; 2],
-        bias: 0,
-        steps: 0,
-    };
 }
 
 impl NetworkModel {
@@ -144,35 +116,6 @@ impl NetworkModel {
         }
         checks.done()
     }
-}
-
-/// `bias` and what the neurons add to the forces of the first `AXES` axes.
-#[inline(never)]
-pub(crate) fn sum_of_neurons<const AXES: usize>(
-    neurons: &[Neuron],
-    [mut first, mut second]: [i64; 2],
-    u: &[i32; 4],
-) -> [i64; 2] {
-    for neuron in neurons {
-        let ([a, b, c, d], [x, v, phi, omega]) = (neuron.weights, *u);
-        let mut argument = neuron.bias + product(a, x) + product(b, v);
-        if AXES == 2 {
-            argument += product(c, phi) + product(d, omega);
-        }
-        let value = tanh_scaled((argument >> 32) as i32, neuron.steps);
-        let [v, w] = neuron.outputs;
-        first += product(v, value);
-        if AXES == 2 {
-            second += product(w, value);
-        }
-    }
-    [first, second]
-}
-
-/// The exact product, widened where it is used so that it and an addition are one instruction.
-#[inline(always)]
-fn product(word: i32, factor: i32) -> i64 {
-    i64::from(word) * i64::from(factor)
 }
 
 /// Whether `bias` + Σ word·p fits 64 bits for every |p| ≤ 2³¹, however the sum is taken.

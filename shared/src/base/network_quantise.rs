@@ -4,8 +4,8 @@
 //! 32 bits nor the sum 64, for any input. That of an axis may be any real number; that of a neuron is 2³⁷ over a whole
 //! number, the steps of the tanh table. Every neuron has its own, so a steep one does not coarsen the others.
 
-use super::Output;
 use super::axis::MAGNITUDE;
+use super::header::Output;
 use super::network::{HALF, NEURONS, NetworkModel, Neuron};
 use crate::base::tanh::{MAX_ERROR, STEPS_PER_UNIT};
 use crate::fault::Error;

@@ -8,33 +8,17 @@
 //! The gain lets a block of small coefficients use all 32 bits beside a block of large ones. `docs/explanation/numerics.md` derives
 //! the scales, the bounds and the error; [`PolynomialModel::check`] proves the bounds for the words at hand.
 
-use crate::base::kernels::{Kernels, Portable};
-use crate::fault::{Checks, Error};
-use crate::scalar::fixed::{in_order, mul_high_add, q31_powers};
-use crate::wire::layout::laid_out;
+pub use super::stored::{BLOCKS, Block, Blocks};
 
-/// Blocks of a two-axis polynomial, one for each x^i·ẋ^j; block number 4·i + j.
-pub const BLOCKS: usize = 16;
+use super::kernels::{Kernels, Portable, block_sum};
+use crate::fault::{Checks, Error};
+use crate::scalar::fixed::{mul_high_add, q31_powers};
+
 /// The largest output shift; beyond it the 64-bit sum would overflow first.
 pub const MAX_OUTPUT_SHIFT: u8 = 3;
 /// The binary places of the 64-bit sum beyond those of the block sums: 30 of the monomial and 31 of the gain, less the
 /// 32 that their product loses.
 pub const SUM_PLACES: u32 = 29;
-
-laid_out! {
-/// The terms of one x^i·ẋ^j as stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(C, align(8))]
-pub struct Block {
-    /// The coefficient of φ^k·φ̇^l at 4·k + l (one axis: of x^k·ẋ^l), at the block's own scale.
-    pub words: [i32; 16],
-    /// What brings the block's scale to that of the axis: a Q31 number, not negative. 0 for one axis.
-    pub gain: i32,
-}
-}
-
-/// The blocks of one axis.
-pub type Blocks = [Block; BLOCKS];
 
 /// A polynomial in fixed point, for one or two axes.
 ///
@@ -48,14 +32,6 @@ pub struct PolynomialModel {
     pub(crate) axes: u8,
     pub(crate) shifts: [u8; 2],
     pub(crate) blocks: [Blocks; 2],
-}
-
-impl Block {
-    /// A block without terms.
-    pub const EMPTY: Self = Self {
-        words: [0; 16],
-        gain: 0,
-    };
 }
 
 impl PolynomialModel {
@@ -270,75 +246,4 @@ fn monomials(x: &[i32; 3], v: &[i32; 3]) -> [i32; BLOCKS] {
         product(c, e),
         product(c, f),
     ]
-}
-
-/// Σ block sum · monomial · gain of one axis, with [`SUM_PLACES`] more binary places than the block sums have.
-///
-/// Not inlined: where the compiler sees how the powers were computed it keeps some of them in 64 bits, and then needs
-/// eight instructions for a product that is otherwise one. Written out, not a loop: the addresses of all words are then
-/// constants, which leaves two more registers for powers and lets pairs of words be loaded at once.
-#[inline(never)]
-pub(crate) fn sum_of_blocks(
-    blocks: &Blocks,
-    outer: &[i32; BLOCKS],
-    row: &[i32; 3],
-    column: &[i32; 3],
-) -> i64 {
-    let (blocks, _) = blocks.as_chunks::<4>();
-    let (outer, _) = outer.as_chunks::<4>();
-    let ([b0, b1, b2, b3], [m0, m1, m2, m3]) = (blocks, outer) else {
-        return 0;
-    };
-    // Not by reference: they would be loaded anew for every row.
-    let (row, column) = (*row, *column);
-    let sum = add_four_blocks(0, b0, m0, row, column);
-    let sum = add_four_blocks(sum, b1, m1, row, column);
-    let sum = add_four_blocks(sum, b2, m2, row, column);
-    add_four_blocks(sum, b3, m3, row, column)
-}
-
-/// `sum` and the blocks of one power of x.
-#[inline(always)]
-fn add_four_blocks(
-    sum: i64,
-    [b0, b1, b2, b3]: &[Block; 4],
-    [m0, m1, m2, m3]: &[i32; 4],
-    row: [i32; 3],
-    column: [i32; 3],
-) -> i64 {
-    let sum = add_block(sum, b0, *m0, row, column);
-    let sum = add_block(sum, b1, *m1, row, column);
-    let sum = add_block(sum, b2, *m2, row, column);
-    add_block(sum, b3, *m3, row, column)
-}
-
-/// `sum` and one block.
-#[inline(always)]
-fn add_block(sum: i64, block: &Block, monomial: i32, row: [i32; 3], column: [i32; 3]) -> i64 {
-    let block_sum = block_sum(&block.words, row, column);
-    let weight = mul_high_add(monomial, block.gain, 0);
-    in_order();
-    sum + i64::from(block_sum) * i64::from(weight)
-}
-
-/// Σ w_kl·row^k·column^l of one block, at the block's scale A.
-#[inline(always)]
-fn block_sum(words: &[i32; 16], row: [i32; 3], column: [i32; 3]) -> i32 {
-    let [q1, q2, q3] = row;
-    let (rows, _) = words.as_chunks::<4>();
-    let [r0, r1, r2, r3] = rows else {
-        return 0;
-    };
-    let sum = row_sum(r0, column);
-    let sum = mul_high_add(row_sum(r1, column), q1, sum);
-    let sum = mul_high_add(row_sum(r2, column), q2, sum);
-    mul_high_add(row_sum(r3, column), q3, sum)
-}
-
-/// Σ w_l·column^l of one row.
-#[inline(always)]
-fn row_sum(&[w0, w1, w2, w3]: &[i32; 4], [p1, p2, p3]: [i32; 3]) -> i32 {
-    let sum = mul_high_add(w3, p3, mul_high_add(w2, p2, mul_high_add(w1, p1, w0)));
-    in_order();
-    sum
 }

@@ -4,8 +4,8 @@
 //! sum of blocks can leave its integer: the tightest of these is met with a margin of 2⁻²², where powers of two would
 //! lose up to one bit. `docs/explanation/numerics.md` derives the conditions and the terms of the error bound.
 
-use super::Output;
 use super::axis::MAGNITUDE;
+use super::header::Output;
 use super::polynomial::{BLOCKS, Block, MAX_OUTPUT_SHIFT, PolynomialModel};
 use crate::fault::Error;
 use crate::scalar::fixed::round_to_i64;

@@ -1,12 +1,11 @@
 //! Adding physical effects to a base, and bringing both to one force unit; what only the host does.
 
 use super::terms::{InSi, Terms};
+use super::terms_quantise::FULL_SCALE;
 use super::{Base, Header, MAX_BASE_SHIFT, Model, Output};
 use crate::fault::Error;
 use heapless::Vec;
 
-/// Force units in the full scale of an output.
-const FULL_SCALE: f64 = (1_u64 << 31) as f64;
 /// The effects alone may reach this part of the full scale: the measured force beside them has noise and peaks.
 const ROOM: f64 = 0.125;
 

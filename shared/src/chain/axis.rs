@@ -1,8 +1,8 @@
 //! One axis of the chain: SI values into machine numbers once, then positions, velocities and the measured force in them.
 
-use super::RawAxis;
 use super::adaptive_notch::{AdaptiveNotch, Phasor};
 use super::channel::{COUNTER_PLACES, Channel, Settling, in_time};
+use super::raw::RawAxis;
 use super::term::{DERIVED_GAIN, Terms};
 use crate::base::axis::Axis;
 use crate::chain::filter::{Delay, shift_round};
@@ -51,6 +51,9 @@ pub(super) struct AxisChain {
 /// Bits by which an intermediate derivative is coarser than the force unit; gives it a range of 2³⁵ force units.
 const DERIVATIVE_HEADROOM: f64 = DERIVED_GAIN / 2.0;
 
+/// Units of a state at the edge of the training range: Q31.
+const FULL_SCALE: f64 = (1_u64 << 31) as f64;
+
 /// Range of the slope before scaling: one training half-range is 2²⁸ to 2²⁹, so a state may be four times outside the
 /// training range before its own number saturates.
 const VELOCITY_RANGE: f64 = (1_u64 << 29) as f64;
@@ -94,53 +97,60 @@ fn power_of_two(shift: i8) -> f64 {
     (0..shift.unsigned_abs()).fold(1.0, |power, _| power * step)
 }
 
-impl AxisChain {
-    pub(super) fn new(
+/// The scale of the velocity, and how far the slope filter's sum is shifted down before it.
+fn velocity_scale(axis: &RigAxis, learnt: &Axis, rig: &Rig) -> Result<(i8, Scale), Error> {
+    let v = &learnt.velocity;
+    // One unit of the slope filter's sum is this many m/s.
+    let slope_unit = axis.displacement_step / power_of_two(rig.velocity.shift);
+    let (shift, half_range) = shift_to(
+        "velocity resolution against its training range",
+        v.half_range / slope_unit,
+        VELOCITY_RANGE,
+    )?;
+    let scale = Scale::new(
+        "velocity scale",
+        FULL_SCALE / half_range,
+        half_range * (v.center / v.half_range),
+    )?;
+    Ok((shift, scale))
+}
+
+impl Acceleration {
+    fn of(axis: &RigAxis, wired: &AxisWiring) -> Self {
+        if axis.inertia == 0.0 {
+            Self::None
+        } else if wired.acceleration.iter().any(Option::is_some) {
+            Self::Logged
+        } else {
+            Self::Derived
+        }
+    }
+}
+
+/// The measured force as a sum over channels, and how far the sums of derivatives are shifted down before it.
+struct MeasuredForce {
+    terms: Terms,
+    curvature_shift: i8,
+    body_velocity_shift: i8,
+}
+
+impl MeasuredForce {
+    fn new(
         axis: &RigAxis,
         wired: &AxisWiring,
         other: Option<&RigAxis>,
-        learnt: &Axis,
         force_per_lsb: f64,
         rig: &Rig,
     ) -> Result<Self, Error> {
-        let (x, v) = (&learnt.displacement, &learnt.velocity);
-        let full_scale = (1_u64 << 31) as f64;
-        let position = Scale::new(
-            "displacement counts per training range",
-            full_scale * axis.displacement_step / x.half_range,
-            x.center / axis.displacement_step,
-        )?;
-
-        // One unit of the slope filter's sum is this many m/s.
-        let slope_unit = axis.displacement_step / power_of_two(rig.velocity.shift);
-        let (velocity_shift, half_range) = shift_to(
-            "velocity resolution against its training range",
-            v.half_range / slope_unit,
-            VELOCITY_RANGE,
-        )?;
-        let velocity = Scale::new(
-            "velocity scale",
-            full_scale / half_range,
-            half_range * (v.center / v.half_range),
-        )?;
-
         let sign = if axis.inertia_minus_force { -1.0 } else { 1.0 };
-        let acceleration = if axis.inertia == 0.0 {
-            Acceleration::None
-        } else if wired.acceleration.iter().any(Option::is_some) {
-            Acceleration::Logged
-        } else {
-            Acceleration::Derived
-        };
-        let has_body = wired.body.is_some();
-        let body_step = if has_body {
+        let body_step = if wired.body.is_some() {
             axis.body_step
         } else {
             axis.displacement_step
         };
         let (mut derived, mut codes) = ([0.0; 2], [0.0; 3]);
-        let mut curvature_shift = 1;
-        match acceleration {
+        let (mut curvature_shift, mut body_velocity_shift) = (1, 1);
+        match Acceleration::of(axis, wired) {
             Acceleration::None => {}
             Acceleration::Logged => {
                 codes[0] = -sign * axis.inertia * axis.acceleration_step / force_per_lsb
@@ -156,7 +166,6 @@ impl AxisChain {
         }
         codes[1] = sign * axis.force_step / force_per_lsb;
         let of_position = -sign * axis.ground_stiffness * body_step / force_per_lsb;
-        let mut body_velocity_shift = 1;
         if axis.ground_damping > 0.0 {
             let unit = axis.ground_damping * body_step / power_of_two(rig.velocity.shift);
             (body_velocity_shift, derived[1]) = derivative_gain(
@@ -167,21 +176,46 @@ impl AxisChain {
         }
         let cross = other.map_or(0.0, |other| axis.force_cross * other.force_step);
         codes[2] = -sign * cross / force_per_lsb;
-        let terms = Terms::new(derived, codes, of_position)?;
+        Ok(Self {
+            terms: Terms::new(derived, codes, of_position)?,
+            curvature_shift,
+            body_velocity_shift,
+        })
+    }
+}
+
+impl AxisChain {
+    pub(super) fn new(
+        axis: &RigAxis,
+        wired: &AxisWiring,
+        other: Option<&RigAxis>,
+        learnt: &Axis,
+        force_per_lsb: f64,
+        rig: &Rig,
+    ) -> Result<Self, Error> {
+        let x = &learnt.displacement;
+        let position = Scale::new(
+            "displacement counts per training range",
+            FULL_SCALE * axis.displacement_step / x.half_range,
+            x.center / axis.displacement_step,
+        )?;
+        let (velocity_shift, velocity) = velocity_scale(axis, learnt, rig)?;
+        let force = MeasuredForce::new(axis, wired, other, force_per_lsb, rig)?;
         let wait = Settling::of(rig).wait;
         let delay = rig.velocity.taps.len() / 2 + wait;
+        let acceleration = Acceleration::of(axis, wired);
         let late_acceleration =
             acceleration == Acceleration::Logged && axis.delays.acceleration != 0.0;
         Ok(Self {
             difference: wired.near.is_some(),
-            has_body,
+            has_body: wired.body.is_some(),
             position,
             velocity,
             velocity_shift,
             acceleration,
-            curvature_shift,
-            body_velocity_shift,
-            terms,
+            curvature_shift: force.curvature_shift,
+            body_velocity_shift: force.body_velocity_shift,
+            terms: force.terms,
             force: Channel::filtered(
                 "age of the force sample that the delay of its channel asks for",
                 axis.force_delay_samples,

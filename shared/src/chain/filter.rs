@@ -6,7 +6,7 @@
 //! the same number to the bit, and on the device one multiplication for each step of both axes, as for the low-pass.
 
 use crate::base::kernels::Kernels;
-use crate::scalar::fixed::{in_order, round_shift, saturate};
+use crate::scalar::fixed::{round_shift, saturate};
 use crate::wire::rig::MAX_TAPS;
 use core::ops::Range;
 use heapless::Vec;
@@ -222,69 +222,6 @@ impl<const PLACES: usize> Delay<PLACES> {
             None => (self.newest + Self::LENGTH).saturating_sub(age),
         }
     }
-}
-
-/// `Σ weight·row` of both columns, modulo 2⁶⁴.
-///
-/// Sixteen rows at a time, seven instructions for two: as few as the compiler can do with, but for the counting.
-#[inline(never)]
-pub(crate) fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
-    let (many_weights, weights) = weights.as_chunks::<16>();
-    let (many_rows, rows) = rows.as_chunks::<16>();
-    let mut many_rows = many_rows.iter();
-    let mut sums = (0, 0);
-    for weights in many_weights {
-        let Some(rows) = many_rows.next() else {
-            break;
-        };
-        let ([a, b], [c, d]) = (weights.as_chunks().0, rows.as_chunks().0) else {
-            break;
-        };
-        sums = add_eight(add_eight(sums, a, c), b, d);
-    }
-    let (mut weights, mut rows) = (weights, rows);
-    if let (Some((a, rest)), Some((b, other_rest))) =
-        (weights.split_first_chunk(), rows.split_first_chunk())
-    {
-        sums = add_eight(sums, a, b);
-        (weights, rows) = (rest, other_rest);
-    }
-    for (weight, row) in weights.iter().zip(rows) {
-        sums = add(sums, *weight, *row);
-    }
-    // Not an array before: it would be kept in memory, where it is handed back.
-    sums.into()
-}
-
-/// `sums` and eight rows more.
-#[inline(always)]
-fn add_eight(
-    sums: (i64, i64),
-    [a, b, c, d, e, f, g, h]: &[i32; 8],
-    [i, j, k, l, m, n, o, p]: &[[i32; 2]; 8],
-) -> (i64, i64) {
-    let sums = add_two(sums, [a, b], [i, j]);
-    let sums = add_two(sums, [c, d], [k, l]);
-    let sums = add_two(sums, [e, f], [m, n]);
-    add_two(sums, [g, h], [o, p])
-}
-
-/// `sums` and two rows more. In order, or the compiler would load all rows before it multiplies, and had no registers left.
-#[inline(always)]
-fn add_two(sums: (i64, i64), [v, w]: [&i32; 2], [first, second]: [&[i32; 2]; 2]) -> (i64, i64) {
-    let sums = add(add(sums, *v, *first), *w, *second);
-    in_order();
-    sums
-}
-
-/// `sums` and a row more.
-#[inline(always)]
-fn add((first, second): (i64, i64), weight: i32, [a, b]: [i32; 2]) -> (i64, i64) {
-    let product = |value: i32| i64::from(weight) * i64::from(value);
-    (
-        first.wrapping_add(product(a)),
-        second.wrapping_add(product(b)),
-    )
 }
 
 /// `value · 2^−shift`, rounded half up and saturated to `i32`, for a shift from 0 to 62.

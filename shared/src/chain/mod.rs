@@ -23,8 +23,11 @@ mod band;
 mod channel;
 pub mod filter;
 pub mod interpolate;
+mod raw;
 pub mod scale;
 mod term;
+
+pub use raw::{RawAxis, RawSample};
 
 use crate::base::Model;
 use crate::base::kernels::{Kernels, Portable};
@@ -35,22 +38,6 @@ use crate::wire::rig::{MAX_BAND_TAPS, Rig, Taps};
 use axis::{Acceleration, AxisChain, AxisState, Instant, Seen};
 use band::{Band, BandState};
 use channel::Settling;
-
-/// What the sensors of one axis gave at one instant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RawAxis {
-    /// Encoder counters: far side and near side; the second is 0 on a rig that measures the difference itself.
-    pub displacement: [i32; 2],
-    /// Encoder counter of the body that carries the inertia, where the rig has one; may be the near side's.
-    pub body: i32,
-    /// Accelerometer code, where the rig has one.
-    pub acceleration: i32,
-    /// Force or torque code.
-    pub force: i32,
-}
-
-/// One instant, both axes; a one-axis rig leaves the second at its default.
-pub type RawSample = [RawAxis; 2];
 
 /// What the chain says about the instant D samples ago.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

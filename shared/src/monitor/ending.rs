@@ -3,7 +3,7 @@
 
 use super::block::Gross;
 use super::judged::Reason;
-use super::level::{GROSS, most_of_block, sides, values};
+use super::level::{GROSS, most_of_block, values};
 use super::sensors::forget;
 use super::sliding::{FAST, SLOW};
 use super::{Block, Monitor, MonitorState, OUTSIDE_MEMORY};
@@ -125,7 +125,7 @@ impl Monitor {
         if !seen.moves {
             return false;
         }
-        let levels = state.levels[axis & 1].iter_mut().zip(sides(limits));
+        let levels = state.levels[axis & 1].iter_mut().zip(limits.sides());
         for (number, (value, (level, side))) in values(&seen).into_iter().zip(levels).enumerate() {
             level.add(value, side, most_of_block(number, side.threshold));
         }
@@ -144,7 +144,7 @@ impl Monitor {
         };
         let levels = &mut state.levels[axis & 1];
         let place = GROSS + (side & 1);
-        if let (Some(level), Some(&side)) = (levels.get_mut(place), sides(limits).get(place)) {
+        if let (Some(level), Some(&side)) = (levels.get_mut(place), limits.sides().get(place)) {
             level.add(value, side, most_of_block(place, side.threshold));
         }
     }

@@ -1,13 +1,11 @@
 //! Cumulative sums: a small change that lasts adds up, chance does not (Page, Biometrika 41, 1954, 100–115).
 
 use super::block::Statistics;
-use super::limits::{AxisLimits, Cusum};
+use super::limits::{Cusum, SIDES};
 use super::logarithm::SHARE;
 use super::verdict::{Cause, State};
 
-/// Statistics with a limit, per axis: error, both sides of stiffness and friction, and both sides of a gross change of the force.
-pub const SIDES: usize = 7;
-/// Where those of a gross change begin.
+/// Where the statistics of a gross change begin.
 pub(super) const GROSS: usize = 5;
 /// What each of them says when it is reached.
 pub(super) const CAUSES: [Cause; SIDES] = [
@@ -59,20 +57,6 @@ pub(super) fn values(seen: &Statistics) -> [i32; GROSS] {
         stiffness.saturating_neg(),
         friction,
         friction.saturating_neg(),
-    ]
-}
-
-pub(super) fn sides(limits: &AxisLimits) -> [Cusum; SIDES] {
-    let (stiffness, friction) = (limits.stiffness, limits.friction);
-    let [gone, unexpected] = limits.gross_sums();
-    [
-        limits.error,
-        stiffness.more,
-        stiffness.less,
-        friction.more,
-        friction.less,
-        gone,
-        unexpected,
     ]
 }
 

@@ -3,9 +3,7 @@
 //! They are integers, set once on the host from validation records that went through the device's own chain, and travel in
 //! the rig block. They hold for one model: [`Limits::model_checksum`] says for which.
 
-use super::level::sides;
 use super::logarithm::OCTAVE;
-use crate::chain::Chain;
 use crate::fault::{Checks, Error};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -16,6 +14,8 @@ pub const CHANNELS: usize = 5;
 pub const BLOCK: [u16; 2] = [16, 1024];
 /// The fewest residuals in the band that a block sums up.
 pub const FEWEST_VALUES: i32 = 16;
+/// Statistics with a limit, per axis: error, both sides of stiffness and friction, and both sides of a gross change of the force.
+pub const SIDES: usize = 7;
 /// The largest drift and the largest threshold of a [`Cusum`].
 pub const MOST_CUSUM: i32 = 1 << 24;
 
@@ -112,23 +112,17 @@ impl Limits {
         checks.done()
     }
 
-    /// Residuals in the band that come within a block, where it has some; a power of two.
-    pub(super) fn values(&self, chain: &Chain) -> i32 {
-        i32::from(self.block) >> (chain.band_every().trailing_zeros() & 15)
+    /// Residuals in the band that come within a block, with one at every 2^`every_log2` samples; a power of two.
+    pub(super) fn values(&self, every_log2: u32) -> i32 {
+        i32::from(self.block) >> (every_log2 & 15)
     }
 
-    /// Checks that they are for such a chain: for as many axes, with enough residuals in the band per block.
-    pub(crate) fn check_beside(&self, chain: &Chain, checks: &mut Checks) {
-        let every = chain.band_every().trailing_zeros();
-        self.check_for(chain.axes(), every, checks);
-    }
-
-    /// [`Limits::check_beside`] for so many axes, with a residual in the band at every 2^`every_log2` samples.
+    /// Checks that they are for so many axes, with enough residuals in the band per block.
     pub(crate) fn check_for(&self, axes: usize, every_log2: u32, checks: &mut Checks) {
         let (seen, wanted) = (self.axes.len() as i32, axes as i32);
         checks.whole("axes of the monitor's limits", seen, wanted, wanted);
         let (most, quantity) = (i32::from(self.block), "residuals in the band per block");
-        checks.whole(quantity, most >> (every_log2 & 15), FEWEST_VALUES, most);
+        checks.whole(quantity, self.values(every_log2), FEWEST_VALUES, most);
     }
 }
 
@@ -145,6 +139,22 @@ impl AxisLimits {
         })
     }
 
+    /// The limits of every statistic, in the order of its causes: the error, both sides of stiffness and friction, and those of a
+    /// gross change.
+    pub(super) fn sides(&self) -> [Cusum; SIDES] {
+        let (stiffness, friction) = (self.stiffness, self.friction);
+        let [gone, unexpected] = self.gross_sums();
+        [
+            self.error,
+            stiffness.more,
+            stiffness.less,
+            friction.more,
+            friction.less,
+            gone,
+            unexpected,
+        ]
+    }
+
     fn check(&self, checks: &mut Checks) {
         let shift = i32::from(self.force_shift);
         checks.whole("force shift of the monitor", shift, 0, 30);
@@ -159,7 +169,7 @@ impl AxisLimits {
             let quantity = "change per octave of the monitor's statistics";
             checks.whole(quantity, slope, -most, most);
         }
-        for side in sides(self) {
+        for side in self.sides() {
             checks.whole("drift of the monitor", side.drift, -most, most);
             checks.whole("threshold of the monitor", side.threshold, 1, most);
         }

@@ -32,7 +32,8 @@ mod verdict;
 
 pub use block::{Gross, GrossSums, Statistics, Sums, share_of_change};
 pub use judged::RECENT;
-pub use level::{MOST_OF_SHARE, SIDES, least_blocks, most_of_block};
+pub use level::{MOST_OF_SHARE, least_blocks, most_of_block};
+pub use limits::SIDES;
 pub use logarithm::{OCTAVE, SHARE};
 pub use sensors::Faults;
 pub use sliding::Window;
@@ -44,7 +45,7 @@ use crate::wire::rig::MAX_BAND_TAPS;
 use block::Waiting;
 use ending::Ending;
 use judged::{Judged, Reason};
-use level::{Level, sides};
+use level::Level;
 use limits::{CHANNELS, Limits};
 use sensors::SensorState;
 use sliding::Sliding;
@@ -193,12 +194,13 @@ impl Monitor {
     pub fn new(limits: Limits, chain: &Chain) -> Result<Self, Error> {
         limits.check()?;
         let mut checks = Checks::new();
-        limits.check_beside(chain, &mut checks);
+        let every_log2 = chain.band_every().trailing_zeros();
+        limits.check_for(chain.axes(), every_log2, &mut checks);
         checks.done()?;
         let (derivative, band) = (chain.spoilt_by_fault(), chain.band().taps.len() as u16);
         Ok(Self {
             log_block: limits.block.trailing_zeros(),
-            log_values: limits.values(chain).trailing_zeros(),
+            log_values: limits.values(every_log2).trailing_zeros(),
             is_thinned: chain.band_every() > 1,
             wait: chain.band_delay() - chain.delay() + usize::from(chain.band_every() > 1),
             after_outside: band,
@@ -412,7 +414,7 @@ impl MonitorState {
             return [0; SIDES];
         };
         let mut all = [0; SIDES];
-        for (place, (level, side)) in all.iter_mut().zip(levels.iter().zip(sides(limits))) {
+        for (place, (level, side)) in all.iter_mut().zip(levels.iter().zip(limits.sides())) {
             *place = level.permille(side);
         }
         all

@@ -1,6 +1,6 @@
 //! The verdict: which of what is wrong is told, per axis and of the whole joint.
 
-use super::level::{CAUSES, sides};
+use super::level::CAUSES;
 use super::limits::CHANNELS;
 use super::sensors::SensorFault;
 use super::verdict::{Cause, State, Verdict};
@@ -98,7 +98,7 @@ impl Monitor {
         let number = usize::from(axis & 1);
         let mut found = [None; CAUSES.len()];
         if let Some(limits) = self.limits.axes.get(number) {
-            let all = state.levels[number].iter_mut().zip(sides(limits));
+            let all = state.levels[number].iter_mut().zip(limits.sides());
             for ((place, (level, side)), cause) in found.iter_mut().zip(all).zip(CAUSES) {
                 level.state = level.next(side);
                 if level.state >= State::Suspect {

@@ -32,6 +32,7 @@ mod functions;
 pub mod interval;
 pub mod q;
 pub mod short;
+pub(crate) mod zero;
 
 use core::ops::{Add, Mul, Neg, Sub};
 

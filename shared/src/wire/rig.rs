@@ -7,9 +7,10 @@ use crate::base::hum::Hum;
 use crate::fault::{Checks, Error};
 use crate::monitor::limits::Limits;
 use crate::scalar::fixed::round_to_i64;
+use crate::scalar::zero::plain_zero;
 use crate::wire::wiring::Wiring;
 use heapless::Vec;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 /// The most taps a derivative may have; odd, so that the delay is a whole number of samples.
 pub const MAX_TAPS: usize = 129;
@@ -32,11 +33,6 @@ pub struct Taps<const MAX: usize = MAX_TAPS> {
     pub taps: Vec<i32, MAX>,
     /// The binary exponent that turns the integer taps into 1/s (first derivative), 1/s² (second) or 1 (low-pass).
     pub shift: i8,
-}
-
-/// Writes a real number of which zero has one form, so that equal rigs have equal bytes.
-pub(crate) fn plain_zero<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_f64(value + 0.0)
 }
 
 /// One axis of the rig in SI units. Which of its channels are there, [`Rig::wiring`] says.

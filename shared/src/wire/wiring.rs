@@ -83,7 +83,7 @@ pub struct AxisWiring {
     /// chip, or two: with equal signs twice their mean, with opposite signs the turning of a pair.
     pub acceleration: [Option<SignedDirection>; 2],
     /// Distance between the two accelerometers of a pair that measures a rotation, m; 0 where there is none.
-    #[serde(serialize_with = "crate::wire::rig::plain_zero")]
+    #[serde(serialize_with = "crate::scalar::zero::plain_zero")]
     pub pair_distance_m: f64,
 }
 

@@ -1,6 +1,5 @@
 //! The chips behind the link, in the numbers of its protocol.
 
-use super::ahead;
 use super::files::Files;
 use core::convert::Infallible;
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
@@ -9,7 +8,7 @@ use jointwatch_shared::wire::wiring::{ACCELEROMETERS, COUNTERS};
 /// Kinds of requests: counters 0 to 3, then these.
 const CONVERTER: u8 = 4;
 const ACCELEROMETER: u8 = 5;
-pub(super) const LATCH: u8 = 7;
+const LATCH: u8 = 7;
 
 /// One chip, or all counters at once.
 #[derive(Debug)]
@@ -46,7 +45,10 @@ impl SpiDevice for Device {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
         for operation in operations {
             if let Operation::TransferInPlace(bytes) = operation {
-                ahead::transfer(Files, self.0, bytes);
+                Files.request(self.0, bytes);
+                if self.0 != LATCH {
+                    Files.answer(bytes);
+                }
             }
         }
         Ok(())

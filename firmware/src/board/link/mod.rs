@@ -3,7 +3,6 @@
 //! `docs/notebook/emulation.md`, “The link”, has the protocol. It takes the place of `stm32f405/{spi,serial,ticker,flash}.rs` in the image that
 //! tests run; everything else of that image is what is flashed.
 
-mod ahead;
 mod chips;
 mod files;
 mod slots;
@@ -102,7 +101,7 @@ pub fn run(sample: fn(), receive: fn()) -> ! {
             receive();
         }
         until_receive -= 1;
-        files.request(WAIT, &[ahead::end()]);
+        files.request(WAIT, &[]);
         let mut answer = [ENDED];
         files.answer(&mut answer);
         match answer {
@@ -110,7 +109,6 @@ pub fn run(sample: fn(), receive: fn()) -> ! {
             [RESTART] => super::restart::on_purpose(),
             [instants] => MISSED.store(u32::from(instants) - 1, Ordering::Relaxed),
         }
-        ahead::begin(files);
         sample();
         if files.counts() {
             let mut bytes = [[0; 4]; STAGE_COUNT];
@@ -153,7 +151,7 @@ pub fn received() -> Option<u8> {
 /// Says what memory was used, and ends.
 fn finish(files: Files) -> ! {
     if files.counts() {
-        let variables = stack::variables().saturating_sub(slots::EMULATED + ahead::EMULATED);
+        let variables = stack::variables().saturating_sub(slots::EMULATED);
         let figures = [stack::reserved(), stack::peak(), variables];
         let bytes = figures.map(|bytes| (bytes as u32).to_le_bytes());
         files.request(MEMORY, bytes.as_flattened());

@@ -261,63 +261,11 @@ fn axis_wiring(
             "far and near are the same counter; name the other side's",
         ));
     }
-    let mut acceleration = [None; 2];
-    let mut turning = false;
-    if let Some(stated) = &entry.acceleration {
-        let list = stated.get_ref();
-        if list.is_empty() || list.len() > 2 {
-            let what = "acceleration takes one direction of an accelerometer, or a pair; leave it out to derive it from the position";
-            return Err(source.wrong(stated, what));
-        }
-        for (place, text) in acceleration.iter_mut().zip(list) {
-            let one = direction(source, stated, text)?;
-            if wiring.accelerometers[usize::from(one.chip)].is_none() {
-                let what = format!(
-                    "accelerometer {} is not fitted; add it to accelerometers in [wiring]",
-                    one.chip
-                );
-                return Err(source.wrong(stated, what));
-            }
-            *place = Some(one);
-        }
-        turning = matches!(acceleration, [Some(a), Some(b)] if a.negative != b.negative);
-        if turning != (kind == AxisKind::Rotation) {
-            let what = match kind {
-                AxisKind::Rotation => {
-                    "an angular acceleration takes two directions with opposite signs, as [\"+1z\", \"-0z\"]"
-                }
-                AxisKind::Translation => {
-                    "two accelerometers with opposite signs measure a rotation; give both the same sign for their mean"
-                }
-            };
-            return Err(source.wrong(stated, what));
-        }
-        if let [Some(a), Some(b)] = acceleration {
-            let range = |d: SignedDirection| {
-                wiring.accelerometers[usize::from(d.chip)].map(|chip| chip.range)
-            };
-            if a.chip == b.chip || range(a) != range(b) {
-                let what = "a pair takes two accelerometers with the same range_g";
-                return Err(source.wrong(stated, what));
-            }
-        }
-    }
-    let pair_distance_m = match (&entry.pair_distance_m, turning) {
-        (Some(distance), true) => positive(source, "pair_distance_m", distance)?,
-        (None, false) => 0.0,
-        (Some(distance), false) => {
-            return Err(source.wrong(
-                distance,
-                "pair_distance_m goes with a pair of accelerometers on a rotation; leave it out",
-            ));
-        }
-        (None, true) => {
-            return Err(source.wrong(
-                &entry.name,
-                "pair_distance_m is missing; state the distance between the pair of accelerometers",
-            ));
-        }
+    let acceleration = match &entry.acceleration {
+        Some(stated) => directions(source, stated, kind, wiring)?,
+        None => [None; 2],
     };
+    let pair_distance_m = pair_distance(source, entry, turns(&acceleration))?;
     let gain = *entry.gain.get_ref();
     if !gain.is_power_of_two() {
         let what =
@@ -332,6 +280,73 @@ fn axis_wiring(
         acceleration,
         pair_distance_m,
     })
+}
+
+/// Whether two accelerometers measure a rotation: with opposite signs.
+fn turns(acceleration: &[Option<SignedDirection>; 2]) -> bool {
+    matches!(acceleration, [Some(a), Some(b)] if a.negative != b.negative)
+}
+
+/// The directions that an axis's acceleration is made of.
+fn directions(
+    source: &Source<'_>,
+    stated: &Spanned<Vec<String>>,
+    kind: AxisKind,
+    wiring: &Wiring,
+) -> Result<[Option<SignedDirection>; 2]> {
+    let list = stated.get_ref();
+    if list.is_empty() || list.len() > 2 {
+        let what = "acceleration takes one direction of an accelerometer, or a pair; leave it out to derive it from the position";
+        return Err(source.wrong(stated, what));
+    }
+    let mut acceleration = [None; 2];
+    for (place, text) in acceleration.iter_mut().zip(list) {
+        let one = direction(source, stated, text)?;
+        if wiring.accelerometers[usize::from(one.chip)].is_none() {
+            let what = format!(
+                "accelerometer {} is not fitted; add it to accelerometers in [wiring]",
+                one.chip
+            );
+            return Err(source.wrong(stated, what));
+        }
+        *place = Some(one);
+    }
+    if turns(&acceleration) != (kind == AxisKind::Rotation) {
+        let what = match kind {
+            AxisKind::Rotation => {
+                "an angular acceleration takes two directions with opposite signs, as [\"+1z\", \"-0z\"]"
+            }
+            AxisKind::Translation => {
+                "two accelerometers with opposite signs measure a rotation; give both the same sign for their mean"
+            }
+        };
+        return Err(source.wrong(stated, what));
+    }
+    if let [Some(a), Some(b)] = acceleration {
+        let range =
+            |d: SignedDirection| wiring.accelerometers[usize::from(d.chip)].map(|chip| chip.range);
+        if a.chip == b.chip || range(a) != range(b) {
+            let what = "a pair takes two accelerometers with the same range_g";
+            return Err(source.wrong(stated, what));
+        }
+    }
+    Ok(acceleration)
+}
+
+/// The distance of a pair of accelerometers in m; 0 where there is none.
+fn pair_distance(source: &Source<'_>, entry: &AxisEntry, turning: bool) -> Result<f64> {
+    match (&entry.pair_distance_m, turning) {
+        (Some(distance), true) => positive(source, "pair_distance_m", distance),
+        (None, false) => Ok(0.0),
+        (Some(distance), false) => Err(source.wrong(
+            distance,
+            "pair_distance_m goes with a pair of accelerometers on a rotation; leave it out",
+        )),
+        (None, true) => Err(source.wrong(
+            &entry.name,
+            "pair_distance_m is missing; state the distance between the pair of accelerometers",
+        )),
+    }
 }
 
 fn positive(source: &Source<'_>, key: &str, stated: &Spanned<f64>) -> Result<f64> {

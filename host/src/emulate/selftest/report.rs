@@ -187,43 +187,7 @@ impl SelfTestReport {
                     digest: hexadecimal(digest)?,
                 });
             }
-            [
-                "instructions",
-                name,
-                "inputs",
-                inputs,
-                "min",
-                least,
-                "max",
-                most,
-            ] => {
-                let model = self.models.iter_mut().find(|model| model.name == name)?;
-                model.instructions = Some(Instructions::read([inputs, least, most])?);
-            }
-            [
-                what @ ("sample" | "humming"),
-                name,
-                "taps",
-                _,
-                _,
-                "samples",
-                samples,
-                "min",
-                least,
-                "max",
-                most,
-                "ending",
-                ending,
-            ] => {
-                let model = self.models.iter_mut().find(|model| model.name == name)?;
-                let counted = Some(Instructions::read([samples, least, most])?);
-                match what {
-                    "sample" => {
-                        (model.sample, model.ending) = (counted, Some(ending.parse().ok()?))
-                    }
-                    _ => model.humming = counted,
-                }
-            }
+            ["instructions" | "sample" | "humming", ..] => self.cost(&words)?,
             ["slot", name, "no", "model"] => self.add_slot(name, SlotState::NoModel),
             ["slot", name, "model"] => self.add_slot(name, SlotState::Model),
             ["slot", name, "refused:", ..] => {
@@ -241,6 +205,49 @@ impl SelfTestReport {
             }
             _ => return None,
         }
+        Some(())
+    }
+
+    /// Reads a line that says how many instructions something takes.
+    fn cost(&mut self, words: &[&str]) -> Option<()> {
+        let (what, name, count) = match *words {
+            [
+                what @ "instructions",
+                name,
+                "inputs",
+                inputs,
+                "min",
+                least,
+                "max",
+                most,
+            ] => (what, name, [inputs, least, most]),
+            [
+                what @ ("sample" | "humming"),
+                name,
+                "taps",
+                _,
+                _,
+                "samples",
+                samples,
+                "min",
+                least,
+                "max",
+                most,
+                "ending",
+                _,
+            ] => (what, name, [samples, least, most]),
+            _ => return None,
+        };
+        let model = self.models.iter_mut().find(|model| model.name == name)?;
+        if let ["sample", .., ending] = *words {
+            model.ending = Some(ending.parse().ok()?);
+        }
+        let place = match what {
+            "instructions" => &mut model.instructions,
+            "sample" => &mut model.sample,
+            _ => &mut model.humming,
+        };
+        *place = Some(Instructions::read(count)?);
         Some(())
     }
 

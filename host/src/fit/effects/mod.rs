@@ -17,9 +17,9 @@ use crate::signal::motion::Motion;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};
 use columns::Records;
-use intervals::QUANTILE;
+use intervals::{Errors, QUANTILE};
 use jointwatch_shared::base::terms::InSi;
-use jointwatch_shared::effect::about::Role;
+use jointwatch_shared::effect::about::{Role, Shape};
 use projection::{Problem, Solved};
 
 /// One effect as found.
@@ -135,8 +135,55 @@ pub(crate) fn assemble(
     stopped: Stopped,
 ) -> Result<EffectsFit> {
     let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
-    let mut warnings = Vec::new();
     let errors = intervals::errors(problem, &solved);
+    let mut warnings = warnings_of_search(&solved, errors.as_ref(), stopped);
+    let mut linear = errors.iter().flat_map(|e| e.linear.iter().copied());
+    let mut found = Vec::new();
+    for (term, (bound, values)) in problem.terms.iter().zip(&solved.values).enumerate() {
+        let mut intervals = Vec::new();
+        for (index, (parameter, &value)) in bound.entry.parameters().iter().zip(values).enumerate()
+        {
+            let (interval, doubt) = match parameter.role {
+                Role::Linear { positive } => of_linear(value, positive, linear.next()),
+                Role::SizePerRecord => {
+                    let count = problem.records.count(bound);
+                    let start = columns_before(problem, term);
+                    let factors = &solved.factors[start..start + count];
+                    let errors: Vec<f64> = linear.by_ref().take(count).collect();
+                    let records = problem.records.rows.len();
+                    (of_size_per_record(value, factors, &errors, records), None)
+                }
+                Role::Shape(shape) => {
+                    of_shape(problem, errors.as_ref(), (term, index), value, &shape)
+                }
+            };
+            intervals.push(interval);
+            warnings.extend(
+                doubt.map(|doubt| format!("{} of {} {doubt}", parameter.name, bound.name(&names))),
+            );
+        }
+        warnings.extend(out_of_order(bound, values, &names));
+        found.push(FoundTerm {
+            bound: *bound,
+            values: values.clone(),
+            intervals,
+        });
+    }
+    let mut inertia = Vec::new();
+    for (axis, identified) in axes.iter().zip(&solved.inertia) {
+        inertia.push(found_inertia(axis, *identified, &mut linear)?);
+    }
+    Ok(EffectsFit {
+        terms: found,
+        inertia,
+        stopped,
+        warnings,
+    })
+}
+
+/// What the search itself says against its result.
+fn warnings_of_search(solved: &Solved, errors: Option<&Errors>, stopped: Stopped) -> Vec<String> {
+    let mut warnings = Vec::new();
     if solved.rank < solved.columns.len() || errors.is_none() {
         warnings.push(format!(
             "the training records determine only {} of {} parameters that the force is proportional to: shake every axis, alone \
@@ -150,108 +197,106 @@ pub(crate) fn assemble(
             "the search for the shapes of the effects gave up before it settled: their values are the best so far".into(),
         );
     }
-    let mut linear = errors.iter().flat_map(|e| e.linear.iter().copied());
-    let before = |term: usize| -> usize {
-        let terms = problem.terms[..term].iter();
-        terms.map(|bound| problem.records.count(bound)).sum()
-    };
-    let mut found = Vec::new();
-    for (term, (bound, values)) in problem.terms.iter().zip(&solved.values).enumerate() {
-        let mut intervals = Vec::new();
-        for (index, (parameter, &value)) in bound.entry.parameters().iter().zip(values).enumerate()
-        {
-            let name = format!("{} of {}", parameter.name, bound.name(&names));
-            match parameter.role {
-                Role::Linear { positive } => {
-                    let error = linear.next();
-                    intervals.push(error.map(|e| [value - QUANTILE * e, value + QUANTILE * e]));
-                    if positive && value < 0.0 {
-                        warnings.push(format!(
-                            "{name} came out as {value:.3e}, which is not physical: another effect is missing or takes its place"
-                        ));
-                    }
-                }
-                Role::SizePerRecord => {
-                    // The value is √(Σf²/records) of the records' factors f.
-                    let count = problem.records.count(bound);
-                    let start = before(term);
-                    let factors = &solved.factors[start..start + count];
-                    let errors: Vec<f64> = linear.by_ref().take(count).collect();
-                    let square: f64 = factors
-                        .iter()
-                        .zip(&errors)
-                        .map(|(f, e)| f * f * e * e)
-                        .sum();
-                    let error = square.sqrt() / (value * problem.records.rows.len() as f64);
-                    let known = errors.len() == count && error.is_finite();
-                    let low = (value - QUANTILE * error).max(0.0);
-                    intervals.push(known.then_some([low, value + QUANTILE * error]));
-                }
-                Role::Shape(shape) => {
-                    let place = (term, index);
-                    let unknown = problem
-                        .shapes
-                        .iter()
-                        .position(|u| u.places.contains(&place));
-                    let error = errors.as_ref().zip(unknown).map(|(e, u)| e.shapes[u]);
-                    intervals.push(error.map(|e| {
-                        let factor = (QUANTILE * e).min(700.0).exp();
-                        [value / factor, value * factor]
-                    }));
-                    let reference = unknown.map_or(1.0, |u| problem.shapes[u].reference);
-                    let relative = value / reference;
-                    let at_edge = relative <= shape.least * 1.001 || relative >= shape.most * 0.999;
-                    if at_edge && !shape.is_given() {
-                        warnings.push(format!(
-                            "{name} stands at the edge of what was searched, {value:.3e}: these records do not determine it"
-                        ));
-                    }
-                }
-            }
-        }
-        for &(more, less) in bound.entry.never_less {
-            if values[more] < values[less] {
-                let named = |place: usize| bound.entry.parameters()[place].name;
-                warnings.push(format!(
-                    "{} of {} came out below its {}, which is not physical: another effect is missing or takes its place",
-                    named(more),
-                    bound.name(&names),
-                    named(less)
-                ));
-            }
-        }
-        found.push(FoundTerm {
-            bound: *bound,
-            values: values.clone(),
-            intervals,
-        });
+    warnings
+}
+
+/// Linear unknowns of the terms before this one.
+fn columns_before(problem: &Problem<'_>, term: usize) -> usize {
+    let terms = problem.terms[..term].iter();
+    terms.map(|bound| problem.records.count(bound)).sum()
+}
+
+/// The interval of a parameter that the force is proportional to, and what speaks against its value.
+fn of_linear(value: f64, positive: bool, error: Option<f64>) -> (Option<[f64; 2]>, Option<String>) {
+    let interval = error.map(|e| [value - QUANTILE * e, value + QUANTILE * e]);
+    let doubt = (positive && value < 0.0).then(|| {
+        format!(
+            "came out as {value:.3e}, which is not physical: another effect is missing or takes its place"
+        )
+    });
+    (interval, doubt)
+}
+
+/// The interval of √(Σf²/records), for the records' factors f and their standard errors.
+fn of_size_per_record(
+    value: f64,
+    factors: &[f64],
+    errors: &[f64],
+    records: usize,
+) -> Option<[f64; 2]> {
+    let square: f64 = factors.iter().zip(errors).map(|(f, e)| f * f * e * e).sum();
+    let error = square.sqrt() / (value * records as f64);
+    let known = errors.len() == factors.len() && error.is_finite();
+    let low = (value - QUANTILE * error).max(0.0);
+    known.then_some([low, value + QUANTILE * error])
+}
+
+/// The interval of a parameter that was searched for, the one at `place` (term, parameter), and what speaks against its value.
+fn of_shape(
+    problem: &Problem<'_>,
+    errors: Option<&Errors>,
+    place: (usize, usize),
+    value: f64,
+    shape: &Shape,
+) -> (Option<[f64; 2]>, Option<String>) {
+    let unknown = problem
+        .shapes
+        .iter()
+        .position(|u| u.places.contains(&place));
+    let error = errors.zip(unknown).map(|(e, u)| e.shapes[u]);
+    let interval = error.map(|e| {
+        let factor = (QUANTILE * e).min(700.0).exp();
+        [value / factor, value * factor]
+    });
+    let reference = unknown.map_or(1.0, |u| problem.shapes[u].reference);
+    let relative = value / reference;
+    let at_edge = relative <= shape.least * 1.001 || relative >= shape.most * 0.999;
+    let doubt = (at_edge && !shape.is_given()).then(|| {
+        format!(
+            "stands at the edge of what was searched, {value:.3e}: these records do not determine it"
+        )
+    });
+    (interval, doubt)
+}
+
+/// A sentence for each pair of an effect's parameters of which the one that is never less is.
+fn out_of_order(bound: &Bound, values: &[f64], names: &[&str]) -> Vec<String> {
+    let pairs = bound.entry.never_less.iter();
+    pairs
+        .filter(|&&(more, less)| values[more] < values[less])
+        .map(|&(more, less)| {
+            let named = |place: usize| bound.entry.parameters()[place].name;
+            format!(
+                "{} of {} came out below its {}, which is not physical: another effect is missing or takes its place",
+                named(more),
+                bound.name(names),
+                named(less)
+            )
+        })
+        .collect()
+}
+
+/// The inertia of an axis, stated or identified; `errors` are the standard errors of those identified that are left.
+fn found_inertia(
+    axis: &Axis,
+    identified: Option<f64>,
+    errors: &mut impl Iterator<Item = f64>,
+) -> Result<Inertia> {
+    match identified {
+        None => Ok(Inertia {
+            value: axis.inertia.unwrap_or(0.0),
+            identified: false,
+            standard_error: None,
+        }),
+        Some(value) if value > 0.0 => Ok(Inertia {
+            value,
+            identified: true,
+            standard_error: errors.next(),
+        }),
+        Some(value) => Err(Error::data(format!(
+            "the inertia of axis {} came out as {value:.3e}, which cannot be: check the sign of its force and \
+             restoring_force in study.toml, or state the inertia",
+            axis.name
+        ))),
     }
-    let mut inertia = Vec::new();
-    for (axis, identified) in axes.iter().zip(&solved.inertia) {
-        inertia.push(match *identified {
-            None => Inertia {
-                value: axis.inertia.unwrap_or(0.0),
-                identified: false,
-                standard_error: None,
-            },
-            Some(value) if value > 0.0 => Inertia {
-                value,
-                identified: true,
-                standard_error: linear.next(),
-            },
-            Some(value) => {
-                return Err(Error::data(format!(
-                    "the inertia of axis {} came out as {value:.3e}, which cannot be: check the sign of its force and \
-                     restoring_force in study.toml, or state the inertia",
-                    axis.name
-                )));
-            }
-        });
-    }
-    Ok(EffectsFit {
-        terms: found,
-        inertia,
-        stopped,
-        warnings,
-    })
 }

@@ -1,20 +1,19 @@
 //! The residual over the state plane: how large it is at which displacement and velocity, and where the model fails.
 
-use super::course::Course;
-use super::figure::{failed, limits};
-use super::quantity::{Quantity, tick};
-use super::style;
+mod cells;
+
 use crate::assess::where_it_fails::{Condition, Extent, Place, significant};
+use crate::report::course::Course;
+use crate::report::figure::{failed, limits};
+use crate::report::quantity::{Quantity, tick};
+use crate::report::style;
 use crate::signal::statistics::peak;
 use crate::text::error::{Error, Result};
+use cells::{Cells, share};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Cells across and up.
-const CELLS: [usize; 2] = [40, 26];
-/// A cell with fewer rows than this is drawn, but does not set the scale.
-const ROWS_FOR_SCALE: usize = 5;
 /// Height of the map with its axes and its title.
 const MAP_HEIGHT: u32 = 760;
 /// Height of one line of words below it.
@@ -32,14 +31,18 @@ pub struct StatePlane<'a> {
     pub places: &'a [Place],
 }
 
-/// RMS of the residual cell by cell, row by row from below; none where the joint never was.
-struct Cells {
-    rms: Vec<Option<f64>>,
-    most: f64,
-}
-
 /// A rectangle of the plane, in the units of the drawing.
 type Frame = [(f64, f64); 2];
+
+/// What is drawn across and up, and from where to where.
+struct Plane {
+    axis: String,
+    force_unit: &'static str,
+    across: Quantity,
+    up: Quantity,
+    horizontal: (f64, f64),
+    vertical: (f64, f64),
+}
 
 impl StatePlane<'_> {
     /// The map as an SVG document: the RMS of the residual as shades over displacement and velocity, the failing regions
@@ -48,44 +51,14 @@ impl StatePlane<'_> {
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when there are no rows or a number is not finite.
     pub fn svg(&self) -> Result<String> {
-        let Some(first) = self.courses.first() else {
-            return Err(Error::data("a map of the residual needs a record"));
-        };
-        let all = |series: fn(&Course) -> &Vec<f64>| self.courses.iter().flat_map(series).copied();
-        let displacements = all(|c| &c.displacement);
-        let velocities = all(|c| &c.velocity);
-        let residuals: Vec<f64> = self.courses.iter().flat_map(Course::residual).collect();
-        let finite = |v: &f64| v.is_finite();
-        if residuals.is_empty()
-            || !(residuals.iter().all(finite)
-                && displacements.clone().all(|v| finite(&v))
-                && velocities.clone().all(|v| finite(&v)))
-        {
-            return Err(Error::data(format!(
-                "the map of the residual of {} has no points, or one that is not finite; compare the model on this record to see why",
-                first.axis
-            )));
-        }
-        let quantity = |name: &str, unit, values: &[f64]| {
-            Quantity::new(&format!("{name} of {}", first.axis), unit, peak(values))
-        };
-        let (x, v): (Vec<f64>, Vec<f64>) = (displacements.collect(), velocities.collect());
-        let across = quantity("displacement", first.kind.displacement_unit(), &x);
-        let up = quantity("velocity", first.kind.velocity_unit(), &v);
-        let points = x.iter().zip(&v).zip(&residuals);
-        let points: Vec<[f64; 3]> = points
-            .map(|((x, v), e)| [across.scaled(*x), up.scaled(*v), *e])
-            .collect();
-        let horizontal = limits(points.iter().map(|p| p[0]), 0.0);
-        let vertical = limits(points.iter().map(|p| p[1]), 0.0);
-        let cells = Cells::of(&points, horizontal, vertical);
+        let (plane, points) = self.plane()?;
+        let cells = Cells::of(&points, plane.horizontal, plane.vertical);
         let scale = Quantity::new(
-            &format!("RMS residual of {}", first.axis),
-            first.kind.force_unit(),
+            &format!("RMS residual of {}", plane.axis),
+            plane.force_unit,
             cells.most,
         );
-
-        let regions = self.regions(&across, &up, horizontal, vertical);
+        let regions = self.regions(&plane);
         let height = MAP_HEIGHT + LINE_HEIGHT * regions.len() as u32 + style::MARGIN;
         let mut svg = String::new();
         {
@@ -94,87 +67,54 @@ impl StatePlane<'_> {
             root.fill(&WHITE).map_err(failed)?;
             let (picture, words) = root.split_vertically(MAP_HEIGHT);
             let (map, bar) = picture.split_horizontally(style::WIDTH - SCALE_WIDTH);
-            let mut chart = ChartBuilder::on(&map)
-                .margin(style::MARGIN)
-                .caption(
-                    format!("{}: residual over the state plane", first.axis),
-                    style::letters(style::TEXT_SIZE),
-                )
-                .x_label_area_size(style::BELOW)
-                .y_label_area_size(style::BESIDE)
-                .build_cartesian_2d(horizontal.0..horizontal.1, vertical.0..vertical.1)
-                .map_err(failed)?;
-            let letters = style::letters(style::NUMBER_SIZE);
-            chart
-                .configure_mesh()
-                .disable_mesh()
-                .axis_style(style::frame())
-                .x_labels(10)
-                .y_labels(8)
-                .label_style(letters)
-                .axis_desc_style(style::letters(style::TEXT_SIZE))
-                .x_desc(across.label())
-                .y_desc(up.label())
-                .x_label_formatter(&|value| tick(*value, horizontal.1 - horizontal.0))
-                .y_label_formatter(&|value| tick(*value, vertical.1 - vertical.0))
-                .draw()
-                .map_err(failed)?;
-            chart
-                .draw_series(cells.boxes(horizontal, vertical))
-                .map_err(failed)?;
-            for region in &regions {
-                for frame in &region.boxes {
-                    let [(left, low), (right, high)] = *frame;
-                    // plotters draws rectangles with hairlines whatever their style says.
-                    let outline = [
-                        (left, low),
-                        (right, low),
-                        (right, high),
-                        (left, high),
-                        (left, low),
-                    ];
-                    chart
-                        .draw_series([PathElement::new(outline, style::MARK.stroke_width(5))])
-                        .map_err(failed)?;
-                    // The letter stands inside, at the upper left.
-                    let corner = (frame[0].0, frame[1].1);
-                    let tag = EmptyElement::at(corner)
-                        + Rectangle::new([(0, 0), (38, 40)], style::MARK.filled())
-                        + Text::new(
-                            region.letter.to_string(),
-                            (19, 21),
-                            style::letters(style::TEXT_SIZE)
-                                .color(&WHITE)
-                                .pos(Pos::new(HPos::Center, VPos::Center)),
-                        );
-                    chart.draw_series([tag]).map_err(failed)?;
-                }
-            }
+            draw_map(&map, &plane, &cells, &regions)?;
             draw_scale(&bar, &scale, &cells)?;
-            let room = f64::from(style::WIDTH - style::BESIDE - 2 * style::MARGIN);
-            for (line, region) in regions.iter().enumerate() {
-                let left = style::BESIDE as i32 + style::MARGIN as i32;
-                let middle = (LINE_HEIGHT * line as u32 + LINE_HEIGHT / 2) as i32;
-                let text = style::letters(style::fitting(&region.words, room, style::NUMBER_SIZE));
-                let text = text.pos(Pos::new(HPos::Left, VPos::Center));
-                words
-                    .draw(&Text::new(region.words.clone(), (left, middle), text))
-                    .map_err(failed)?;
-            }
+            draw_words(&words, &regions)?;
             root.present().map_err(failed)?;
         }
         // Without this the background shines through between the cells.
         Ok(svg.replacen("<svg ", "<svg shape-rendering=\"crispEdges\" ", 1))
     }
 
+    /// The plane that holds every row of the records, and its points: displacement and velocity as drawn, and the residual.
+    fn plane(&self) -> Result<(Plane, Vec<[f64; 3]>)> {
+        let Some(first) = self.courses.first() else {
+            return Err(Error::data("a map of the residual needs a record"));
+        };
+        let all = |series: fn(&Course) -> &Vec<f64>| -> Vec<f64> {
+            self.courses.iter().flat_map(series).copied().collect()
+        };
+        let (x, v) = (all(|c| &c.displacement), all(|c| &c.velocity));
+        let residuals: Vec<f64> = self.courses.iter().flat_map(Course::residual).collect();
+        let mut values = residuals.iter().chain(&x).chain(&v);
+        if residuals.is_empty() || !values.all(|value| value.is_finite()) {
+            return Err(Error::data(format!(
+                "the map of the residual of {} has no points, or one that is not finite; compare the model on this record to see why",
+                first.axis
+            )));
+        }
+        let quantity = |name: &str, unit, values: &[f64]| {
+            Quantity::new(&format!("{name} of {}", first.axis), unit, peak(values))
+        };
+        let across = quantity("displacement", first.kind.displacement_unit(), &x);
+        let up = quantity("velocity", first.kind.velocity_unit(), &v);
+        let points = x.iter().zip(&v).zip(&residuals);
+        let points: Vec<[f64; 3]> = points
+            .map(|((x, v), e)| [across.scaled(*x), up.scaled(*v), *e])
+            .collect();
+        let plane = Plane {
+            axis: first.axis.clone(),
+            force_unit: first.kind.force_unit(),
+            horizontal: limits(points.iter().map(|p| p[0]), 0.0),
+            vertical: limits(points.iter().map(|p| p[1]), 0.0),
+            across,
+            up,
+        };
+        Ok((plane, points))
+    }
+
     /// The failing regions of the states, lettered, as far as they show in this plane.
-    fn regions(
-        &self,
-        across: &Quantity,
-        up: &Quantity,
-        horizontal: (f64, f64),
-        vertical: (f64, f64),
-    ) -> Vec<Region> {
+    fn regions(&self, plane: &Plane) -> Vec<Region> {
         let mut regions = Vec::new();
         let mut letters = 'A'..='Z';
         for place in self.places.iter().filter(|p| p.kind == "state") {
@@ -192,8 +132,8 @@ impl StatePlane<'_> {
                     intersection(&left, &stretches(c, quantity))
                 })
             };
-            let widths = of(2 * self.axis, across, horizontal);
-            let heights = of(2 * self.axis + 1, up, vertical);
+            let widths = of(2 * self.axis, &plane.across, plane.horizontal);
+            let heights = of(2 * self.axis + 1, &plane.up, plane.vertical);
             let boxes = widths.iter().flat_map(|&(left, right)| {
                 let heights = heights.iter();
                 heights.map(move |&(low, high)| [(left, low), (right, high)])
@@ -214,64 +154,90 @@ impl StatePlane<'_> {
     }
 }
 
+fn draw_map(
+    area: &DrawingArea<SVGBackend, Shift>,
+    plane: &Plane,
+    cells: &Cells,
+    regions: &[Region],
+) -> Result<()> {
+    let (horizontal, vertical) = (plane.horizontal, plane.vertical);
+    let mut chart = ChartBuilder::on(area)
+        .margin(style::MARGIN)
+        .caption(
+            format!("{}: residual over the state plane", plane.axis),
+            style::letters(style::TEXT_SIZE),
+        )
+        .x_label_area_size(style::BELOW)
+        .y_label_area_size(style::BESIDE)
+        .build_cartesian_2d(horizontal.0..horizontal.1, vertical.0..vertical.1)
+        .map_err(failed)?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .axis_style(style::frame())
+        .x_labels(10)
+        .y_labels(8)
+        .label_style(style::letters(style::NUMBER_SIZE))
+        .axis_desc_style(style::letters(style::TEXT_SIZE))
+        .x_desc(plane.across.label())
+        .y_desc(plane.up.label())
+        .x_label_formatter(&|value| tick(*value, horizontal.1 - horizontal.0))
+        .y_label_formatter(&|value| tick(*value, vertical.1 - vertical.0))
+        .draw()
+        .map_err(failed)?;
+    chart
+        .draw_series(cells.boxes(horizontal, vertical))
+        .map_err(failed)?;
+    let frames = regions
+        .iter()
+        .flat_map(|region| region.boxes.iter().map(|frame| (region.letter, *frame)));
+    for (letter, frame) in frames {
+        let [(left, low), (right, high)] = frame;
+        // plotters draws rectangles with hairlines whatever their style says.
+        let outline = [
+            (left, low),
+            (right, low),
+            (right, high),
+            (left, high),
+            (left, low),
+        ];
+        chart
+            .draw_series([PathElement::new(outline, style::MARK.stroke_width(5))])
+            .map_err(failed)?;
+        // The letter stands inside, at the upper left.
+        let tag = EmptyElement::at((left, high))
+            + Rectangle::new([(0, 0), (38, 40)], style::MARK.filled())
+            + Text::new(
+                letter.to_string(),
+                (19, 21),
+                style::letters(style::TEXT_SIZE)
+                    .color(&WHITE)
+                    .pos(Pos::new(HPos::Center, VPos::Center)),
+            );
+        chart.draw_series([tag]).map_err(failed)?;
+    }
+    Ok(())
+}
+
+/// The failing regions in words, a line each.
+fn draw_words(area: &DrawingArea<SVGBackend, Shift>, regions: &[Region]) -> Result<()> {
+    let room = f64::from(style::WIDTH - style::BESIDE - 2 * style::MARGIN);
+    for (line, region) in regions.iter().enumerate() {
+        let left = style::BESIDE as i32 + style::MARGIN as i32;
+        let middle = (LINE_HEIGHT * line as u32 + LINE_HEIGHT / 2) as i32;
+        let text = style::letters(style::fitting(&region.words, room, style::NUMBER_SIZE));
+        let text = text.pos(Pos::new(HPos::Left, VPos::Center));
+        area.draw(&Text::new(region.words.clone(), (left, middle), text))
+            .map_err(failed)?;
+    }
+    Ok(())
+}
+
 /// A failing region.
 struct Region {
     letter: char,
     boxes: Vec<Frame>,
     words: String,
-}
-
-impl Cells {
-    fn of(points: &[[f64; 3]], horizontal: (f64, f64), vertical: (f64, f64)) -> Self {
-        let [columns, rows] = CELLS;
-        let cell = |value: f64, (low, high): (f64, f64), count: usize| {
-            let share = (value - low) / (high - low);
-            ((share * count as f64) as usize).min(count - 1)
-        };
-        let mut sums = vec![(0.0, 0_usize); columns * rows];
-        for [x, v, e] in points {
-            let place = cell(*v, vertical, rows) * columns + cell(*x, horizontal, columns);
-            sums[place].0 += e * e;
-            sums[place].1 += 1;
-        }
-        let rms = |&(sum, count): &(f64, usize)| (sum / count as f64).sqrt();
-        let most = |least: usize| {
-            let full = sums.iter().filter(|(_, count)| *count >= least);
-            full.map(rms).fold(0.0, f64::max)
-        };
-        let seen = most(ROWS_FOR_SCALE);
-        Self {
-            most: if seen > 0.0 { seen } else { most(1) },
-            rms: sums.iter().map(|s| (s.1 > 0).then(|| rms(s))).collect(),
-        }
-    }
-
-    fn boxes(
-        &self,
-        horizontal: (f64, f64),
-        vertical: (f64, f64),
-    ) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
-        let [columns, rows] = CELLS;
-        let at = |(low, high): (f64, f64), index: usize, count: usize| {
-            low + (high - low) * index as f64 / count as f64
-        };
-        let seen = self.rms.iter().enumerate();
-        seen.filter_map(move |(place, rms)| {
-            let (row, column) = (place / columns, place % columns);
-            let corner = |right: usize, up: usize| {
-                (
-                    at(horizontal, column + right, columns),
-                    at(vertical, row + up, rows),
-                )
-            };
-            let shade = style::heat(share((*rms)?, self.most));
-            Some(Rectangle::new([corner(0, 0), corner(1, 1)], shade.filled()))
-        })
-    }
-}
-
-fn share(value: f64, most: f64) -> f64 {
-    if most > 0.0 { value / most } else { 0.0 }
 }
 
 /// Round numbers from 0 to `most`, four to nine of them, in steps of 1, 2 or 5.
@@ -417,11 +383,15 @@ mod tests {
                 axis: 0,
                 places: &places,
             };
-            let mm = Quantity::new("x", "m", 2e-3);
-            let m_s = Quantity::new("v", "m/s", 0.1);
-            plane.regions(&mm, &m_s, (-2.0, 2.0), (-0.1, 0.1))[0]
-                .boxes
-                .clone()
+            let drawn = Plane {
+                axis: "x".into(),
+                force_unit: "N",
+                across: Quantity::new("x", "m", 2e-3),
+                up: Quantity::new("v", "m/s", 0.1),
+                horizontal: (-2.0, 2.0),
+                vertical: (-0.1, 0.1),
+            };
+            plane.regions(&drawn)[0].boxes.clone()
         };
         assert_eq!(
             frames(vec![beyond]),
@@ -441,22 +411,6 @@ mod tests {
         assert!(svg.contains("A: 90 % of the error") && svg.contains("RMS residual of x (mN)"));
         let framed = format!("stroke=\"#{:02X}{:02X}{:02X}\"", 213, 94, 0);
         assert_eq!(svg.matches(&framed).count(), 2, "{svg}");
-    }
-
-    #[test]
-    fn shades_follow_the_residual() {
-        let points: Vec<[f64; 3]> = (0..1000)
-            .map(|i| [f64::from(i % 10), f64::from(i / 100), f64::from(i % 10)])
-            .collect();
-        let cells = Cells::of(&points, (0.0, 9.0), (0.0, 9.0));
-        assert!((cells.most - 9.0).abs() < 1e-12);
-        assert_eq!(cells.rms.iter().flatten().count(), 100);
-        let luminance = |share| {
-            let RGBColor(r, g, b) = style::heat(share);
-            0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
-        };
-        let shades: Vec<f64> = (0..=20).map(|i| luminance(f64::from(i) / 20.0)).collect();
-        assert!(shades.is_sorted_by(|a, b| a > b), "{shades:?}");
     }
 
     #[test]

@@ -1,0 +1,17 @@
+//! What the sensors gave at one instant, before anything is made of it.
+
+/// What the sensors of one axis gave at one instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RawAxis {
+    /// Encoder counters: far side and near side; the second is 0 on a rig that measures the difference itself.
+    pub displacement: [i32; 2],
+    /// Encoder counter of the body that carries the inertia, where the rig has one; may be the near side's.
+    pub body: i32,
+    /// Accelerometer code, where the rig has one.
+    pub acceleration: i32,
+    /// Force or torque code.
+    pub force: i32,
+}
+
+/// One instant, both axes; a one-axis rig leaves the second at its default.
+pub type RawSample = [RawAxis; 2];
