@@ -4,7 +4,7 @@
 //! (`docs/notebook/emulation.md` lists them), and says whether every check passed.
 
 use crate::clock::Clock;
-use crate::store::{Place, Slot};
+use crate::store::{Slot, SlotName};
 use core::fmt::{self, Write};
 use core::hint::black_box;
 use jointwatch_shared::base::Model;
@@ -118,7 +118,7 @@ pub fn run<K: Kernels>(
     if !board.slots.is_empty() {
         errors += decoder(text)?;
     }
-    for (place, bytes) in Place::ALL.into_iter().zip(board.slots) {
+    for (place, bytes) in SlotName::ALL.into_iter().zip(board.slots) {
         errors += slot::<K>(place, bytes, board, arguments, text)?;
     }
     finish(errors, text)
@@ -165,7 +165,7 @@ fn decoder(text: &mut impl Write) -> Result<u32, fmt::Error> {
 /// What one slot holds, and its model's figures. Gives the number of errors. Not inlined, as [`decoder`].
 #[inline(never)]
 fn slot<K: Kernels>(
-    place: Place,
+    place: SlotName,
     bytes: &[u8],
     board: &Board,
     arguments: Arguments,

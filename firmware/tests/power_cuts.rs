@@ -6,7 +6,7 @@ mod flash;
 
 use ed25519_compact::{KeyPair, Seed};
 use flash::{Cut, Flash, How, Operation, SECTOR};
-use jointwatch_firmware::store::{Check, Key, Place, Started, Store, Trust, Upload, Verifier};
+use jointwatch_firmware::store::{Check, Key, SlotName, Started, Store, Trust, Upload, Verifier};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::reference_model;
@@ -344,7 +344,7 @@ fn one_cut_anywhere_from_every_kind_of_beginning() {
         flash.power(None, 5);
         let (store, started, ran) = campaign.start(flash);
         assert!(
-            ran == Ran::Old && started.set_aside == Some(Place::B),
+            ran == Ran::Old && started.set_aside == Some(SlotName::B),
             "{started:?}"
         );
         store.into_flash()

@@ -7,7 +7,7 @@
 use cpu_time::ThreadTime;
 use faer::Par;
 use jointwatch::fit::moments::{Moments, Summation};
-use jointwatch::fit::network::{NetworkFit, NetworkOptions, Watch, fit_network};
+use jointwatch::fit::network::{NetworkFit, NetworkOptions, TrainingObserver, fit_network};
 use jointwatch::fit::normal_equations;
 use jointwatch::fit::polynomial::{Method, PolynomialOptions, fit_polynomial};
 use jointwatch::model::{Polynomial, exponents};
@@ -117,7 +117,7 @@ fn outcome(seed: u64, snr_db: Option<f64>) -> Result<Outcome> {
     let (_, ridge) = by(Method::Ridge)?;
 
     let stop = AtomicBool::new(false);
-    let watch = Watch {
+    let watch = TrainingObserver {
         progress: &|_| (),
         stop: &stop,
     };

@@ -119,7 +119,7 @@ fn wrong_instruments_are_found_and_put_right_up_to_the_device() {
             .find(|r| r.file == record.file)
             .unwrap();
         for (axis, figures) in &compared.axes {
-            if figures.rests {
+            if figures.at_rest {
                 continue;
             }
             let device = &replayed.axes[axis];
@@ -236,7 +236,7 @@ fn hum_is_found_and_taken_out_of_every_record_without_real_force() {
     for (record, of_host) in wrong.records.iter().zip(&figures.records) {
         let device = set_up.replay(&wrong, record, &model).unwrap().summary;
         let (host, device) = (&of_host.axes["x"], &device.axes["x"]);
-        if host.rests {
+        if host.at_rest {
             continue;
         }
         println!(

@@ -285,11 +285,11 @@ fn serious_findings_make_the_verdict() {
 
     let value = force(&mut study)[FROM];
     force(&mut study)[FROM..FROM + 1000].fill(value);
-    let spoilt = diagnose(&study, &model).unwrap();
-    assert_eq!(spoilt.verdict, Verdict::Data);
+    let invalidated = diagnose(&study, &model).unwrap();
+    assert_eq!(invalidated.verdict, Verdict::Data);
     assert!(
-        spoilt.data_problems[0].contains("is stuck"),
+        invalidated.data_problems[0].contains("is stuck"),
         "{:?}",
-        spoilt.data_problems
+        invalidated.data_problems
     );
 }

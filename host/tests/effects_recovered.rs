@@ -3,13 +3,13 @@
 //! The table is walked, nothing is named but the parameters that trade with one another by nature.
 
 use jointwatch::fit::effects::{EffectsFit, fit_effects};
-use jointwatch::model::course::{Course, add_forces};
 use jointwatch::model::effects::Bound;
+use jointwatch::model::time_history::{TimeHistory, add_forces};
 use jointwatch::signal::motion::{Filters, Motion};
 use jointwatch::study::{Axis, AxisKind, Convention};
 use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::about::{Role, Tie};
-use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
+use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Subsystem};
 use jointwatch_shared::units::References;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -144,7 +144,11 @@ fn rms(series: &[f64]) -> f64 {
 fn forces(terms: &[InSi], motion: &Motion) -> Vec<Vec<f64>> {
     let conventions = [Convention::ForceMinusInertia; 2];
     let mut forces = vec![vec![0.0; motion.rows()]; 2];
-    add_forces(terms, &Course::of_motion(motion, &conventions), &mut forces);
+    add_forces(
+        terms,
+        &TimeHistory::of_motion(motion, &conventions),
+        &mut forces,
+    );
     forces
 }
 
@@ -177,7 +181,7 @@ fn every_effect_of_the_joint_is_found_again_in_a_noisy_force() {
         })
         .collect();
     let mut fallen = Vec::new();
-    for entry in EFFECTS.iter().filter(|e| e.seat == Seat::Joint) {
+    for entry in EFFECTS.iter().filter(|e| e.subsystem == Subsystem::Plant) {
         let name = entry.about.name;
         let mut random = ChaCha8Rng::seed_from_u64(SEED + u64::from(entry.tag));
         let sizes = if entry.in_si.is_empty() {

@@ -11,7 +11,7 @@ use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::base::{Base, Header, Model};
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::effect::{
-    Acts, Bound, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, MAX_STATES, Seat,
+    Acts, Bound, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, MAX_STATES, Subsystem,
 };
 use jointwatch_shared::scalar::Scalar;
 use jointwatch_shared::units::{Dimension, References};
@@ -78,7 +78,7 @@ fn readings<S: Scalar>(
 
 /// The effects of the joint, which the device evaluates.
 fn of_the_joint() -> impl Iterator<Item = &'static Entry> {
-    EFFECTS.iter().filter(|e| e.seat == Seat::Joint)
+    EFFECTS.iter().filter(|e| e.subsystem == Subsystem::Plant)
 }
 
 /// The forces of a law along a motion.
@@ -191,7 +191,7 @@ fn every_effect_says_what_it_is() {
             about.title,
             about.equation,
             about.source,
-            about.absence,
+            about.residual_signature,
             about.separated_by,
         ];
         assert!(texts.iter().all(|t| !t.is_empty()), "{}", about.name);
@@ -458,10 +458,10 @@ fn a_model_of_effects_is_refused_where_it_cannot_be() {
 #[test]
 fn what_is_not_of_the_joint_is_refused_on_the_device_with_the_reason() {
     let mut refused = 0;
-    for entry in EFFECTS.iter().filter(|e| e.seat != Seat::Joint) {
+    for entry in EFFECTS.iter().filter(|e| e.subsystem != Subsystem::Plant) {
         let term = term(entry, 0, &[0.5; MAX_PARAMETERS]);
-        let reason = match entry.seat {
-            Seat::Instrument => "corrects an instrument",
+        let reason = match entry.subsystem {
+            Subsystem::Sensor => "corrects an instrument",
             _ => "time since a record began",
         };
         let refusal = Model::from_effects(header(2), &[term], &[]).unwrap_err();

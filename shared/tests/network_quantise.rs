@@ -111,34 +111,34 @@ fn scales_use_the_whole_of_their_integers() {
 #[test]
 fn what_cannot_be_held_is_named() {
     for bad in [f64::NAN, f64::INFINITY, -2e7] {
-        let mut spoilt = sample();
-        spoilt.hidden[6] = bad;
-        let refusal = spoilt.refusal().to_string();
+        let mut invalidated = sample();
+        invalidated.hidden[6] = bad;
+        let refusal = invalidated.refusal().to_string();
         let wanted =
             format!("the weight of an input of neuron 1 is {bad}, which the model cannot hold");
         assert_eq!(refusal, wanted);
-        let mut spoilt = sample();
-        spoilt.hidden_bias[2] = bad;
+        let mut invalidated = sample();
+        invalidated.hidden_bias[2] = bad;
         assert!(
-            spoilt
+            invalidated
                 .refusal()
                 .to_string()
                 .starts_with("the bias of neuron 2 is")
         );
     }
     for bad in [f64::NAN, 1e61] {
-        let mut spoilt = sample();
-        spoilt.output[1][0] = bad;
+        let mut invalidated = sample();
+        invalidated.output[1][0] = bad;
         assert!(
-            spoilt
+            invalidated
                 .refusal()
                 .to_string()
                 .starts_with("the output weight of neuron 0 is")
         );
-        let mut spoilt = sample();
-        spoilt.output_bias[1] = bad;
+        let mut invalidated = sample();
+        invalidated.output_bias[1] = bad;
         assert!(
-            spoilt
+            invalidated
                 .refusal()
                 .to_string()
                 .starts_with("output bias of the network is")
@@ -209,11 +209,11 @@ fn extreme_forces_and_an_axis_of_zeros_keep_their_relative_error() {
 
 #[test]
 fn a_bound_over_its_budget_names_axis_and_neuron() {
-    let mut spoilt = sample();
-    spoilt.output[1][1] = 60.0;
+    let mut invalidated = sample();
+    invalidated.output[1][1] = 60.0;
     let header = reference_model().header().clone();
     let refusal =
-        spoilt.with(|w| Model::from_network(header.clone(), w, &[1e-5, 1e-9]).unwrap_err());
+        invalidated.with(|w| Model::from_network(header.clone(), w, &[1e-5, 1e-9]).unwrap_err());
     let Error::NetworkBudget {
         axis: 1,
         neuron: 1,
@@ -230,7 +230,7 @@ fn a_bound_over_its_budget_names_axis_and_neuron() {
         "{refusal}"
     );
     assert!(
-        spoilt
+        invalidated
             .with(|w| Model::from_network(header, w, &[1e-5; 2]))
             .is_ok()
     );

@@ -1,7 +1,7 @@
 //! The emulated chips behind the bus that the firmware's drivers talk over, without a processor between them.
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
-use jointwatch::emulate::board::{Board, Place};
+use jointwatch::emulate::board::{Board, BoardChip};
 use jointwatch_firmware::sensor::acquire::Sensors;
 use jointwatch_shared::wire::wiring::Wiring;
 use std::cell::RefCell;
@@ -10,12 +10,12 @@ use std::rc::Rc;
 /// One chip select of an emulated board; without a place, the one that all counters share.
 pub struct ChipSelect {
     board: Rc<RefCell<Board>>,
-    place: Option<Place>,
+    place: Option<BoardChip>,
 }
 
 impl ChipSelect {
     /// The chip select of a place.
-    pub fn of(board: &Rc<RefCell<Board>>, place: Option<Place>) -> Self {
+    pub fn of(board: &Rc<RefCell<Board>>, place: Option<BoardChip>) -> Self {
         Self {
             board: Rc::clone(board),
             place,
@@ -32,9 +32,9 @@ pub fn chips(board: &Rc<RefCell<Board>>, wiring: &Wiring) -> Chips {
     Sensors::new(
         wiring,
         ChipSelect::of(board, None),
-        std::array::from_fn(|n| to(Place::Counter(n))),
-        to(Place::Converter),
-        std::array::from_fn(|n| to(Place::Accelerometer(n))),
+        std::array::from_fn(|n| to(BoardChip::Counter(n))),
+        to(BoardChip::Converter),
+        std::array::from_fn(|n| to(BoardChip::Accelerometer(n))),
     )
 }
 

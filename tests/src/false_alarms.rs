@@ -13,7 +13,7 @@ use std::fmt::Write;
 /// Hours between false alarms for which limits are set, the default of the command line.
 pub const WANTED_HOURS: u32 = 720;
 /// The highest excursions of a sum to which the tail is fitted: a tenth of them, and this many at least.
-const FEWEST_PEAKS: usize = 10;
+const MIN_PEAKS: usize = 10;
 /// The names of an axis's sums, in the order of the monitor.
 const SUMS: [&str; 7] = [
     "error",
@@ -82,7 +82,7 @@ pub fn rate(peaks: &[f64], hours: f64) -> [f64; 2] {
     if peaks.is_empty() {
         return [0.0; 2];
     }
-    let beyond = (peaks.len() / 10).max(FEWEST_PEAKS).min(peaks.len());
+    let beyond = (peaks.len() / 10).max(MIN_PEAKS).min(peaks.len());
     let edge = peaks.get(beyond).copied().unwrap_or(0.0);
     let excess = peaks[..beyond].iter().map(|p| p - edge).sum::<f64>() / beyond as f64;
     [0.0, 2.0].map(|caution: f64| {

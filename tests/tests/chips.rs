@@ -1,6 +1,6 @@
 //! The firmware's drivers against chips written from the datasheets alone: each tells the other's mistakes.
 
-use jointwatch::emulate::board::{Board, DropOuts, Injection, Place, Trouble};
+use jointwatch::emulate::board::{Board, BoardChip, DropOuts, Injection, Trouble};
 use jointwatch_firmware::sensor::acquire::{Acquired, CHIPS, CONVERTER};
 use jointwatch_firmware::sensor::presence::{BACK_WITHIN, Health};
 use jointwatch_shared::wire::wiring::{
@@ -128,9 +128,9 @@ fn every_code_of_every_chip_arrives_at_its_instant() {
 #[test]
 fn every_trouble_of_every_chip_is_noticed_where_it_can_be_and_passes() {
     let places = (0..4)
-        .map(Place::Counter)
-        .chain([Place::Converter])
-        .chain((0..2).map(Place::Accelerometer));
+        .map(BoardChip::Counter)
+        .chain([BoardChip::Converter])
+        .chain((0..2).map(BoardChip::Accelerometer));
     for (chip, place) in places.enumerate() {
         for trouble in [
             Trouble::Silent(0x00),
@@ -179,7 +179,7 @@ fn every_trouble_of_every_chip_is_noticed_where_it_can_be_and_passes() {
             };
             let bad = seen.iter().any(|health| *health != Health::Ok);
             assert!(bad || unseen, "{place:?} {trouble:?}: {seen:?}");
-            if place == Place::Converter && trouble == Trouble::Damaged {
+            if place == BoardChip::Converter && trouble == Trouble::Damaged {
                 assert!(seen.contains(&Health::Crc));
             }
         }

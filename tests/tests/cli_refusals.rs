@@ -69,8 +69,8 @@ fn bad_studies_end_with_three_and_leave_nothing_behind() {
     let log = rig.join("valid.csv");
     let text = fs::read_to_string(&log).unwrap();
     let mut lines: Vec<&str> = text.lines().collect();
-    let spoilt = lines[500].replacen(',', ",nan,", 1);
-    lines[500] = &spoilt;
+    let invalidated = lines[500].replacen(',', ",nan,", 1);
+    lines[500] = &invalidated;
     fs::write(&log, lines.join("\n")).unwrap();
     refused(good.clone(), &["valid.csv", "501"]);
     assert!(fail(folder.path(), &["compare", "nowhere", "m.json"], 3).contains("m.json"));

@@ -31,7 +31,7 @@ fn the_list_and_each_page_hold_what_the_table_says() {
         for text in [
             about.equation,
             about.source,
-            about.absence,
+            about.residual_signature,
             about.separated_by,
         ] {
             assert!(page.contains(text), "{page}");

@@ -4,7 +4,7 @@
 use jointwatch::device::replay::SetUp;
 use jointwatch::simulate::RigParameters;
 use jointwatch::study::Record;
-use jointwatch_shared::base::hum::Hum as Line;
+use jointwatch_shared::base::hum::Hum as DeviceHum;
 use jointwatch_shared::chain::Output;
 use jointwatch_shared::monitor::{MonitorState, State};
 use jointwatch_tests::detection::{detect, story};
@@ -40,7 +40,7 @@ fn outputs(subject: &Subject, record: &Record, knows: bool) -> Vec<Output> {
         return samples.filter_map(|(_, output)| output).collect();
     }
     let mut corrections = *subject.model.corrections();
-    corrections.iter_mut().for_each(|c| c.hum = Line::NONE);
+    corrections.iter_mut().for_each(|c| c.hum = DeviceHum::NONE);
     let model = subject.model.clone().correcting(corrections).unwrap();
     let set_up = SetUp::new(&subject.simulation.study, &model).unwrap();
     let samples = set_up.samples(record, &model);

@@ -250,8 +250,8 @@ fn what_cannot_be_done_is_one_sentence() {
     for log in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
         fs::write(emps.join(log), "not MATLAB").unwrap();
     }
-    let spoilt = [&QUICK[..], &["out", "--data", "data"]].concat();
-    let said = fail(folder.path(), &spoilt, 3);
+    let invalidated = [&QUICK[..], &["out", "--data", "data"]].concat();
+    let said = fail(folder.path(), &invalidated, 3);
     assert!(said.contains("DATA_EMPS.mat"), "{said}");
     assert!(
         !folder.path().join("out").exists(),

@@ -3,11 +3,11 @@
 
 use jointwatch::device::export::read_blob;
 use jointwatch::device::rig_block;
-use jointwatch::device::telemetry::frames::Watch;
+use jointwatch::device::telemetry::frames::ReplayedWatch;
 use jointwatch::device::telemetry::listen::{Heard, Listener};
 use jointwatch::emulate::bench::{REST, Scenario};
 use jointwatch::emulate::board::Board;
-use jointwatch::emulate::device::Device;
+use jointwatch::emulate::device::EmulatedDevice;
 use jointwatch::emulate::selftest;
 use jointwatch::simulate::{RigParameters, SimulationOptions, write_study};
 use jointwatch::study::{Record, Study};
@@ -219,7 +219,7 @@ fn the_firmware_says_what_the_replayed_frames_say() {
     let block = rig_block::read(&story().join("rig.bin")).unwrap();
     let study = Study::read(&changed()).unwrap();
     let record = &study.records[0];
-    let device = Device::new(&study, &model, Some(block)).unwrap();
+    let device = EmulatedDevice::new(&study, &model, Some(block)).unwrap();
     let image = selftest::emulated().unwrap_or_else(|why| panic!("{why}"));
     let slot = device.slot().unwrap().to_bytes();
     let run = device
@@ -241,7 +241,7 @@ fn the_firmware_says_what_the_replayed_frames_say() {
     let chain = &device.set_up.chain;
     let limits = rig_block::usable_limits(&device.block, &model).unwrap();
     let monitor = Monitor::new(limits.clone(), chain).unwrap();
-    let mut watch = Watch::new(RATE_HZ, model.axes(), Ok(&monitor));
+    let mut watch = ReplayedWatch::new(RATE_HZ, model.axes(), Ok(&monitor));
     let mut state = ChainState::default();
     let mut reports = Vec::new();
     for readings in std::iter::repeat_n(rest, REST as usize).chain(rows) {

@@ -44,7 +44,7 @@ fn moving(response: &Response) -> Vec<(String, &AxisResponse)> {
         let named = |(name, figures)| (format!("{} {name}", record.file), figures);
         record.axes.iter().map(named)
     });
-    axes.filter(|(_, figures)| !figures.rests).collect()
+    axes.filter(|(_, figures)| !figures.at_rest).collect()
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn the_joints_own_law_gives_the_true_motion_and_a_slightly_wrong_one_does_not() 
         for record in &response.records {
             assert!(record.diverged.is_empty() && record.simulated == 1.0);
             // Where x alone is shaken, phi does not move at all.
-            for figures in record.axes.values().filter(|f| f.rests) {
+            for figures in record.axes.values().filter(|f| f.at_rest) {
                 assert_eq!(figures.peak_error, 0.0);
             }
         }

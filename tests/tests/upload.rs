@@ -7,7 +7,7 @@ use jointwatch::device::signing::{PrivateKey, SignedModel};
 use jointwatch::device::upload::{Patience, Uploaded, upload};
 use jointwatch::text::error::Error;
 use jointwatch_firmware::key::{IS_DEVELOPMENT_KEY, PUBLIC_KEY};
-use jointwatch_firmware::store::{Key, Place, Store, Trust, Upload};
+use jointwatch_firmware::store::{Key, SlotName, Store, Trust, Upload};
 use jointwatch_shared::selftest::reference_model;
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use jointwatch_shared::wire::telemetry::{Decoder, MAX_FRAME, Report, Request, encode};
@@ -62,7 +62,7 @@ impl Device {
         }
     }
 
-    fn restart(&mut self) -> Option<Place> {
+    fn restart(&mut self) -> Option<SlotName> {
         let flash = std::mem::replace(
             &mut self.store,
             Store::new(flash::Flash(Vec::new()), trust(PUBLIC_KEY)),
@@ -181,7 +181,7 @@ fn a_good_model_arrives_over_good_and_bad_lines_and_runs_on_trial() {
             "loss {loss}, bit errors {bit_errors}: {} requests sent again",
             done.repeated
         );
-        assert_eq!(device.restart(), Some(Place::A));
+        assert_eq!(device.restart(), Some(SlotName::A));
         let mut rig = [0; 4096];
         assert_eq!(device.store.rig(512, &mut rig), Some(&[9; 512][..]));
     }
@@ -228,7 +228,7 @@ fn an_upload_that_was_left_goes_on_and_one_that_a_restart_broke_begins_anew() {
     let mut device = Device::new(0.0, 0.0, 7);
     device.restart_after = Some(20);
     assert_eq!(send(&mut device, &model).unwrap().went_on_at, 0);
-    assert_eq!(device.restart(), Some(Place::A));
+    assert_eq!(device.restart(), Some(SlotName::A));
 }
 
 #[test]

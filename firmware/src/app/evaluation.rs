@@ -46,7 +46,7 @@ pub fn evaluate<K: Kernels>(
                 state,
             } = &mut **evaluator;
             if waiting.faults.any() || waiting.follows_gap() {
-                state.hold_lines(chain.spoilt_by_fault());
+                state.hold_notches(chain.invalidated_by_fault());
             }
             chain.step_by::<K>(state, model, &waiting.sample)
         });

@@ -11,7 +11,7 @@ use jointwatch_shared::wire::telemetry::{
 };
 
 /// The serial line.
-pub trait Line {
+pub trait SerialPort {
     /// Bits per second that it carries; `None` when it always keeps up.
     const BAUD: Option<u32>;
 
@@ -41,7 +41,7 @@ pub struct Server<F, V, O> {
     line: O,
 }
 
-impl<F: NorFlash, V: Verifier, O: Line> Server<F, V, O> {
+impl<F: NorFlash, V: Verifier, O: SerialPort> Server<F, V, O> {
     /// Serves a device that introduces itself so.
     pub fn new(store: Store<F, V>, hello: Hello, line: O) -> Self {
         Self {

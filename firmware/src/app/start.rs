@@ -4,7 +4,7 @@ use super::channels::{Places, raw_wiring};
 use super::evaluation::Evaluator;
 use super::watch::Watch;
 use crate::clock::{Clock, Rate, Source};
-use crate::store::{Fault, Place, Started, State, Store, Trial, Verifier};
+use crate::store::{Fault, SlotName, Started, State, Store, Trial, Verifier};
 use core::mem::MaybeUninit;
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
@@ -92,7 +92,7 @@ pub fn begin<F: NorFlash, V: Verifier>(
     if setup.clock.source == Source::Internal {
         say(Event::NoCrystal);
     }
-    for (place, state) in Place::ALL.into_iter().zip(started.states) {
+    for (place, state) in SlotName::ALL.into_iter().zip(started.states) {
         if let Some(event) = refused(place, state) {
             say(event);
         }
@@ -244,7 +244,7 @@ fn set_limits(
 }
 
 /// What is told of a slot whose content is not used.
-fn refused(place: Place, state: State) -> Option<Event> {
+fn refused(place: SlotName, state: State) -> Option<Event> {
     let slot = slot(place);
     let State::Refused(why) = state else {
         return None;
@@ -275,10 +275,10 @@ fn fault(why: &Refusal) -> ModelFault {
 }
 
 /// A slot as telemetry names it.
-fn slot(place: Place) -> Slot {
+fn slot(place: SlotName) -> Slot {
     match place {
-        Place::A => Slot::A,
-        Place::B => Slot::B,
+        SlotName::A => Slot::A,
+        SlotName::B => Slot::B,
     }
 }
 

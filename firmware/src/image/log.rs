@@ -4,7 +4,7 @@ use defmt::{info, warn};
 use jointwatch_firmware::app::Begun;
 use jointwatch_firmware::clock::{Clock, Source};
 use jointwatch_firmware::key::IS_DEVELOPMENT_KEY;
-use jointwatch_firmware::store::{Place, Started, State};
+use jointwatch_firmware::store::{SlotName, Started, State};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::axis::AxisKind;
 use jointwatch_shared::wire::telemetry::Restart;
@@ -33,7 +33,7 @@ pub(crate) fn start(clock: Clock, why: Restart) {
 
 /// What the two slots hold.
 pub(crate) fn slots(started: &Started) {
-    for (place, state) in Place::ALL.into_iter().zip(started.states) {
+    for (place, state) in SlotName::ALL.into_iter().zip(started.states) {
         let name = place.name();
         match state {
             State::Empty => info!("slot {=str}: empty", name),
@@ -55,7 +55,7 @@ pub(crate) fn slots(started: &Started) {
 }
 
 /// Which joint the model in use is of.
-fn introduce(place: Place, model: &Model) {
+fn introduce(place: SlotName, model: &Model) {
     let header = model.header();
     info!(
         "model in use: slot {=str}, {=usize} axes, learnt at {=f64} Hz",

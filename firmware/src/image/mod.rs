@@ -28,7 +28,7 @@ mod app {
     };
     use jointwatch_firmware::board::Kernels;
     use jointwatch_firmware::board::stm32f405::parts::{
-        self, Device, Devices, Serial, SlotFlash, Ticker,
+        self, Serial, SlotFlash, SpiChip, SpiChips, Ticker,
     };
     use jointwatch_firmware::board::stm32f405::watchdog;
     use jointwatch_firmware::board::{restart, stack, stm32f405 as board};
@@ -53,7 +53,7 @@ mod app {
     #[local]
     struct Local {
         ticker: Ticker,
-        sampler: Sampler<Device, Device, Device, Device>,
+        sampler: Sampler<SpiChip, SpiChip, SpiChip, SpiChip>,
         frames_in: Producer<'static, Frame>,
         frames: Consumer<'static, Frame>,
         evaluator: Option<&'static mut Evaluator>,
@@ -101,7 +101,7 @@ mod app {
             hello,
             ..
         } = begun;
-        let Devices {
+        let SpiChips {
             latch,
             counters,
             converter,

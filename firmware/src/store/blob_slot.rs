@@ -6,30 +6,30 @@ use jointwatch_shared::wire::blob;
 
 /// One of the two places in flash that can hold a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum SlotName {
     /// Slot A, which is looked at first.
     A,
     /// Slot B, which is used when A has no usable model.
     B,
 }
 
-impl Place {
+impl SlotName {
     /// Both, in the order in which they are looked at.
-    pub const ALL: [Place; 2] = [Place::A, Place::B];
+    pub const ALL: [SlotName; 2] = [SlotName::A, SlotName::B];
 
     /// `a` or `b`, as logs and the self-test's text have it.
     pub fn name(self) -> &'static str {
         match self {
-            Place::A => "a",
-            Place::B => "b",
+            SlotName::A => "a",
+            SlotName::B => "b",
         }
     }
 
     /// The other one.
-    pub fn other(self) -> Place {
+    pub fn other(self) -> SlotName {
         match self {
-            Place::A => Place::B,
-            Place::B => Place::A,
+            SlotName::A => SlotName::B,
+            SlotName::B => SlotName::A,
         }
     }
 }
@@ -66,9 +66,12 @@ impl Slot {
 }
 
 /// Reads the slots (A, then B), tells `report` what each holds, and gives the model of the first that holds one.
-pub fn choose(slots: &[&[u8]], mut report: impl FnMut(Place, &Slot)) -> Option<(Place, Model)> {
+pub fn choose(
+    slots: &[&[u8]],
+    mut report: impl FnMut(SlotName, &Slot),
+) -> Option<(SlotName, Model)> {
     let mut chosen = None;
-    for (place, bytes) in Place::ALL.into_iter().zip(slots) {
+    for (place, bytes) in SlotName::ALL.into_iter().zip(slots) {
         let slot = Slot::read(bytes);
         report(place, &slot);
         if let (None, Slot::Model(model)) = (&chosen, slot) {
@@ -132,7 +135,7 @@ mod tests {
         for first in [&damaged, &ERASED] {
             let mut seen = 0;
             let chosen = choose(&[first, &good], |_, _| seen += 1);
-            assert_eq!(chosen, Some((Place::B, reference_model().clone())));
+            assert_eq!(chosen, Some((SlotName::B, reference_model().clone())));
             assert_eq!(seen, 2, "both slots are reported");
         }
     }
@@ -141,7 +144,7 @@ mod tests {
     fn slot_a_wins_over_b_and_nothing_comes_of_two_bad_slots() {
         let good = blob_of_reference();
         let chosen = choose(&[&good, &good], |_, _| ());
-        assert_eq!(chosen.map(|(place, _)| place), Some(Place::A));
+        assert_eq!(chosen.map(|(place, _)| place), Some(SlotName::A));
         assert_eq!(choose(&[&ERASED, &good[..99]], |_, _| ()), None);
     }
 

@@ -1,6 +1,6 @@
 //! Which of the two models runs after a restart: a pure function of what the two slots hold.
 
-use super::blob_slot::Place;
+use super::blob_slot::SlotName;
 use jointwatch_shared::wire::telemetry::ModelFault;
 
 /// What is wrong with what a slot holds.
@@ -75,9 +75,9 @@ pub enum State {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
     /// The slot whose model runs; `None` when neither has one.
-    pub run: Option<Place>,
+    pub run: Option<SlotName>,
     /// The slot whose model failed its trial and is set aside.
-    pub set_aside: Option<Place>,
+    pub set_aside: Option<SlotName>,
     /// Whether the model that runs is on trial.
     pub trial: bool,
 }
@@ -86,26 +86,26 @@ pub struct Choice {
 ///
 /// Where there is no other, the trial is repeated: an unproven model is better than none.
 pub(super) fn choose(states: &[State; 2]) -> Choice {
-    let good = |place: Place| match states {
+    let good = |place: SlotName| match states {
         [
             State::Good {
                 sequence, progress, ..
             },
             _,
-        ] if place == Place::A => Some((*sequence, *progress)),
+        ] if place == SlotName::A => Some((*sequence, *progress)),
         [
             _,
             State::Good {
                 sequence, progress, ..
             },
-        ] if place == Place::B => Some((*sequence, *progress)),
+        ] if place == SlotName::B => Some((*sequence, *progress)),
         _ => None,
     };
-    let (newer, older) = match (good(Place::A), good(Place::B)) {
-        (Some((a, _)), Some((b, _))) if b > a => (Place::B, Some(Place::A)),
-        (Some(_), Some(_)) => (Place::A, Some(Place::B)),
-        (Some(_), None) => (Place::A, None),
-        (None, Some(_)) => (Place::B, None),
+    let (newer, older) = match (good(SlotName::A), good(SlotName::B)) {
+        (Some((a, _)), Some((b, _))) if b > a => (SlotName::B, Some(SlotName::A)),
+        (Some(_), Some(_)) => (SlotName::A, Some(SlotName::B)),
+        (Some(_), None) => (SlotName::A, None),
+        (None, Some(_)) => (SlotName::B, None),
         (None, None) => {
             return Choice {
                 run: None,
@@ -158,7 +158,7 @@ mod tests {
         for a in all_states() {
             for b in all_states() {
                 let choice = choose(&[a, b]);
-                let of = |place| if place == Place::A { a } else { b };
+                let of = |place| if place == SlotName::A { a } else { b };
                 match choice.run {
                     None => assert!(!is_good(&a) && !is_good(&b), "{a:?} {b:?}"),
                     Some(place) => assert!(is_good(&of(place)), "{a:?} {b:?}"),
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(
             fresh,
             Choice {
-                run: Some(Place::B),
+                run: Some(SlotName::B),
                 set_aside: None,
                 trial: true
             }
@@ -208,8 +208,8 @@ mod tests {
         assert_eq!(
             failed,
             Choice {
-                run: Some(Place::A),
-                set_aside: Some(Place::B),
+                run: Some(SlotName::A),
+                set_aside: Some(SlotName::B),
                 trial: false
             }
         );
@@ -217,7 +217,7 @@ mod tests {
         assert_eq!(
             proven,
             Choice {
-                run: Some(Place::B),
+                run: Some(SlotName::B),
                 set_aside: None,
                 trial: false
             }
@@ -227,7 +227,7 @@ mod tests {
         assert_eq!(
             alone,
             Choice {
-                run: Some(Place::B),
+                run: Some(SlotName::B),
                 set_aside: None,
                 trial: true
             }

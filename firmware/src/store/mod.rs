@@ -20,7 +20,7 @@ mod trial;
 mod upload;
 mod verify;
 
-pub use blob_slot::{Place, Slot, choose, phrase};
+pub use blob_slot::{Slot, SlotName, choose, phrase};
 pub use choice::{Choice, Fault, Progress, State};
 pub use trial::Trial;
 pub use upload::Upload;
@@ -49,13 +49,13 @@ pub struct Started {
     /// What slot A and slot B held.
     pub states: [State; 2],
     /// The model that runs, and where it lies; `None` when neither slot has one.
-    pub model: Option<(Place, Model)>,
+    pub model: Option<(SlotName, Model)>,
     /// Bytes of the rig block that belongs to it; 0 when there is none.
     pub rig_len: u32,
     /// Whether the model is on trial: it is to be [confirmed](Store::confirm) when it has run.
     pub trial: bool,
     /// The slot whose model has just failed its trial.
-    pub set_aside: Option<Place>,
+    pub set_aside: Option<SlotName>,
     /// Set when a mark could not be programmed; the choice stands, but will be made anew at the next restart.
     pub flash_failed: bool,
 }
@@ -65,7 +65,7 @@ pub struct Started {
 pub struct Store<F, V> {
     flash: F,
     trust: Trust<V>,
-    active: Option<Place>,
+    active: Option<SlotName>,
     /// The other slot may be erased.
     other_is_free: bool,
 }
@@ -102,11 +102,11 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     /// Reads all of both slots and checks up to two signatures; programs at most four words, none when nothing has changed.
     /// To be called once, before anything runs. Whatever the flash holds, this gives a model if a slot has a good one.
     pub fn start(&mut self, work: &mut Work) -> Started {
-        let mut states = Place::ALL.map(|place| self.examine(place, work));
+        let mut states = SlotName::ALL.map(|place| self.examine(place, work));
         let mut flash_failed = false;
         let mut set_aside = None;
         // Twice at most: a slot that was good a moment ago and now is not becomes refused, and the other one is taken.
-        for _ in Place::ALL {
+        for _ in SlotName::ALL {
             let choice = choice::choose(&states);
             if let Some(place) = choice.set_aside {
                 flash_failed |= self.set_void(place).is_err();
@@ -157,7 +157,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// The slot whose model runs.
-    pub fn active(&self) -> Option<Place> {
+    pub fn active(&self) -> Option<SlotName> {
         self.active
     }
 
@@ -185,11 +185,11 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// What a slot holds, from all of its bytes.
-    fn examine(&mut self, place: Place, work: &mut Work) -> State {
+    fn examine(&mut self, place: SlotName, work: &mut Work) -> State {
         self.look(place, work).unwrap_or_else(State::Refused)
     }
 
-    fn look(&mut self, place: Place, work: &mut Work) -> Result<State, Fault> {
+    fn look(&mut self, place: SlotName, work: &mut Work) -> Result<State, Fault> {
         let mut seal = [0; SEAL_LEN];
         self.read(place, SEAL_OFFSET, &mut seal)?;
         let mut marks = [ERASED; 5 + CONFIRMED_OFFSETS.len()];
@@ -238,7 +238,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// A slot without a seal: empty, or a bare blob that a debugger put there.
-    fn look_at_bare(&mut self, place: Place, work: &mut Work) -> Result<State, Fault> {
+    fn look_at_bare(&mut self, place: SlotName, work: &mut Work) -> Result<State, Fault> {
         self.read(place, MODEL_OFFSET, work)?;
         if is_blank(work) {
             return Ok(State::Empty);
@@ -255,14 +255,14 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// Holds content against its seal: CRC, signature, and the model's own checks, in this order.
-    fn check(&mut self, place: Place, seal: &Seal, work: &mut Work) -> Result<(), Fault> {
+    fn check(&mut self, place: SlotName, seal: &Seal, work: &mut Work) -> Result<(), Fault> {
         self.check_content(place, seal)?;
         self.check_model(place, work)
     }
 
     /// CRC and signature. Not inlined: what they need on the stack is free again when the model is looked at.
     #[inline(never)]
-    fn check_content(&mut self, place: Place, seal: &Seal) -> Result<(), Fault> {
+    fn check_content(&mut self, place: SlotName, seal: &Seal) -> Result<(), Fault> {
         let mut crc = ContentCrc::new();
         let mut check = match &seal.signature {
             Some(signature) => Some(self.begin_check(signature, seal.rig_len)?),
@@ -296,7 +296,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
 
     /// The model's own checks. Not inlined, as above.
     #[inline(never)]
-    fn check_model(&mut self, place: Place, work: &mut Work) -> Result<(), Fault> {
+    fn check_model(&mut self, place: SlotName, work: &mut Work) -> Result<(), Fault> {
         self.read(place, MODEL_OFFSET, work)?;
         match blob::decode(work) {
             Ok(_) => Ok(()),
@@ -319,13 +319,13 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// Takes the model out of a slot.
-    fn model(&mut self, place: Place, work: &mut Work) -> Result<Model, Fault> {
+    fn model(&mut self, place: SlotName, work: &mut Work) -> Result<Model, Fault> {
         self.read(place, MODEL_OFFSET, work)?;
         blob::decode(work).map_err(|why| Fault::Model(ModelFault::from(&why)))
     }
 
     /// Programs the next word that says that a slot's model has run; none when one is sure already.
-    fn confirm_in(&mut self, place: Place) -> Result<(), Fault> {
+    fn confirm_in(&mut self, place: SlotName) -> Result<(), Fault> {
         let mut word = ERASED;
         for offset in CONFIRMED_OFFSETS {
             self.read(place, offset, &mut word)?;
@@ -340,7 +340,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// Says that a slot is not to be used. A word that power failed on counts already and is not programmed again.
-    fn set_void(&mut self, place: Place) -> Result<(), Fault> {
+    fn set_void(&mut self, place: SlotName) -> Result<(), Fault> {
         let mut word = ERASED;
         for offset in VOID_OFFSETS {
             self.read(place, offset, &mut word)?;
@@ -352,7 +352,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// Programs one mark and reads it back.
-    fn mark(&mut self, place: Place, offset: usize) -> Result<(), Fault> {
+    fn mark(&mut self, place: SlotName, offset: usize) -> Result<(), Fault> {
         self.write(place, offset, &MARKED)?;
         let mut seen = ERASED;
         self.read(place, offset, &mut seen)?;
@@ -364,15 +364,15 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// The slot that an upload goes into, if it may be erased now.
-    fn free_slot(&self) -> Option<Place> {
+    fn free_slot(&self) -> Option<SlotName> {
         match self.active {
-            None => Some(Place::A),
+            None => Some(SlotName::A),
             Some(active) => self.other_is_free.then_some(active.other()),
         }
     }
 
     /// Makes a slot ready to be written: void, so that nothing of it can ever run again, then erased.
-    fn clear(&mut self, place: Place) -> Result<(), Fault> {
+    fn clear(&mut self, place: SlotName) -> Result<(), Fault> {
         self.set_void(place)?;
         let start = address::<F>(place, 0);
         self.flash
@@ -384,14 +384,14 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     /// content is to have.
     fn seal(
         &mut self,
-        place: Place,
+        place: SlotName,
         rig_len: u32,
         content_crc: u32,
         signature: Option<[u8; SIGNATURE_LEN]>,
         work: &mut Work,
     ) -> Result<(), Fault> {
         let mut sequence = 0;
-        for other in Place::ALL {
+        for other in SlotName::ALL {
             let mut bytes = [0; SEAL_LEN];
             self.read(other, SEAL_OFFSET, &mut bytes)?;
             if let (Ok(seal), true) = (Seal::decode(&bytes), other != place) {
@@ -418,7 +418,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// The CRC of the first `length` bytes of a slot.
-    fn crc(&mut self, place: Place, length: u32) -> Result<u32, Fault> {
+    fn crc(&mut self, place: SlotName, length: u32) -> Result<u32, Fault> {
         let mut crc = ContentCrc::new();
         let mut word = ERASED;
         for offset in (0..length as usize).step_by(4) {
@@ -430,14 +430,14 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
 
     // Not inlined, nor is `write`: which of their callers takes them in would depend on the flash.
     #[inline(never)]
-    fn read(&mut self, place: Place, offset: usize, into: &mut [u8]) -> Result<(), Fault> {
+    fn read(&mut self, place: SlotName, offset: usize, into: &mut [u8]) -> Result<(), Fault> {
         self.flash
             .read(address::<F>(place, offset), into)
             .map_err(|_| Fault::Flash)
     }
 
     #[inline(never)]
-    fn write(&mut self, place: Place, offset: usize, bytes: &[u8]) -> Result<(), Fault> {
+    fn write(&mut self, place: SlotName, offset: usize, bytes: &[u8]) -> Result<(), Fault> {
         self.flash
             .write(address::<F>(place, offset), bytes)
             .map_err(|_| Fault::Flash)
@@ -445,10 +445,10 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
 }
 
 /// Where a byte of a slot lies in the flash driver's addresses.
-fn address<F: NorFlash>(place: Place, offset: usize) -> u32 {
+fn address<F: NorFlash>(place: SlotName, offset: usize) -> u32 {
     let sector = match place {
-        Place::A => 0,
-        Place::B => F::ERASE_SIZE,
+        SlotName::A => 0,
+        SlotName::B => F::ERASE_SIZE,
     };
     (sector + offset) as u32
 }
@@ -459,18 +459,18 @@ fn is_blank(bytes: &[u8]) -> bool {
     all(0xFF) || all(0)
 }
 
-fn of(states: &[State; 2], place: Place) -> State {
+fn of(states: &[State; 2], place: SlotName) -> State {
     let [a, b] = *states;
     match place {
-        Place::A => a,
-        Place::B => b,
+        SlotName::A => a,
+        SlotName::B => b,
     }
 }
 
-fn set(states: &mut [State; 2], place: Place, state: State) {
+fn set(states: &mut [State; 2], place: SlotName, state: State) {
     let [a, b] = states;
     *match place {
-        Place::A => a,
-        Place::B => b,
+        SlotName::A => a,
+        SlotName::B => b,
     } = state;
 }

@@ -3,7 +3,7 @@
 //! Nothing here runs per sample. What takes long, and holds up everything on a chip that runs from the flash it writes, is
 //! the erasure in `begin` (about a second); a chunk costs some microseconds for each word.
 
-use super::{Fault, Place, Store, Verifier, Work};
+use super::{Fault, SlotName, Store, Verifier, Work};
 use embedded_storage::nor_flash::NorFlash;
 use jointwatch_shared::wire::blob::BLOB_LEN;
 use jointwatch_shared::wire::slot::{BEGUN_OFFSET, RIG_OFFSET, RIG_ROOM};
@@ -24,7 +24,7 @@ pub struct Upload {
 
 #[derive(Clone, Copy, Debug)]
 struct UnderWay {
-    place: Place,
+    place: SlotName,
     length: u32,
     crc: u32,
     next: u32,
@@ -171,8 +171,8 @@ impl Upload {
         )?;
         self.under_way = None;
         let slot = match now.place {
-            Place::A => Slot::A,
-            Place::B => Slot::B,
+            SlotName::A => Slot::A,
+            SlotName::B => Slot::B,
         };
         Ok(UploadReply::Activated {
             kind: Kind::Model,

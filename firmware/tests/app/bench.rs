@@ -5,7 +5,7 @@ use ed25519_compact::{KeyPair, Seed};
 use embedded_hal::spi::{ErrorType as SpiError, Operation, SpiDevice};
 use heapless::spsc::{Consumer, Producer, Queue};
 use jointwatch_firmware::app::{
-    Evaluated, Evaluator, Frame, Line, Room, Sampler, Server, Setup, Streamed, Watch, begin,
+    Evaluated, Evaluator, Frame, Room, Sampler, SerialPort, Server, Setup, Streamed, Watch, begin,
     evaluate,
 };
 use jointwatch_firmware::clock::Clock;
@@ -131,7 +131,7 @@ pub(crate) fn reference_rig(model: &Model, limits_for: Option<u32>) -> Rig {
 #[derive(Default)]
 struct Kept(Vec<u8>);
 
-impl Line for Kept {
+impl SerialPort for Kept {
     const BAUD: Option<u32> = None;
 
     fn send(&mut self, frame: &[u8]) -> bool {

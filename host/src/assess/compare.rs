@@ -1,6 +1,6 @@
 //! A model held against measurements: error figures per record and axis, and where the error sits.
 
-use crate::assess::where_it_fails::{self, ErrorRecord, Place, StateName};
+use crate::assess::where_it_fails::{self, ErrorRecord, FailingRegion, StateName};
 use crate::fit::errors::Evaluated;
 pub use crate::fit::errors::{AxisFigures, RecordFigures};
 use crate::model::corrections;
@@ -24,7 +24,7 @@ pub struct Comparison {
     pub validation: Vec<AxisError>,
     /// Where most of the error sits: on validation records, or on training records when there are no others.
     #[serde(rename = "where")]
-    pub places: Vec<Place>,
+    pub places: Vec<FailingRegion>,
 }
 
 /// Compares a model with every record of a study.
@@ -67,7 +67,12 @@ fn comparison(study: &Study, model: &ModelFile, evaluated: &Evaluated<'_>) -> Co
 }
 
 /// Where the error on the records of a role sits, axis by axis.
-fn places(study: &Study, model: &ModelFile, evaluated: &Evaluated<'_>, role: Role) -> Vec<Place> {
+fn places(
+    study: &Study,
+    model: &ModelFile,
+    evaluated: &Evaluated<'_>,
+    role: Role,
+) -> Vec<FailingRegion> {
     let judged: Vec<(&Motion, Vec<&[f64]>)> = evaluated.errors_of(role).collect();
     let motions: Vec<&Motion> = judged.iter().map(|(motion, _)| *motion).collect();
     let names = state_names(model, &motions);
@@ -212,7 +217,7 @@ fn figures_table(records: &[&RecordFigures], model: &ModelFile) -> Table {
             };
             let unit = axis.kind.force_unit();
             let percent = |value: f64| {
-                if figures.rests {
+                if figures.at_rest {
                     "rests".into()
                 } else {
                     format!("{value:.3} %")
@@ -223,7 +228,7 @@ fn figures_table(records: &[&RecordFigures], model: &ModelFile) -> Table {
                 axis.name.clone(),
                 percent(figures.nmse_percent),
                 percent(figures.nmse_percent_wide_band),
-                if figures.rests {
+                if figures.at_rest {
                     "rests".into()
                 } else {
                     format!("{:.4}", figures.relative_error)
@@ -238,7 +243,7 @@ fn figures_table(records: &[&RecordFigures], model: &ModelFile) -> Table {
 }
 
 /// Where the error sits, the largest share first.
-fn places_table(places: &[Place]) -> Table {
+fn places_table(places: &[FailingRegion]) -> Table {
     let mut table = Table::new(&["axis", "share of error", "of", "in"]);
     for place in places {
         let of = match place.kind {

@@ -5,8 +5,8 @@
 //! noise that grows with one over the frequency.
 
 use super::unmeasured::Shape;
-use crate::model::course::{Course, add_forces};
 use crate::model::mains_hum;
+use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::fir::apply;
 use crate::signal::motion::Motion;
 use crate::signal::spectrum::Accumulator;
@@ -15,7 +15,7 @@ use jointwatch_shared::base::terms::InSi;
 
 /// An axis rests in a record where displacement, velocity and force are under these parts of their largest RMS; the force
 /// channel is noisier than the encoder.
-const RESTS_BELOW: [f64; 3] = [0.03, 0.03, 0.2];
+const AT_REST_BELOW: [f64; 3] = [0.03, 0.03, 0.2];
 /// What is left at rest is more than noise where it is so many times what its high frequencies suggest: noise that grows
 /// towards low frequencies makes it three or four times as much.
 const ACTS: f64 = 6.0;
@@ -29,7 +29,7 @@ const SLOW_WINDOW_S: f64 = 4.0;
 /// The motion begins at the frequency below which this part of its power lies.
 const MOVES: f64 = 1e-2;
 /// Fewer lines of the spectrum than this say nothing.
-const LEAST_LINES: usize = 1;
+const MIN_LINES: usize = 1;
 /// Where noise that grows towards low frequencies is taken to end, Hz: slower than that it is a drift of the zero, which a
 /// constant force takes up.
 const SLOWEST_HZ: f64 = 0.1;
@@ -58,7 +58,11 @@ pub(crate) fn floors(
     let conventions: Vec<_> = axes.iter().map(|a| a.restoring_force).collect();
     let predicted = |motion: &&Motion| {
         let mut forces = vec![vec![0.0; motion.rows()]; axes.len()];
-        add_forces(terms, &Course::of_motion(motion, &conventions), &mut forces);
+        add_forces(
+            terms,
+            &TimeHistory::of_motion(motion, &conventions),
+            &mut forces,
+        );
         forces
     };
     let predicted = motions.iter().map(predicted).collect();
@@ -105,9 +109,12 @@ pub(crate) fn floors_under(
                     ]
                 })
                 .collect();
-            let rests = resting(&activity);
+            let at_rest = resting(&activity);
             let residuals = residuals.iter().map(|record| record[axis].as_slice());
-            let at_rest = residuals.clone().zip(&rests).filter(|(_, rests)| **rests);
+            let at_rest = residuals
+                .clone()
+                .zip(&at_rest)
+                .filter(|(_, at_rest)| **at_rest);
             let at_rest = at_rest.map(|(residual, _)| residual);
             let displacements = motions.iter().map(|m| m.states[2 * axis].as_slice());
             band.floor_at_rest(at_rest)
@@ -185,25 +192,25 @@ impl<'a> Band<'a> {
 
 /// Whether each axis rests in some record, by its displacement and velocity.
 pub(crate) fn rested(axes: usize, motions: &[&Motion]) -> Vec<bool> {
-    let rests = |axis: usize| {
+    let at_rest = |axis: usize| {
         let activity: Vec<[f64; 2]> = motions
             .iter()
             .map(|m| [2 * axis, 2 * axis + 1].map(|input| spread(&m.states[input])))
             .collect();
         resting(&activity).contains(&true)
     };
-    (0..axes).map(rests).collect()
+    (0..axes).map(at_rest).collect()
 }
 
 /// The records in which an axis rests, by how much its displacement, its velocity and, where it is given, its force vary in each.
 fn resting<const N: usize>(activity: &[[f64; N]]) -> Vec<bool> {
     let largest: [f64; N] =
         std::array::from_fn(|i| activity.iter().map(|a| a[i]).fold(0.0, f64::max));
-    let rests = |record: &[f64; N]| {
-        let mut pairs = record.iter().zip(&largest).zip(RESTS_BELOW);
+    let at_rest = |record: &[f64; N]| {
+        let mut pairs = record.iter().zip(&largest).zip(AT_REST_BELOW);
         pairs.all(|((a, most), below)| *a < below * most)
     };
-    activity.iter().map(rests).collect()
+    activity.iter().map(at_rest).collect()
 }
 
 /// RMS about the mean.
@@ -262,7 +269,7 @@ fn slow<'a>(
     let begins = first + begins.unwrap_or(0);
     // The window spreads the motion's first line over its neighbours.
     let lines = first..begins.saturating_sub(1);
-    if lines.len() < LEAST_LINES {
+    if lines.len() < MIN_LINES {
         return 0.0;
     }
     let white = white * white / band_hz;

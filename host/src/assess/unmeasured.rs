@@ -12,7 +12,7 @@ const WINDOWS: usize = 3;
 /// Octaves below the band's end that are looked at; the lowest begins at two hertz in a band of 128 Hz. Lower ones have too few lines.
 const OCTAVES: usize = 6;
 /// Fewer lines than this say nothing of an octave.
-const LEAST_LINES: usize = 4;
+const MIN_LINES: usize = 4;
 /// A density has risen where it is so many times that of a lower octave: those of single octaves scatter.
 const ABOVE: f64 = 1.6;
 /// The part of the power that has to have risen.
@@ -68,7 +68,7 @@ impl Shape {
         let from = ((0.5 * to_hz / self.spectrum.resolution_hz).ceil() as usize).max(2);
         let to = (to_hz / self.spectrum.resolution_hz).floor() as usize + 1;
         let mut lines = self.spectrum.density.get(from..to)?.to_vec();
-        if lines.len() < LEAST_LINES {
+        if lines.len() < MIN_LINES {
             return None;
         }
         lines.sort_by(f64::total_cmp);

@@ -91,7 +91,10 @@ fn say(console: &Console, added: &Added) -> Result<()> {
         (Role::Train, "Verification (training records)"),
         (Role::Validate, "Validation (other records)"),
     ] {
-        let changes = added.changes.iter().filter(|c| c.role == role && !c.rests);
+        let changes = added
+            .changes
+            .iter()
+            .filter(|c| c.role == role && !c.at_rest);
         let mut table = Table::new(&[
             "record",
             "axis",

@@ -10,7 +10,7 @@ use crate::emulate::selftest::{self, Board};
 use crate::text::error::{Error, Result};
 use crate::text::table::quantity;
 use clap::Args;
-use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
+use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Subsystem};
 use jointwatch_shared::selftest as arithmetic;
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
@@ -178,7 +178,7 @@ fn chosen(seed: u64) -> (String, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let may = |entry: &&Entry| {
         let proposed = entry.tag <= LAST_PROPOSED && !LISTED.contains(&entry.about.name);
-        entry.seat == Seat::Joint && proposed
+        entry.subsystem == Subsystem::Plant && proposed
     };
     let names: Vec<&str> = EFFECTS.iter().filter(may).map(|e| e.about.name).collect();
     let effect = names.choose(&mut rng).unwrap_or(&"coulomb");

@@ -4,7 +4,7 @@ use super::console::Console;
 use super::replay::chosen;
 use crate::device::{export, rig_block};
 use crate::emulate::bench::{Instructions, STAGES, Scenario};
-use crate::emulate::device::{Device, Emulated};
+use crate::emulate::device::{Emulated, EmulatedDevice};
 use crate::emulate::selftest;
 use crate::emulate::size::{self, Size};
 use crate::study::{Record, Study};
@@ -37,7 +37,7 @@ impl Emulate {
         let study = Study::read(&self.study)?;
         let records = chosen(&study, self.record.as_deref())?;
         let block = self.rig.as_deref().map(rig_block::read).transpose()?;
-        let emulated = Device::new(&study, &model, block)?;
+        let emulated = EmulatedDevice::new(&study, &model, block)?;
         let slot = emulated.slot()?.to_bytes();
         selftest::require_qemu()?;
         let elf = selftest::emulated()?;

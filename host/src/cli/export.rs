@@ -44,15 +44,13 @@ pub(crate) struct Export {
 }
 
 /// The largest drift that limits are set for: beyond it a tenth of the force, which they are tuned to, would hardly show.
-const MOST_DRIFT_PERCENT: f64 = 8.0;
+const MAX_DRIFT_PERCENT: f64 = 8.0;
 
 /// A drift in percent, with or without its sign, as a part.
 pub(super) fn drift(text: &str) -> std::result::Result<f64, String> {
     match text.strip_suffix('%').unwrap_or(text).trim().parse() {
-        Ok(percent) if (0.0..=MOST_DRIFT_PERCENT).contains(&percent) => Ok(percent / 100.0),
-        _ => Err(format!(
-            "a drift from 0% to {MOST_DRIFT_PERCENT}% is wanted"
-        )),
+        Ok(percent) if (0.0..=MAX_DRIFT_PERCENT).contains(&percent) => Ok(percent / 100.0),
+        _ => Err(format!("a drift from 0% to {MAX_DRIFT_PERCENT}% is wanted")),
     }
 }
 

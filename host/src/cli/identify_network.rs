@@ -3,7 +3,7 @@
 use super::console::Console;
 use crate::fit::identify::{self, Identified, Training};
 use crate::fit::network::{
-    LeftOut, MOST_NEURONS, NetworkOptions, NetworkProgress, Neurons, SizeCurve, Watch,
+    LeftOut, MAX_NEURONS, NetworkOptions, NetworkProgress, Neurons, SizeCurve, TrainingObserver,
 };
 use crate::model::ModelAxis;
 use crate::study::Study;
@@ -35,8 +35,8 @@ fn neurons(text: &str) -> std::result::Result<Neurons, String> {
         return Ok(Neurons::Auto);
     }
     match text.parse() {
-        Ok(value) if (1..=MOST_NEURONS).contains(&value) => Ok(Neurons::Fixed(value)),
-        _ => Err(format!("a number from 1 to {MOST_NEURONS}, or auto")),
+        Ok(value) if (1..=MAX_NEURONS).contains(&value) => Ok(Neurons::Fixed(value)),
+        _ => Err(format!("a number from 1 to {MAX_NEURONS}, or auto")),
     }
 }
 
@@ -70,7 +70,7 @@ impl NetworkArguments {
         identify::network(
             study,
             &options,
-            &Watch {
+            &TrainingObserver {
                 progress: &|progress| shown.tell(progress),
                 stop: &INTERRUPTED,
             },

@@ -1,7 +1,7 @@
 //! `jointwatch monitor`: prints what a device says, one line per message, as text or as JSON lines.
 
 use super::console::{Console, print_to_stdout};
-use crate::device::telemetry::line::{Line, Piece, Source};
+use crate::device::telemetry::line::{Piece, Source, TelemetryLine};
 use crate::device::telemetry::listen::{Heard, Listener, Tally};
 use crate::device::telemetry::words::{Reader, closing};
 use crate::text::error::{Error, Result};
@@ -59,7 +59,7 @@ impl Monitor {
             }
         })
         .map_err(|e| Error::failed(format!("Ctrl-C could not be listened for ({e})")))?;
-        let mut line = Line::open(source.clone())?;
+        let mut line = TelemetryLine::open(source.clone())?;
         if let Source::Port(..) = source {
             line.send(&Request::Hello)?;
         }
@@ -209,7 +209,12 @@ struct Session<'a> {
 
 impl Session<'_> {
     /// Prints until there is no more, the time is over, or Ctrl-C.
-    fn listen(&mut self, line: &Line, source: &Source, seconds: Option<f64>) -> Result<()> {
+    fn listen(
+        &mut self,
+        line: &TelemetryLine,
+        source: &Source,
+        seconds: Option<f64>,
+    ) -> Result<()> {
         let begun = Instant::now();
         let mut silent = matches!(source, Source::Port(..));
         while !INTERRUPTED.load(Ordering::Relaxed) {

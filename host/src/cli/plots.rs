@@ -140,7 +140,7 @@ pub(super) fn steps_found(diagnosis: &Diagnosis) -> Vec<Step> {
 /// Before and after on the records that the model has not seen (on all, where it has seen all), several records as the root
 /// of their mean square.
 fn steps_added(changes: &[Change], label: &str) -> (Vec<Step>, PerAxis) {
-    let awake = || changes.iter().filter(|c| !c.rests);
+    let awake = || changes.iter().filter(|c| !c.at_rest);
     let held_out = awake().any(|c| c.role == Role::Validate);
     let judged = || awake().filter(move |c| !held_out || c.role == Role::Validate);
     let over_records = |figure: fn(&Change) -> f64| -> PerAxis {

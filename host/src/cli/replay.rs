@@ -10,7 +10,7 @@ use crate::device::monitor_limits::{self, Purpose};
 use crate::device::replay::{self, RecordReplay, Replayed};
 use crate::device::rig_block;
 use crate::device::telemetry::frames;
-use crate::fit::errors::RESTS_BELOW;
+use crate::fit::errors::AT_REST_BELOW;
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
 use crate::text::output;
@@ -206,7 +206,7 @@ fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> Stri
             let others = records.iter().filter_map(|r| r.axes.get(&axis.name));
             let largest = others.map(|f| f.rms_force).fold(0.0, f64::max);
             let unless_at_rest = |text: String| {
-                if figures.rms_force < RESTS_BELOW * largest {
+                if figures.rms_force < AT_REST_BELOW * largest {
                     "rests".to_string()
                 } else {
                     text

@@ -25,8 +25,8 @@ pub(crate) struct Upload {
 }
 
 /// A line to the device, whatever carries it.
-trait Line: Read + Write {}
-impl<T: Read + Write> Line for T {}
+trait Port: Read + Write {}
+impl<T: Read + Write> Port for T {}
 
 impl Upload {
     pub(super) fn run(self, console: &Console) -> Result<()> {
@@ -54,7 +54,7 @@ impl Upload {
     }
 }
 
-fn open(port: &str, baud: u32) -> Result<Box<dyn Line>> {
+fn open(port: &str, baud: u32) -> Result<Box<dyn Port>> {
     let failed = |why: String| {
         Error::failed(format!(
             "{port}: could not be opened ({why}); is it the right port, and may you use it?"

@@ -9,7 +9,7 @@ use jointwatch_shared::base::axis::{self, Axis, Name};
 use jointwatch_shared::base::network_quantise::Weights;
 use jointwatch_shared::base::terms::Memory;
 use jointwatch_shared::base::{Header, Model};
-use jointwatch_shared::effect::Seat;
+use jointwatch_shared::effect::Subsystem;
 use jointwatch_shared::scalar::fixed::q31_to_f64;
 use jointwatch_shared::selftest::{CORNER_POINTS, Points, corner};
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
@@ -78,7 +78,10 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
         .map(|fit| budget * fit.training_force_rms)
         .collect();
     let effects = of_the_joint(&file.effects_in_si()?);
-    if let Some(term) = effects.iter().find(|t| t.entry.seat == Seat::JointOverTime) {
+    if let Some(term) = effects
+        .iter()
+        .find(|t| t.entry.subsystem == Subsystem::TimeVaryingPlant)
+    {
         return Err(Error::data(format!(
             "{} depends on the time since a record began, and a device that never stops does not know when that was: learn a \
              model without it for export",

@@ -70,7 +70,7 @@ pub fn upload(
     patience: Patience,
     mut progress: impl FnMut(u32),
 ) -> Result<Uploaded> {
-    let mut device = Device {
+    let mut device = UploadSession {
         line,
         patience,
         decoder: Decoder::default(),
@@ -126,7 +126,7 @@ pub fn upload(
 }
 
 /// The device at the other end of the line.
-struct Device<'a, L> {
+struct UploadSession<'a, L> {
     line: &'a mut L,
     patience: Patience,
     decoder: Decoder<Report>,
@@ -134,7 +134,7 @@ struct Device<'a, L> {
     repeated: u32,
 }
 
-impl<L: Read + Write> Device<'_, L> {
+impl<L: Read + Write> UploadSession<'_, L> {
     /// Sends the content from `next` on; gives the refusal that stopped it, if one did.
     fn send(
         &mut self,

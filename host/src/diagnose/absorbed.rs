@@ -17,7 +17,7 @@ use crate::signal::motion::Motion;
 use crate::study::Study;
 use crate::text::error::Result;
 use faer::Mat;
-use jointwatch_shared::effect::Seat;
+use jointwatch_shared::effect::Subsystem;
 
 /// The shares of effects with these values that the model's base follows; none for a physical model.
 pub(super) fn absorbed(
@@ -28,7 +28,7 @@ pub(super) fn absorbed(
 ) -> Result<Vec<Absorbed>> {
     let found: Vec<_> = found
         .iter()
-        .filter(|(bound, _)| bound.entry.seat != Seat::Instrument)
+        .filter(|(bound, _)| bound.entry.subsystem != Subsystem::Sensor)
         .cloned()
         .collect();
     if found.is_empty() {

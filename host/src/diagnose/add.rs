@@ -5,12 +5,12 @@ use crate::assess::noise_floor;
 use crate::diagnose::PerAxis;
 use crate::diagnose::start::start;
 use crate::fit::effects::columns::Records;
-use crate::fit::identify::{Learnt, Prepared, effect_terms, fit_alone, fit_in_time};
+use crate::fit::identify::{FitResult, Prepared, effect_terms, fit_alone, fit_in_time};
 use crate::fit::with_base::{OnRecords, WithBase};
 use crate::model::corrections::missing_inertia;
-use crate::model::course::{Course, add_forces};
 use crate::model::effects::Bound;
 use crate::model::file::{AxisError, Base, ErrorChange, HistoryEntry, JudgedOn, ModelFile};
+use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::motion::Motion;
 use crate::study::{Role, Study};
 use crate::text::date;
@@ -18,7 +18,7 @@ use crate::text::error::{Error, Result};
 use serde::Serialize;
 
 /// An effect that lowers no axis's error by this part is of no help.
-const LEAST_HELP: f64 = 0.01;
+const MIN_HELP: f64 = 0.01;
 
 /// Errors of one axis on one record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,7 +40,8 @@ pub struct Change {
     /// Relative error that the noise alone makes: no model can go below.
     pub noise_floor: f64,
     /// The axis rests in this record.
-    pub rests: bool,
+    #[serde(rename = "rests")]
+    pub at_rest: bool,
 }
 
 /// A model with more effects, and what they brought.
@@ -102,7 +103,7 @@ pub fn add(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Added
         },
     };
     let fell = |(before, after): (&AxisError, &AxisError)| {
-        after.relative_error < (1.0 - LEAST_HELP) * before.relative_error
+        after.relative_error < (1.0 - MIN_HELP) * before.relative_error
     };
     let role = if blocks { Role::Train } else { Role::Validate };
     let force = |axis: usize| rms_force(&after.records, role, &study.axes[axis].name);
@@ -149,7 +150,7 @@ fn wider(model: &ModelFile, effects: &[String]) -> Result<Vec<Bound>> {
 fn with_history(
     study: &Study,
     prepared: Prepared,
-    learnt: Learnt,
+    learnt: FitResult,
     from: &ModelFile,
 ) -> Result<ModelFile> {
     let mut model = prepared.finish(study, learnt)?.model;
@@ -169,7 +170,7 @@ fn learnt_with(
     prepared: &Prepared,
     model: &ModelFile,
     terms: &[Bound],
-) -> Result<Learnt> {
+) -> Result<FitResult> {
     let mut known = model.effects_in_si()?;
     known.retain(|old| {
         let mut kept = terms.iter();
@@ -180,7 +181,7 @@ fn learnt_with(
     let search = |records: &Records<'_>| start(records, known, &values, added);
     if let Base::None(_) = model.base {
         let fit = fit_alone(study, prepared, terms, &search)?;
-        return Ok(prepared.learnt(study, fit));
+        return Ok(prepared.fit_result(study, fit));
     }
     let ridge = strengths(prepared, study, model);
     let (effects, (base, ridge, effective)) = fit_in_time(study, prepared, |motions| {
@@ -219,7 +220,7 @@ fn learnt_with(
     }
     let mut warnings = model.warnings.clone();
     warnings.extend(effects.warnings);
-    Ok(Learnt {
+    Ok(FitResult {
         base,
         effects: effect_terms(&study.axes, &effects.terms),
         inertia: effects.inertia,
@@ -283,7 +284,7 @@ fn floors(
         let mut forces = model.base.predict(&states)?;
         add_forces(
             &effects,
-            &Course::of_motion(motion, &conventions),
+            &TimeHistory::of_motion(motion, &conventions),
             &mut forces,
         );
         Ok(forces)
@@ -352,6 +353,6 @@ fn change(old: &RecordFigures, new: &RecordFigures, axis: &str, floor: f64) -> O
         before: before.relative_error,
         after: after.relative_error,
         noise_floor: floor / after.rms_force.max(f64::MIN_POSITIVE),
-        rests: after.rests,
+        at_rest: after.at_rest,
     })
 }

@@ -2,7 +2,7 @@
 
 use super::judge::Judged;
 use super::missing::Round;
-use crate::assess::where_it_fails::Place;
+use crate::assess::where_it_fails::FailingRegion;
 use crate::model::effects::Bound;
 use crate::model::file::JudgedOn;
 use crate::study::Study;
@@ -103,7 +103,7 @@ pub struct Diagnosis {
     pub absorbed: Vec<Absorbed>,
     /// Where the model that was brought fails.
     #[serde(rename = "where")]
-    pub places: Vec<Place>,
+    pub places: Vec<FailingRegion>,
     /// What is wrong with the data.
     pub data_problems: Vec<String>,
     /// What else is to be said, one sentence each.

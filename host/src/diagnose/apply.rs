@@ -10,7 +10,7 @@ use jointwatch_shared::effect::{Acts, Entry};
 use serde::Serialize;
 
 /// The most effects that a model carries on the device.
-const MOST_EFFECTS: usize = 8;
+const MAX_EFFECTS: usize = 8;
 
 /// One tread of the staircase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -102,9 +102,9 @@ fn add_all(
     for effect in found {
         let names = names(effect, study);
         let listed = names.join(", ");
-        if model.effects.len() + names.len() > MOST_EFFECTS {
+        if model.effects.len() + names.len() > MAX_EFFECTS {
             return Ok(Some(format!(
-                "{listed} is missing as well, but a device carries {MOST_EFFECTS} effects at most"
+                "{listed} is missing as well, but a device carries {MAX_EFFECTS} effects at most"
             )));
         }
         each(&listed);

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Starting values of one effect's shapes that are tried at most; more are thinned out.
-const MOST_STARTS: usize = 40;
+const MAX_STARTS: usize = 40;
 /// Effects that are refined and cross-validated.
 pub(crate) const REFINED: usize = 8;
 /// Steps of a refinement.
@@ -28,7 +28,7 @@ const LITTLE: f64 = 3e-4;
 /// simpler laws that they contain.
 pub(crate) const LAST_PROPOSED: u8 = 24;
 /// A column of which less than this part is left beside the model's own is no news.
-const LEAST_NEW: f64 = 1e-7;
+const MIN_NEW: f64 = 1e-7;
 
 /// An effect on an axis, with the shapes at which it explains most.
 #[derive(Clone, Debug)]
@@ -213,7 +213,7 @@ impl<'a> Beside<'a> {
         } else {
             combinations(&unknowns)
         };
-        let thin = all.len().div_ceil(MOST_STARTS);
+        let thin = all.len().div_ceil(MAX_STARTS);
         let tried = all.par_iter().step_by(thin).filter_map(|chosen| {
             let values = self.values(bound, &unknowns, chosen);
             self.tried(bound, values)
@@ -255,10 +255,10 @@ impl<'a> Beside<'a> {
         let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let new = problem.weighted(&slices);
         let lengths: Vec<f64> = (0..new.ncols()).map(|c| new.col(c).norm_l2()).collect();
-        let (gram, right) = self.beside(&new);
+        let (gram, right) = self.orthogonal_to(&new);
         // Only columns that bring something of their own count.
         let kept: Vec<usize> = (0..new.ncols())
-            .filter(|&c| lengths[c] > 0.0 && gram[(c, c)] > LEAST_NEW * lengths[c] * lengths[c])
+            .filter(|&c| lengths[c] > 0.0 && gram[(c, c)] > MIN_NEW * lengths[c] * lengths[c])
             .collect();
         if kept.is_empty() {
             return None;
@@ -275,7 +275,7 @@ impl<'a> Beside<'a> {
     }
 
     /// CᵀC and Cᵀe of columns C with the model's share taken out.
-    fn beside(&self, new: &Mat<f64>) -> (Mat<f64>, Mat<f64>) {
+    fn orthogonal_to(&self, new: &Mat<f64>) -> (Mat<f64>, Mat<f64>) {
         let between = product(&self.own, new);
         let with_residual = product(&self.own, &self.residual);
         let mut solved = between.clone();
@@ -326,7 +326,7 @@ impl<'a> Beside<'a> {
     fn step(&self, at: &Candidate, unknowns: &[ShapeUnknown], damping: f64) -> Option<Vec<f64>> {
         let linear = at.columns.len();
         let new = self.with_slopes(at, unknowns);
-        let (mut gram, right) = self.beside(&new);
+        let (mut gram, right) = self.orthogonal_to(&new);
         for c in 0..gram.ncols() {
             let curvature = gram[(c, c)];
             gram[(c, c)] +=

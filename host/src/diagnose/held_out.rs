@@ -10,7 +10,7 @@ use faer::Mat;
 /// Length of a block, s: longer than a cycle of the slowest motion that matters.
 const BLOCK_S: f64 = 1.0;
 /// Fewer blocks than this say nothing.
-pub(crate) const LEAST_BLOCKS: usize = 6;
+pub(crate) const MIN_BLOCKS: usize = 6;
 
 /// Held-out errors, block by block.
 #[derive(Clone, Debug, PartialEq)]

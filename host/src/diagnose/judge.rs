@@ -11,13 +11,13 @@ use crate::text::error::Result;
 
 /// What an effect has to take away from the residual's held-out power, and to add to the force of its axis, to be called missing: any model
 /// of a real joint is wrong by some thousandths, and that is no missing effect.
-pub(super) const LEAST_MISSING: Worth = Worth {
+pub(super) const MIN_MISSING: Worth = Worth {
     part: 0.02,
     share: 0.0041,
 };
 /// Beside a model to which nothing was added yet it may add less, down to this, if it explains nearly everything that is left: faults of a
 /// model look like this or that effect, but never quite.
-const LEAST_SHARE_OF_ALL: f64 = 0.002;
+const MIN_SHARE_OF_ALL: f64 = 0.002;
 /// That is nearly everything; what explains it is missing too if it acts in no more than two blocks.
 const NEARLY_ALL: f64 = 0.75;
 /// By less than this, RMS beside RMS, one model is not better than another: noise and small faults decide.
@@ -60,10 +60,10 @@ impl Judged {
     /// Whether it is missing, rather than a way to fit noise or a model's small faults.
     pub(crate) fn is_missing(&self) -> bool {
         let nearly_all = self.part >= NEARLY_ALL;
-        let all = self.is_first && nearly_all && self.share >= LEAST_SHARE_OF_ALL;
+        let all = self.is_first && nearly_all && self.share >= MIN_SHARE_OF_ALL;
         // A stop may be met twice in a record.
         let sure = self.gain.is_sure() || (nearly_all && self.gain.is_repeated());
-        (self.share >= LEAST_MISSING.share || all) && self.part >= LEAST_MISSING.part && sure
+        (self.share >= MIN_MISSING.share || all) && self.part >= MIN_MISSING.part && sure
     }
 }
 

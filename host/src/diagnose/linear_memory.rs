@@ -18,13 +18,13 @@ const MOMENTS: usize = 14;
 /// so far apart, s: neighbours still differ in a band of 120 Hz, and the oldest is a few hundredths of a second old.
 const APART_S: f64 = 0.002;
 /// They have to explain this part of what is left over.
-const LEAST_PART: f64 = 0.45;
+const MIN_PART: f64 = 0.45;
 /// The library's laws with memory, which others are taken for,
 const WITH_MEMORY: [&str; 2] = ["maxwell", "time_delay"];
 /// and RMS beside RMS what past displacements add at most to what was found when one of them is right;
 const OF_EXPLAINED: f64 = 0.03;
 /// it counts from this part of the force on
-const LEAST_BESIDE: f64 = 0.001;
+const MIN_BESIDE: f64 = 0.001;
 /// and with so many standard errors.
 const SURE: f64 = 3.5;
 
@@ -41,9 +41,9 @@ pub(super) fn worth(
     let (worth, gain) = left.explained_by(axis, &moments.collect::<Vec<_>>())?;
     let of_delay = of_a_delay(left.records, left.terms, left.solution, axis);
     let least = WRONG_BY.max(of_delay);
-    let much = worth.share >= least && worth.part >= LEAST_PART && gain.is_sure();
+    let much = worth.share >= least && worth.part >= MIN_PART && gain.is_sure();
     let taken_for = |f: &Bound| f.axis == axis && WITH_MEMORY.contains(&f.entry.about.name);
-    let least_beside = LEAST_BESIDE.max(OF_EXPLAINED * explained).max(of_delay);
+    let least_beside = MIN_BESIDE.max(OF_EXPLAINED * explained).max(of_delay);
     let beside =
         found.iter().any(taken_for) && worth.share >= least_beside && gain.sum > SURE * gain.error;
     (much || beside).then_some(worth)

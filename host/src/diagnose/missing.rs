@@ -1,6 +1,6 @@
 //! Which physical effects a model lacks: search, add, search again, until nothing is missing.
 
-use super::held_out::{LEAST_BLOCKS, blocks};
+use super::held_out::{MIN_BLOCKS, blocks};
 use super::judge::{Judged, PARSIMONY, judge};
 use super::patterns::{self, LeftOver, Pattern};
 use super::rivals::Arena;
@@ -17,14 +17,14 @@ use crate::study::Axis;
 use crate::text::error::{Error, Result};
 
 /// Rows of all records together on which every effect's starting values are scanned; the promising ones see all rows.
-const MOST_SCANNED: usize = 36_000;
+const MAX_SCANNED: usize = 36_000;
 /// Rows that the band leaves out of so many are not needed for a scan either, but for every second one: the excerpt then has
 /// twice the rows that the band needs.
-const LEAST_THINNED: usize = 4;
+const MIN_THINNED: usize = 4;
 /// The most effects that are added.
-const MOST_ADDED: usize = 4;
+const MAX_ADDED: usize = 4;
 /// The most models that are looked at on the way.
-const MOST_ROUNDS: usize = 8;
+const MAX_ROUNDS: usize = 8;
 /// Candidates that gain this part of what the first one does are its rivals,
 const CLOSE: f64 = 0.75;
 /// and so many of them are fitted with the whole model.
@@ -107,15 +107,15 @@ pub(crate) fn search(
     values: Option<Vec<Vec<f64>>>,
 ) -> Result<Search> {
     let records = Records::new(axes, motions, low_pass);
-    let each = MOST_SCANNED / motions.len().max(1);
-    let step = if records.every >= LEAST_THINNED { 2 } else { 1 };
+    let each = MAX_SCANNED / motions.len().max(1);
+    let step = if records.every >= MIN_THINNED { 2 } else { 1 };
     let thinned_taps = thinned(low_pass, step);
     let excerpts: Vec<Motion> = motions.iter().map(|m| m.middle(each).every(step)).collect();
     let excerpts: Vec<&Motion> = excerpts.iter().collect();
     let count = blocks(&records).len();
-    if count < LEAST_BLOCKS {
+    if count < MIN_BLOCKS {
         return Err(Error::data(format!(
-            "the training records make {count} blocks of a second where {LEAST_BLOCKS} are needed to tell an effect from chance: \
+            "the training records make {count} blocks of a second where {MIN_BLOCKS} are needed to tell an effect from chance: \
              record longer"
         )));
     }
@@ -134,7 +134,7 @@ pub(crate) fn search(
     let mut rounds: Vec<Round> = Vec::new();
     let mut refuted = None;
     let rested = rested(axes.len(), motions);
-    while rounds.len() < MOST_ROUNDS {
+    while rounds.len() < MAX_ROUNDS {
         let added = round.terms.len() - searcher.base;
         let before = rounds.first().unwrap_or(&round).solution.solved.cost;
         let worth_it = |best: &Judged| {
@@ -148,7 +148,7 @@ pub(crate) fn search(
             rested[axis] || scale * best.gain.sum >= LATER * before
         };
         let first = round.ranked.first().filter(|best| best.is_missing());
-        if added >= MOST_ADDED || !first.is_some_and(worth_it) {
+        if added >= MAX_ADDED || !first.is_some_and(worth_it) {
             break;
         }
         let mut next = match searcher.chosen(&mut round)? {

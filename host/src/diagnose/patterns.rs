@@ -6,11 +6,11 @@
 
 use super::candidates::Beside;
 use super::held_out::{Gain, HeldOut, Worth, held_out};
-use super::judge::{LEAST_MISSING, WRONG_BY};
+use super::judge::{MIN_MISSING, WRONG_BY};
 use super::linear_memory;
 use super::tolerances;
 use crate::fit::effects::Solution;
-use crate::fit::effects::columns::{Moment, Records};
+use crate::fit::effects::columns::{Records, Sample};
 use crate::model::effects::Bound;
 use crate::model::mains_hum;
 use faer::Mat;
@@ -18,14 +18,14 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// A polynomial has to explain this part of what is left: a model's small faults are in part one.
-const LEAST_STATIC: Worth = Worth {
+const MIN_STATIC: Worth = Worth {
     part: 0.4,
     share: WRONG_BY,
 };
 /// Its degree.
 const DEGREE: i32 = 3;
 /// A stiffness or a friction that changes has to explain this part; what else is left does not look like one.
-const LEAST_CHANGING: Worth = Worth {
+const MIN_CHANGING: Worth = Worth {
     part: 0.1,
     share: WRONG_BY,
 };
@@ -100,17 +100,17 @@ pub(crate) struct Pattern {
 /// `explained` what they explain, RMS beside the RMS force of the axis.
 pub(super) fn found_in(left: &LeftOver<'_>, found: &[Bound], explained: &[f64]) -> Vec<Pattern> {
     let of_axis = |axis: usize| {
-        let softened = |m: &Moment| m.displacement * m.largest;
+        let softened = |m: &Sample| m.displacement * m.largest;
         let softened = [left.records.of_motion(axis, None, softened)];
         // One column with nothing to seek is held to what an effect is, where no effect may have left it over.
         let least_softened = if found.iter().any(|bound| bound.acts_on(axis)) {
-            LEAST_CHANGING
+            MIN_CHANGING
         } else {
-            LEAST_MISSING
+            MIN_MISSING
         };
         let (hz, stiffness) = swinging(left, axis, SLOWEST_HZ[0], |m| m.displacement);
         let edge = EDGE * left.records.references.velocity[axis];
-        let direction = |m: &Moment| m.velocity / m.velocity.hypot(edge);
+        let direction = |m: &Sample| m.velocity / m.velocity.hypot(edge);
         let (friction_hz, friction) = swinging(left, axis, SLOWEST_HZ[1], direction);
         let kinds = [
             (
@@ -120,7 +120,7 @@ pub(super) fn found_in(left: &LeftOver<'_>, found: &[Bound], explained: &[f64]) 
                     .to_string(),
             ),
             (
-                left.worth(axis, LEAST_STATIC, &polynomial(left.records, axis)),
+                left.worth(axis, MIN_STATIC, &polynomial(left.records, axis)),
                 "what is left follows from displacement and velocity of the same moment by a law that the library does not have, such \
                  as damping that grows with the displacement"
                     .to_string(),
@@ -131,11 +131,11 @@ pub(super) fn found_in(left: &LeftOver<'_>, found: &[Bound], explained: &[f64]) 
                     .to_string(),
             ),
             (
-                left.worth(axis, LEAST_CHANGING, &stiffness),
+                left.worth(axis, MIN_CHANGING, &stiffness),
                 format!("what is left is in part a stiffness that swings {hz:.2} times a second"),
             ),
             (
-                left.worth(axis, LEAST_CHANGING, &friction),
+                left.worth(axis, MIN_CHANGING, &friction),
                 format!("what is left is in part a dry friction that swings {friction_hz:.2} times a second"),
             ),
         ];
@@ -177,7 +177,7 @@ fn swinging(
     left: &LeftOver<'_>,
     axis: usize,
     slowest_hz: f64,
-    force: impl Fn(&Moment) -> f64,
+    force: impl Fn(&Sample) -> f64,
 ) -> (f64, Vec<Vec<f64>>) {
     let records = left.records;
     let mut start = axis * records.rows_per_axis();

@@ -1,6 +1,6 @@
 //! The bench that the emulated device stands on: its chips fed with a record, its serial line, and somebody who listens.
 
-use super::board::{Board, DropOuts, Injection, Place};
+use super::board::{Board, BoardChip, DropOuts, Injection};
 use super::judge::{Comparison, Judge};
 use super::line::{SerialLine, Streamer, Talk, Uploading};
 use super::link::{Host, Memory, Next};
@@ -238,7 +238,7 @@ impl<'a> Bench<'a> {
 }
 
 impl Host for Bench<'_> {
-    fn select(&mut self, place: Place, bytes: &mut [u8]) {
+    fn select(&mut self, place: BoardChip, bytes: &mut [u8]) {
         self.board.select(place, bytes);
     }
 

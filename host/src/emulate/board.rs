@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 /// A chip of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum BoardChip {
     /// A quadrature counter, from 0.
     Counter(usize),
     /// The bridges' converter.
@@ -40,7 +40,7 @@ pub enum Trouble {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Injection {
     /// Which chip.
-    pub place: Place,
+    pub place: BoardChip,
     /// What is wrong with it.
     pub trouble: Trouble,
     /// When.
@@ -188,31 +188,31 @@ impl Board {
         whole.min(4.0) as u32
     }
 
-    fn lose_supply(&mut self, place: Place, replaced: bool) {
+    fn lose_supply(&mut self, place: BoardChip, replaced: bool) {
         match (place, replaced) {
-            (Place::Counter(n), _) => self.counters[n].power_on(),
-            (Place::Converter, true) => self.converter.replaced(0x2201),
-            (Place::Converter, false) => self.converter.replaced(0x2401),
-            (Place::Accelerometer(n), true) => self.accelerometers[n].replaced(0xF2),
-            (Place::Accelerometer(n), false) => self.accelerometers[n].replaced(0xED),
+            (BoardChip::Counter(n), _) => self.counters[n].power_on(),
+            (BoardChip::Converter, true) => self.converter.replaced(0x2201),
+            (BoardChip::Converter, false) => self.converter.replaced(0x2401),
+            (BoardChip::Accelerometer(n), true) => self.accelerometers[n].replaced(0xF2),
+            (BoardChip::Accelerometer(n), false) => self.accelerometers[n].replaced(0xED),
         }
     }
 
     /// Keeps a chip's inputs where they were, or far beyond its range.
-    fn hold(&self, inputs: &mut Inputs, place: Place, saturated: bool) {
+    fn hold(&self, inputs: &mut Inputs, place: BoardChip, saturated: bool) {
         /// More than any chip can take, and far from overflowing.
         const BEYOND: i64 = 1 << 40;
         match place {
-            Place::Counter(n) => inputs.edges[n] = self.before.edges[n],
-            Place::Converter if saturated => inputs.bridges = [BEYOND; 4],
-            Place::Converter => inputs.bridges = self.before.bridges,
-            Place::Accelerometer(n) if saturated => inputs.accelerations[n] = [-BEYOND; 3],
-            Place::Accelerometer(n) => inputs.accelerations[n] = self.before.accelerations[n],
+            BoardChip::Counter(n) => inputs.edges[n] = self.before.edges[n],
+            BoardChip::Converter if saturated => inputs.bridges = [BEYOND; 4],
+            BoardChip::Converter => inputs.bridges = self.before.bridges,
+            BoardChip::Accelerometer(n) if saturated => inputs.accelerations[n] = [-BEYOND; 3],
+            BoardChip::Accelerometer(n) => inputs.accelerations[n] = self.before.accelerations[n],
         }
     }
 
     /// One transfer with one chip.
-    pub fn select(&mut self, place: Place, bytes: &mut [u8]) {
+    pub fn select(&mut self, place: BoardChip, bytes: &mut [u8]) {
         if !self.is_fitted(place) || self.drops_out() {
             return bytes.fill(UNDRIVEN);
         }
@@ -221,10 +221,10 @@ impl Board {
             return bytes.fill(level);
         }
         match place {
-            Place::Counter(_) if trouble == Some(Trouble::Replaced) => bytes.fill(UNDRIVEN),
-            Place::Counter(n) => self.counters[n].select(bytes),
-            Place::Converter => self.converter.select(bytes),
-            Place::Accelerometer(n) => self.accelerometers[n].select(bytes),
+            BoardChip::Counter(_) if trouble == Some(Trouble::Replaced) => bytes.fill(UNDRIVEN),
+            BoardChip::Counter(n) => self.counters[n].select(bytes),
+            BoardChip::Converter => self.converter.select(bytes),
+            BoardChip::Accelerometer(n) => self.accelerometers[n].select(bytes),
         }
         if trouble == Some(Trouble::Damaged) {
             // The second byte's lowest bit, behind what every chip begins with.
@@ -237,7 +237,7 @@ impl Board {
     /// One transfer with all counters at once; what they answer is lost.
     pub fn select_counters(&mut self, bytes: &[u8]) {
         for n in 0..COUNTERS {
-            let place = Place::Counter(n);
+            let place = BoardChip::Counter(n);
             let deaf = matches!(
                 self.trouble(place),
                 Some(Trouble::Silent(_) | Trouble::Replaced)
@@ -248,15 +248,15 @@ impl Board {
         }
     }
 
-    fn is_fitted(&self, place: Place) -> bool {
+    fn is_fitted(&self, place: BoardChip) -> bool {
         match place {
-            Place::Counter(n) => self.wiring.counters[n].is_some(),
-            Place::Converter => true,
-            Place::Accelerometer(n) => self.wiring.accelerometers[n].is_some(),
+            BoardChip::Counter(n) => self.wiring.counters[n].is_some(),
+            BoardChip::Converter => true,
+            BoardChip::Accelerometer(n) => self.wiring.accelerometers[n].is_some(),
         }
     }
 
-    fn trouble(&self, place: Place) -> Option<Trouble> {
+    fn trouble(&self, place: BoardChip) -> Option<Trouble> {
         let sample = self.sample?;
         let mut troubles = self.injections.iter();
         let found = troubles.find(|i| i.place == place && i.samples.contains(&sample));

@@ -24,7 +24,7 @@ const CONVERSIONS_HZ: f64 = 32_000.0;
 const RESULTS_HZ: f64 = 4000.0;
 
 /// A device with its model and its rig block.
-pub struct Device<'a> {
+pub struct EmulatedDevice<'a> {
     study: &'a Study,
     model: &'a Model,
     /// What the slot holds besides the model.
@@ -41,7 +41,7 @@ pub struct Emulated {
     pub took: Duration,
 }
 
-impl<'a> Device<'a> {
+impl<'a> EmulatedDevice<'a> {
     /// The device for a study; without a rig block it gets one from the study's records, with limits for its monitor where the study
     /// has validation records.
     ///
@@ -85,7 +85,7 @@ impl<'a> Device<'a> {
     /// The rig as it is wired.
     ///
     /// # Panics
-    /// Never: [`Device::new`] sets it up from a rig block.
+    /// Never: [`EmulatedDevice::new`] sets it up from a rig block.
     fn wired(&self) -> &Wired {
         self.set_up
             .wired()

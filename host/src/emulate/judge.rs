@@ -185,7 +185,7 @@ impl<'a> Judge<'a> {
             .as_ref()
             .is_some_and(|o| o.saturated & Output::HELD != 0)
         {
-            self.state.hold_lines(1);
+            self.state.hold_notches(1);
         }
         let wanted = self.step(&said);
         if wanted.is_some() || sample.output.is_some() {

@@ -2,7 +2,7 @@
 //!
 //! `docs/notebook/emulation.md`, "The link", has the protocol byte by byte.
 
-use super::board::Place;
+use super::board::BoardChip;
 use crate::text::error::{Error, Result};
 use std::io::{ErrorKind, Read, Write};
 
@@ -50,7 +50,7 @@ pub struct Memory {
 /// What lies behind the link.
 pub trait Host {
     /// A transfer with one chip.
-    fn select(&mut self, place: Place, bytes: &mut [u8]);
+    fn select(&mut self, place: BoardChip, bytes: &mut [u8]);
     /// A transfer with all counters at once.
     fn select_counters(&mut self, bytes: &[u8]);
     /// The device waits for the next sample instant.
@@ -153,11 +153,11 @@ fn answer(kind: u8, bytes: &mut Vec<u8>, host: &mut impl Host) -> Result<bool> {
 }
 
 /// The chip that a transfer of this kind is with.
-fn place(kind: u8) -> Place {
+fn place(kind: u8) -> BoardChip {
     match kind {
-        CONVERTER => Place::Converter,
-        ACCELEROMETER.. => Place::Accelerometer(usize::from(kind - ACCELEROMETER)),
-        counter => Place::Counter(usize::from(counter)),
+        CONVERTER => BoardChip::Converter,
+        ACCELEROMETER.. => BoardChip::Accelerometer(usize::from(kind - ACCELEROMETER)),
+        counter => BoardChip::Counter(usize::from(counter)),
     }
 }
 

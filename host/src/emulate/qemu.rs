@@ -46,7 +46,7 @@ pub fn run(elf: &Path, slot: &[u8], host: &mut impl Host) -> Result<Duration> {
     let child = command
         .spawn()
         .map_err(|e| Error::failed(format!("QEMU could not be started: {e}")))?;
-    let watch = Watch::over(child, keeper);
+    let watch = Supervisor::over(child, keeper);
     let mut requests = BufReader::new(Heartbeat {
         pipe: requests,
         beats: Arc::clone(&watch.beats),
@@ -151,13 +151,13 @@ impl Read for Heartbeat {
 }
 
 /// Watches QEMU from a thread of its own: ends it when it is silent or when nobody serves it any more.
-struct Watch {
+struct Supervisor {
     beats: Arc<AtomicU64>,
     stop: Arc<AtomicBool>,
     thread: JoinHandle<(Option<ExitStatus>, String, bool)>,
 }
 
-impl Watch {
+impl Supervisor {
     fn over(mut child: Child, keeper: File) -> Self {
         let (beats, stop) = (
             Arc::new(AtomicU64::new(0)),

@@ -28,7 +28,8 @@ pub struct AxisFigures {
     /// Part of the rows in which at least one input of the model is outside its training range, 0 to 1.
     pub outside_range: f64,
     /// True when the axis rests in this record, so that errors relative to its force say nothing.
-    pub rests: bool,
+    #[serde(rename = "rests")]
+    pub at_rest: bool,
 }
 
 /// Error figures of one record.
@@ -45,7 +46,7 @@ pub struct RecordFigures {
 }
 
 /// An axis rests in a record when its force there is under this part of its largest RMS over all records.
-pub const RESTS_BELOW: f64 = 0.03;
+pub const AT_REST_BELOW: f64 = 0.03;
 
 /// Errors of one record and axis, and the measured force that they are held against.
 struct Forces {
@@ -253,7 +254,7 @@ impl Forces {
             rms_force,
             peak_error: peak(&self.error_band),
             outside_range,
-            rests: rms_force < RESTS_BELOW * largest,
+            at_rest: rms_force < AT_REST_BELOW * largest,
         }
     }
 }

@@ -34,7 +34,7 @@ const TOTAL_DEGREE: u8 = 3;
 const CORNERS: [f64; 7] = [-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6];
 
 /// Rows that enter the regression; more are thinned out, neighbours being nearly equal.
-const MOST_ROWS: usize = 200_000;
+const MAX_ROWS: usize = 200_000;
 
 /// The columns that stand for the restoring force, each a series over the record's rows.
 fn features<'a>(
@@ -74,7 +74,7 @@ struct Stretches {
 impl Stretches {
     fn new(motions: &[&Motion], ranges: &[InputRange], low_pass: &[f64]) -> Self {
         let rows: usize = motions.iter().map(|m| m.rows()).sum();
-        let step = (low_pass.len() / 16).max(rows / MOST_ROWS).max(1);
+        let step = (low_pass.len() / 16).max(rows / MAX_ROWS).max(1);
         let mut grams: Vec<Mat<f64>> = Vec::new();
         for motion in motions {
             let series: Vec<Vec<f64>> = features(motion, ranges)

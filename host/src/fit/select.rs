@@ -18,7 +18,7 @@ use rayon::prelude::*;
 const TOTAL_DEGREE: u8 = 6;
 
 /// Most terms that are tried.
-const MOST_TERMS: usize = 60;
+const MAX_TERMS: usize = 60;
 
 /// A candidate of which less than this share is left after elimination is a sum of those already chosen.
 const DEPENDENT: f64 = 1e-9;
@@ -89,7 +89,7 @@ fn held_out_errors(
     let (gram, cross) = (training.gram(terms), training.cross(terms));
     let (judge, judge_cross) = (held.gram(terms), held.cross(terms));
     let (cross, judge_cross) = (cross.subcols(output, 1), judge_cross.subcols(output, 1));
-    let order = forward(&gram, cross, MOST_TERMS.min(terms.len()));
+    let order = forward(&gram, cross, MAX_TERMS.min(terms.len()));
     let mut errors = vec![held.square(output)];
     for count in 1..=order.len() {
         let b = refit(&gram, cross, &order[..count])?;

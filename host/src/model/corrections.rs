@@ -22,7 +22,7 @@ use jointwatch_shared::base::corrections::ForceCorrection;
 use jointwatch_shared::base::hum::Hum;
 use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::chain::interpolate::Between;
-use jointwatch_shared::effect::{Entry, Seat};
+use jointwatch_shared::effect::{Entry, Subsystem};
 
 /// Corrections of the force channels, axis by axis; that of an inertia stands in the model's axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -150,12 +150,14 @@ pub fn of_device(model: &Model) -> Vec<EffectTerm> {
 fn of_instruments(effects: &[InSi]) -> impl Iterator<Item = &InSi> {
     effects
         .iter()
-        .filter(|term| term.entry.seat == Seat::Instrument)
+        .filter(|term| term.entry.subsystem == Subsystem::Sensor)
 }
 
 /// The effects of the joint among a model's: what adds up to its force.
 pub fn of_the_joint(effects: &[InSi]) -> Vec<InSi> {
-    let joint = effects.iter().filter(|t| t.entry.seat != Seat::Instrument);
+    let joint = effects
+        .iter()
+        .filter(|t| t.entry.subsystem != Subsystem::Sensor);
     joint.cloned().collect()
 }
 

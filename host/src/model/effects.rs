@@ -6,7 +6,7 @@ use crate::text::nearest::suggestion;
 use crate::text::table::Table;
 use jointwatch_shared::base::{Model, axis, terms::InSi};
 use jointwatch_shared::effect::about::Parameter;
-use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
+use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Subsystem};
 use serde::{Deserialize, Serialize};
 
 /// One effect of a model, with the values that were found.
@@ -288,5 +288,5 @@ impl Bound {
 }
 /// Whether an effect of this name corrects an instrument.
 pub fn is_correction(effect: &str) -> bool {
-    Entry::named(effect).is_some_and(|entry| entry.seat == Seat::Instrument)
+    Entry::named(effect).is_some_and(|entry| entry.subsystem == Subsystem::Sensor)
 }

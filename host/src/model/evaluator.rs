@@ -1,6 +1,6 @@
 //! A model evaluated state by state, as a simulation needs it: one point at a time, without allocating.
 
-use super::course::law_parameters;
+use super::time_history::law_parameters;
 use super::{InputRange, Network, Polynomial, exponents};
 use crate::model::corrections::of_the_joint;
 use crate::model::file::{Base, ModelFile, NoBase};

@@ -2,8 +2,8 @@
 
 use crate::model::check_states;
 use crate::model::corrections::{Corrections, of_the_joint};
-use crate::model::course::{Course, add_forces};
 use crate::model::mains_hum;
+use crate::model::time_history::{TimeHistory, add_forces};
 use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
 use crate::signal::motion::{self, Filters, Motion};
 use crate::study::{Record, Study};
@@ -303,7 +303,11 @@ impl ModelFile {
         let mut forces = self.base.predict(states)?;
         let effects = of_the_joint(&self.effects_in_si()?);
         let period_s = 1.0 / self.filters.sample_rate_hz;
-        add_forces(&effects, &Course::of_states(states, period_s), &mut forces);
+        add_forces(
+            &effects,
+            &TimeHistory::of_states(states, period_s),
+            &mut forces,
+        );
         Ok(forces)
     }
 
@@ -375,9 +379,9 @@ impl ModelFile {
 }
 
 /// A motion this many times as large as the one learnt from is in other units, or another joint's.
-const MOST_LARGER: f64 = 30.0;
+const MAX_LARGER: f64 = 30.0;
 /// The same for a smaller one.
-const MOST_SMALLER: f64 = 300.0;
+const MAX_SMALLER: f64 = 300.0;
 
 impl ModelFile {
     /// Refuses a study whose motion or sign of the force cannot be that of the joint that the model was learnt from.
@@ -402,7 +406,7 @@ impl ModelFile {
                 .flatten()
                 .fold(0.0, |most: f64, x| most.max((x - range.center).abs()));
             let times = most / range.half_range;
-            if most > 0.0 && !(1.0 / MOST_SMALLER..=MOST_LARGER).contains(&times) {
+            if most > 0.0 && !(1.0 / MAX_SMALLER..=MAX_LARGER).contains(&times) {
                 return Err(Error::data(format!(
                     "{}: axis {} moves by {most:.2e} {unit} and the model was learnt from {:.2e} {unit}: check the unit of its \
                      displacement, or learn from this study",

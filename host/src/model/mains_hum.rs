@@ -3,7 +3,7 @@
 //! Hum of the mains begins every record with another phase, so only its frequency carries over from one record to the next.
 //! Its law is evaluated twice, a quarter of a turn apart, and least squares on the two says how much of it a record holds.
 
-use crate::model::course::{Course, law_parameters};
+use crate::model::time_history::{TimeHistory, law_parameters};
 use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::about::Shape;
 use realfft::RealFftPlanner;
@@ -59,11 +59,11 @@ pub(crate) fn part_of(
 pub(crate) fn along(term: &InSi, phase: f64, rows: usize, period_s: f64) -> Vec<f64> {
     // Such a law takes nothing from the motion but its time.
     let still = vec![0.0; rows];
-    let course = Course::of_states(&[&still, &still], period_s);
+    let history = TimeHistory::of_states(&[&still, &still], period_s);
     let parameters = law_parameters(term.entry, &term.values);
     let mut force = Vec::with_capacity(rows);
     let law = term.entry.real;
-    course.along(law, &parameters, 0, phase, |v| v, |_, [f, _]| force.push(f));
+    history.along(law, &parameters, 0, phase, |v| v, |_, [f, _]| force.push(f));
     force
 }
 

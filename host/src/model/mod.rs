@@ -1,7 +1,6 @@
 //! A learnt model as the host keeps it: `model.json`.
 
 pub mod corrections;
-pub mod course;
 pub mod effects;
 mod evaluator;
 pub mod file;
@@ -10,6 +9,7 @@ mod network;
 mod polynomial;
 pub(crate) mod powers;
 pub(crate) mod tanh;
+pub mod time_history;
 
 pub use effects::{EffectTerm, ParameterValue};
 pub use evaluator::Evaluator;

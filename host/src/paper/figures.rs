@@ -1,7 +1,7 @@
 //! The page's figures: which records they show, and the files they go into.
 
 use crate::model::file::ModelFile;
-use crate::report::{Against, Course, Drawing, Figure, Panel, comparison, courses, phase};
+use crate::report::{Against, AxisHistory, Drawing, Figure, Panel, comparison, histories, phase};
 use crate::signal::motion::{self, Motion};
 use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
@@ -33,7 +33,7 @@ pub(super) fn verification_and_validation(
         let [measured, predicted] = words;
         Drawing::new(
             name,
-            &comparison(&courses(model, last)?, measured, predicted),
+            &comparison(&histories(model, last)?, measured, predicted),
         )
     };
     let [verification, validation] = names;
@@ -53,10 +53,10 @@ pub(super) fn verification_and_validation(
 pub(super) fn training(study: &Study, model: &ModelFile, name: &str) -> Result<Drawing> {
     let motions = motion::motions(study, &model.filters)?;
     let trained = |motion: &&Motion| study.records[motion.record].role == Role::Train;
-    let records: Vec<Vec<Course>> = motions
+    let records: Vec<Vec<AxisHistory>> = motions
         .iter()
         .filter(trained)
-        .map(|motion| courses(model, motion))
+        .map(|motion| histories(model, motion))
         .collect::<Result<_>>()?;
     let rows = match &records[..] {
         [x_alone, phi_alone, both] if both.len() == 2 => vec![
@@ -70,7 +70,7 @@ pub(super) fn training(study: &Study, model: &ModelFile, name: &str) -> Result<D
         _ => records
             .iter()
             .zip('a'..)
-            .map(|(courses, letter)| panels(courses, &format!("({letter}) training record")))
+            .map(|(histories, letter)| panels(histories, &format!("({letter}) training record")))
             .collect(),
     };
     let figure = Figure {
@@ -80,10 +80,10 @@ pub(super) fn training(study: &Study, model: &ModelFile, name: &str) -> Result<D
     Drawing::new(name, &figure)
 }
 
-fn panels(courses: &[Course], title: &str) -> Vec<Panel> {
+fn panels(histories: &[AxisHistory], title: &str) -> Vec<Panel> {
     let over = [Against::Displacement, Against::Velocity];
-    courses
+    histories
         .iter()
-        .flat_map(|course| over.map(|against| phase::measured(course, against, title.into())))
+        .flat_map(|history| over.map(|against| phase::measured(history, against, title.into())))
         .collect()
 }

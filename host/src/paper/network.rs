@@ -4,9 +4,9 @@ use super::ratios::{Errors, NetworkRun};
 use super::spread::Spread;
 use crate::fit::errors::Sums;
 use crate::fit::identify;
-use crate::fit::network::{NetworkFit, NetworkOptions, Watch};
+use crate::fit::network::{NetworkFit, NetworkOptions, TrainingObserver};
 use crate::model::file::{Base, ModelFile};
-use crate::report::courses;
+use crate::report::histories;
 use crate::signal::motion;
 use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
@@ -30,7 +30,7 @@ pub(super) fn train(study: &Study, restarts: usize) -> Result<Trained> {
         restarts,
         ..NetworkOptions::default()
     };
-    let watch = Watch {
+    let watch = TrainingObserver {
         progress: &|_| (),
         stop: &AtomicBool::new(false),
     };
@@ -87,11 +87,11 @@ impl Trained {
         let mut model = self.model.clone();
         for point in &self.fit.restarts[self.fit.best].trace {
             model.base = Base::Network(point.network.clone());
-            let courses = courses(&model, validation)?;
-            let low_enough = courses.iter().zip(plain).all(|(course, plain)| {
-                let forces = course.measured.iter().zip(&course.predicted);
+            let histories = histories(&model, validation)?;
+            let low_enough = histories.iter().zip(plain).all(|(history, plain)| {
+                let forces = history.measured.iter().zip(&history.predicted);
                 let error: Vec<f64> = forces.map(|(r, p)| r - p).collect();
-                Sums::of(&error, &course.measured).nmse_percent() * SIXTEENTH <= *plain
+                Sums::of(&error, &history.measured).nmse_percent() * SIXTEENTH <= *plain
             });
             if low_enough {
                 return Ok(Some(point.cpu_s));

@@ -41,7 +41,7 @@ impl Sensors {
 }
 
 /// The models that are drawn, and the study they were learnt from.
-pub(super) struct Learnt {
+pub(super) struct FittedModels {
     study: Study,
     plain: ModelFile,
     network: ModelFile,
@@ -51,7 +51,11 @@ pub(super) struct Learnt {
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when a model cannot be learnt.
-pub(super) fn learn(sensors: Sensors, seed: u64, restarts: usize) -> Result<(SeedRun, Learnt)> {
+pub(super) fn learn(
+    sensors: Sensors,
+    seed: u64,
+    restarts: usize,
+) -> Result<(SeedRun, FittedModels)> {
     let study = sensors.study(seed)?;
     let prepared = Prepared::new(&study)?;
     let mut models = Vec::new();
@@ -71,7 +75,7 @@ pub(super) fn learn(sensors: Sensors, seed: u64, restarts: usize) -> Result<(See
         network: trained.run(&study, &polynomials[0].validation_nmse_percent.common)?,
         polynomials,
     };
-    let learnt = Learnt {
+    let learnt = FittedModels {
         study,
         plain: models.swap_remove(0),
         network: trained.model,
@@ -120,7 +124,7 @@ pub struct Drawn {
     pub validation: Vec<AxisError>,
 }
 
-impl Learnt {
+impl FittedModels {
     /// Figs. 6 to 10.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! The figure that holds a model against one record: time histories above, phase plots below.
 
-use super::course::Course;
+use super::axis_history::AxisHistory;
 use super::figure::{Figure, Panel};
 use super::phase::{self, Against};
 use super::style::Pen;
@@ -11,20 +11,20 @@ use super::time_history;
 ///
 /// The time histories show the middle of the record, about twenty swings, the phase plots all of it. `measured` and `model`
 /// are the words of the legend.
-pub fn comparison(courses: &[Course], measured: &str, model: &str) -> Figure {
-    let rows = time_history::window(courses);
-    let histories = courses
+pub fn comparison(histories: &[AxisHistory], measured: &str, model: &str) -> Figure {
+    let rows = time_history::window(histories);
+    let time_panels = histories
         .iter()
-        .map(|course| vec![time_history::compared(course, rows.clone())]);
-    let over: &[Against] = match courses.len() {
+        .map(|history| vec![time_history::compared(history, rows.clone())]);
+    let over: &[Against] = match histories.len() {
         1 => &[Against::Displacement, Against::Velocity],
         _ => &[Against::Displacement],
     };
-    let phases = courses.iter().flat_map(|course| {
+    let phases = histories.iter().flat_map(|history| {
         over.iter()
-            .map(|against| phase::compared(course, *against, 0..course.time_s.len()))
+            .map(|against| phase::compared(history, *against, 0..history.time_s.len()))
     });
-    let mut rows: Vec<Vec<Panel>> = histories.chain([phases.collect()]).collect();
+    let mut rows: Vec<Vec<Panel>> = time_panels.chain([phases.collect()]).collect();
     for (panel, letter) in rows.iter_mut().flatten().zip('a'..) {
         panel.title = format!("({letter}) {}", panel.title);
     }

@@ -5,7 +5,7 @@ use crate::text::text_plot::TextPlot;
 use jointwatch_shared::base::axis::AxisKind::{Rotation, Translation};
 use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::effect::{
-    Acts, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, Seat, States,
+    Acts, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, States, Subsystem,
 };
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -30,27 +30,27 @@ fn acts_on(entry: &Entry) -> &'static str {
     }
 }
 
-fn seat(entry: &Entry) -> &'static str {
-    match entry.seat {
-        Seat::Joint => "joint",
-        Seat::JointOverTime => "joint, over time",
-        Seat::Instrument => "instrument",
+fn subsystem(entry: &Entry) -> &'static str {
+    match entry.subsystem {
+        Subsystem::Plant => "joint",
+        Subsystem::TimeVaryingPlant => "joint, over time",
+        Subsystem::Sensor => "instrument",
     }
 }
 
 /// What becomes of it on the device.
 fn on_the_device(entry: &Entry) -> &'static str {
-    match entry.seat {
-        Seat::Joint => "part of the joint's model: it runs on the device too",
-        Seat::JointOverTime => {
+    match entry.subsystem {
+        Subsystem::Plant => "part of the joint's model: it runs on the device too",
+        Subsystem::TimeVaryingPlant => {
             "part of the joint's model on the host; refused at export, because a device that never stops does not know when a \
              record began"
         }
-        Seat::Instrument if entry.is_per_record() => {
+        Subsystem::Sensor if entry.is_per_record() => {
             "a correction: from the moment a model holds it, it is found and taken out in every record anew, and a device follows it \
              sample by sample and takes it out"
         }
-        Seat::Instrument => {
+        Subsystem::Sensor => {
             "a correction: from the moment a model holds it, the study's data are put right by it, on the host and on the device"
         }
     }
@@ -98,7 +98,7 @@ pub fn list() -> String {
             entry.about.name.into(),
             entry.about.title.into(),
             acts_on(entry).into(),
-            seat(entry).into(),
+            subsystem(entry).into(),
             parameters.join(", "),
         ]);
     }
@@ -133,7 +133,7 @@ pub fn in_words(entry: &Entry) -> String {
         acts_on(entry),
         on_the_device(entry),
         parameters(entry),
-        about.absence,
+        about.residual_signature,
         about.separated_by,
         PLOT.draw(&curve(entry)),
         caption(entry)
@@ -153,13 +153,13 @@ fn caption(entry: &Entry) -> String {
     let others: Vec<String> = others
         .map(|(symbol, value, _)| format!("{symbol} = {value}"))
         .collect();
-    let moving = match entry.seat {
-        Seat::JointOverTime => format!("{CYCLES} cycles of a sine"),
+    let moving = match entry.subsystem {
+        Subsystem::TimeVaryingPlant => format!("{CYCLES} cycles of a sine"),
         _ => "one cycle of a sine".into(),
     };
     let other = if entry.needs_two_axes() {
         ", the other axis a quarter of a cycle ahead"
-    } else if entry.seat == Seat::Instrument {
+    } else if entry.subsystem == Subsystem::Sensor {
         ", the applied force a tenth of a cycle ahead"
     } else {
         ""
@@ -224,8 +224,8 @@ fn curve(entry: &Entry) -> Vec<(f64, f64)> {
         let [force, _] = (entry.real)(&taken, &at, &mut states);
         (at.displacement, force)
     });
-    let skipped = match entry.seat {
-        Seat::JointOverTime => 0,
+    let skipped = match entry.subsystem {
+        Subsystem::TimeVaryingPlant => 0,
         _ => (CYCLES - 1) * SAMPLES,
     };
     all.skip(skipped).collect()
@@ -253,10 +253,10 @@ pub fn markdown() -> String {
             } else {
                 acts_on(entry)
             },
-            if entry.seat == Seat::Joint {
+            if entry.subsystem == Subsystem::Plant {
                 ""
             } else {
-                seat(entry)
+                subsystem(entry)
             },
             entry.tag
         );
@@ -279,15 +279,15 @@ pub fn markdown() -> String {
             );
         }
         // Of a part of the joint the table above says it all.
-        let fate = match entry.seat {
-            Seat::Joint => String::new(),
+        let fate = match entry.subsystem {
+            Subsystem::Plant => String::new(),
             _ => format!("- It is {}.\n", on_the_device(entry)),
         };
         let _ = write!(
             text,
             "{fate}- Source: {}.\n- Residual signature: {}.\n- Separated by: {}\n\n```\n{}\n{}\n```\n",
             about.source,
-            about.absence,
+            about.residual_signature,
             about.separated_by,
             PLOT.draw(&curve(entry)),
             caption(entry)
@@ -313,10 +313,10 @@ pub fn as_json(entry: &Entry) -> serde_json::Value {
         "name": about.name,
         "title": about.title,
         "acts_on": acts_on(entry),
-        "belongs_to": seat(entry),
+        "belongs_to": subsystem(entry),
         "equation": about.equation,
         "source": about.source,
-        "absence": about.absence,
+        "absence": about.residual_signature,
         "separated_by": about.separated_by,
         "parameters": parameters.collect::<Vec<_>>(),
     })

@@ -1,12 +1,12 @@
 //! Drawings of a model on a record, as SVG: time histories, phase plots, the residual over the state plane, the staircase of
 //! errors.
 //!
-//! A [`Course`] holds what is drawn of one axis of one record. [`time_history`] and [`phase`] turn it into a [`Panel`], a
+//! A [`AxisHistory`] holds what is drawn of one axis of one record. [`time_history`] and [`phase`] turn it into a [`Panel`], a
 //! [`Figure`] lays panels out in rows, and [`Figure::svg`] draws them; [`StatePlane`] and [`staircase`] draw their own kind of
 //! picture. [`pictures`] makes all of them for a model and a study. Every drawing is readable without colour.
 
+mod axis_history;
 mod comparison;
-mod course;
 pub mod drawing;
 pub mod effects_page;
 mod figure;
@@ -20,8 +20,8 @@ mod state_plane;
 mod style;
 pub mod time_history;
 
+pub use axis_history::{AxisHistory, histories};
 pub use comparison::comparison;
-pub use course::{Course, courses};
 pub use drawing::Drawing;
 pub use figure::{Curve, Figure, Panel, Thinned};
 pub use phase::Against;

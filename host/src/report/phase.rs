@@ -1,6 +1,6 @@
 //! Phase plots: the restoring force over relative displacement or velocity.
 
-use super::course::Course;
+use super::axis_history::AxisHistory;
 use super::figure::{Curve, Panel, Thinned};
 use super::quantity::Quantity;
 use super::style::Pen;
@@ -17,45 +17,45 @@ pub enum Against {
 }
 
 /// A panel with the measured restoring force alone.
-pub fn measured(course: &Course, against: Against, title: String) -> Panel {
-    let rows = 0..course.time_s.len();
+pub fn measured(history: &AxisHistory, against: Against, title: String) -> Panel {
+    let rows = 0..history.time_s.len();
     panel(
-        course,
+        history,
         against,
         rows,
         title,
-        &[(Pen::Alone, &course.measured)],
+        &[(Pen::Alone, &history.measured)],
     )
 }
 
 /// A panel with measured and predicted restoring force over some rows of the record: loops can be told apart while they are few.
-pub fn compared(course: &Course, against: Against, rows: Range<usize>) -> Panel {
+pub fn compared(history: &AxisHistory, against: Against, rows: Range<usize>) -> Panel {
     let over = match against {
         Against::Displacement => "displacement",
         Against::Velocity => "velocity",
     };
-    let title = if rows.len() < course.time_s.len() {
+    let title = if rows.len() < history.time_s.len() {
         format!(
             "{}: force over {over}, around the largest swing",
-            course.axis
+            history.axis
         )
     } else {
-        format!("{}: restoring force over {over}", course.axis)
+        format!("{}: restoring force over {over}", history.axis)
     };
     panel(
-        course,
+        history,
         against,
         rows,
         title,
         &[
-            (Pen::Measured, &course.measured),
-            (Pen::Model, &course.predicted),
+            (Pen::Measured, &history.measured),
+            (Pen::Model, &history.predicted),
         ],
     )
 }
 
 fn panel(
-    course: &Course,
+    history: &AxisHistory,
     against: Against,
     rows: Range<usize>,
     title: String,
@@ -64,17 +64,17 @@ fn panel(
     let (name, series, unit) = match against {
         Against::Displacement => (
             "displacement",
-            &course.displacement,
-            course.kind.displacement_unit(),
+            &history.displacement,
+            history.kind.displacement_unit(),
         ),
-        Against::Velocity => ("velocity", &course.velocity, course.kind.velocity_unit()),
+        Against::Velocity => ("velocity", &history.velocity, history.kind.velocity_unit()),
     };
     let series = &series[rows.clone()];
-    let state = Quantity::new(&format!("{name} of {}", course.axis), unit, peak(series));
+    let state = Quantity::new(&format!("{name} of {}", history.axis), unit, peak(series));
     let force = Quantity::new(
-        &format!("force of {}", course.axis),
-        course.kind.force_unit(),
-        peak(&course.measured[rows.clone()]),
+        &format!("force of {}", history.axis),
+        history.kind.force_unit(),
+        peak(&history.measured[rows.clone()]),
     );
     Panel {
         title,

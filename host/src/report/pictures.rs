@@ -1,6 +1,6 @@
 //! All pictures of a model on a study: which there are, and what they are called.
 
-use super::course::{Course, courses};
+use super::axis_history::{AxisHistory, histories};
 use super::drawing::Drawing;
 use super::figure::{Figure, Panel};
 use super::phase::{self, Against};
@@ -9,7 +9,7 @@ use super::state_plane::StatePlane;
 use super::style::Pen;
 use super::time_history;
 use crate::assess::compare::Comparison;
-use crate::assess::where_it_fails::{Extent, Place};
+use crate::assess::where_it_fails::{Extent, FailingRegion};
 use crate::diagnose::PerAxis;
 use crate::model::file::ModelFile;
 use crate::signal::motion;
@@ -34,36 +34,36 @@ pub fn of_model(study: &Study, model: &ModelFile, comparison: &Comparison) -> Re
     };
     let mut taken = HashSet::new();
     let mut drawings = Vec::new();
-    let mut judged_courses: Vec<Vec<Course>> = vec![Vec::new(); model.axes.len()];
+    let mut judged_courses: Vec<Vec<AxisHistory>> = vec![Vec::new(); model.axes.len()];
     for (motion, figures) in motions.iter().zip(&comparison.records) {
         let record = &study.records[motion.record];
         let name = free_name(&record.file, &mut taken);
-        for (axis, course) in courses(model, motion)?.into_iter().enumerate() {
-            if figures.axes.get(&course.axis).is_none_or(|f| f.rests) {
+        for (axis, history) in histories(model, motion)?.into_iter().enumerate() {
+            if figures.axes.get(&history.axis).is_none_or(|f| f.at_rest) {
                 continue;
             }
-            let places = places_of(&comparison.places, &course.axis);
+            let places = places_of(&comparison.places, &history.axis);
             let begins_s = record.first_row as f64 / study.sample_rate_hz;
             let failing = failing(&places, &record.file, begins_s);
-            let (force, phases) = of_course(&course, failing, &record.file);
-            let named = |what: &str| format!("{name}-{}-{what}", plain(&course.axis));
+            let (force, phases) = of_course(&history, failing, &record.file);
+            let named = |what: &str| format!("{name}-{}-{what}", plain(&history.axis));
             drawings.push(Drawing::new(&named("force"), &force)?);
             drawings.push(Drawing::new(&named("phase"), &phases)?);
             if record.role == judged {
-                judged_courses[axis].push(course);
+                judged_courses[axis].push(history);
             }
         }
     }
-    for (axis, courses) in judged_courses.iter().enumerate() {
-        let Some(course) = courses.first() else {
+    for (axis, histories) in judged_courses.iter().enumerate() {
+        let Some(history) = histories.first() else {
             continue;
         };
         let plane = StatePlane {
-            courses,
+            histories,
             axis,
-            places: &places_of(&comparison.places, &course.axis),
+            places: &places_of(&comparison.places, &history.axis),
         };
-        let name = format!("where-{}", plain(&course.axis));
+        let name = format!("where-{}", plain(&history.axis));
         drawings.push(Drawing::of_svg(&name, plane.svg()?));
     }
     Ok(drawings)
@@ -79,14 +79,14 @@ pub fn of_staircase(model: &ModelFile, steps: &[Step], floors: &PerAxis) -> Resu
     Ok(Drawing::of_svg("staircase", svg))
 }
 
-fn places_of(places: &[Place], axis: &str) -> Vec<Place> {
+fn places_of(places: &[FailingRegion], axis: &str) -> Vec<FailingRegion> {
     let mine = places.iter().filter(|p| p.axis == axis);
     mine.cloned().collect()
 }
 
 /// Stretches of a record in which the model fails, seconds since its first row used.
-fn failing(places: &[Place], record: &str, begins_s: f64) -> Vec<(f64, f64)> {
-    let stretch = |place: &Place| match &place.extent {
+fn failing(places: &[FailingRegion], record: &str, begins_s: f64) -> Vec<(f64, f64)> {
+    let stretch = |place: &FailingRegion| match &place.extent {
         Extent::Time { file, from_s, to_s } if file == record => {
             Some((from_s - begins_s, to_s - begins_s))
         }
@@ -96,7 +96,7 @@ fn failing(places: &[Place], record: &str, begins_s: f64) -> Vec<(f64, f64)> {
 }
 
 /// Force and residual over time in one figure, the phase plots in another.
-fn of_course(course: &Course, failing: Vec<(f64, f64)>, file: &str) -> (Figure, Figure) {
+fn of_course(history: &AxisHistory, failing: Vec<(f64, f64)>, file: &str) -> (Figure, Figure) {
     let legend = || {
         vec![
             (Pen::Measured, "measured".into()),
@@ -108,29 +108,32 @@ fn of_course(course: &Course, failing: Vec<(f64, f64)>, file: &str) -> (Figure, 
         panel
     };
     let shaded = !failing.is_empty();
-    let mut residual = time_history::residual(course, failing);
+    let mut residual = time_history::residual(history, failing);
     if shaded {
         residual
             .title
             .push_str("; shaded: the stretch that holds half of the error");
     }
-    let few_swings = time_history::window(std::slice::from_ref(course));
-    let mut near = time_history::compared(course, few_swings);
-    near.title = format!("{}: restoring force, the middle of the record", course.axis);
+    let few_swings = time_history::window(std::slice::from_ref(history));
+    let mut near = time_history::compared(history, few_swings);
+    near.title = format!(
+        "{}: restoring force, the middle of the record",
+        history.axis
+    );
     let over_time = Figure {
         rows: vec![
-            vec![titled(time_history::whole(course))],
+            vec![titled(time_history::whole(history))],
             vec![residual],
             vec![near],
         ],
         legend: legend(),
     };
-    let swings = time_history::about_largest(course);
+    let swings = time_history::about_largest(history);
     let over = [Against::Displacement, Against::Velocity];
     let phases = Figure {
         rows: vec![
             over.iter()
-                .map(|against| phase::compared(course, *against, swings.clone()))
+                .map(|against| phase::compared(history, *against, swings.clone()))
                 .collect(),
         ],
         legend: legend(),
@@ -179,7 +182,7 @@ mod tests {
 
     #[test]
     fn a_stretch_is_counted_from_the_first_row_used_and_belongs_to_its_record() {
-        let place = Place {
+        let place = FailingRegion {
             axis: "x".into(),
             kind: "time",
             region: String::new(),

@@ -1,6 +1,6 @@
 //! Time histories: the restoring force over time, measured and predicted.
 
-use super::course::Course;
+use super::axis_history::AxisHistory;
 use super::figure::{Curve, Panel, Thinned};
 use super::quantity::Quantity;
 use super::style::Pen;
@@ -11,27 +11,27 @@ use std::ops::Range;
 const CYCLES: f64 = 20.0;
 
 /// A panel with measured and predicted restoring force over some rows of the record.
-pub fn compared(course: &Course, rows: Range<usize>) -> Panel {
+pub fn compared(history: &AxisHistory, rows: Range<usize>) -> Panel {
     let force = Quantity::new(
-        &format!("force of {}", course.axis),
-        course.kind.force_unit(),
-        peak(&course.measured[rows.clone()]),
+        &format!("force of {}", history.axis),
+        history.kind.force_unit(),
+        peak(&history.measured[rows.clone()]),
     );
     let curve = |pen, series: &[f64]| Curve {
         pen,
-        points: course.time_s[rows.clone()]
+        points: history.time_s[rows.clone()]
             .iter()
             .zip(&series[rows.clone()])
             .map(|(t, r)| (*t, force.scaled(*r)))
             .collect(),
     };
     Panel {
-        title: format!("{}: restoring force over time", course.axis),
+        title: format!("{}: restoring force over time", history.axis),
         horizontal: "time (s)".into(),
         vertical: force.label(),
         curves: vec![
-            curve(Pen::Measured, &course.measured),
-            curve(Pen::Model, &course.predicted),
+            curve(Pen::Measured, &history.measured),
+            curve(Pen::Model, &history.predicted),
         ],
         thinned: Thinned::Outline,
         shaded: Vec::new(),
@@ -39,25 +39,25 @@ pub fn compared(course: &Course, rows: Range<usize>) -> Panel {
 }
 
 /// A panel with measured and predicted restoring force over the whole record.
-pub fn whole(course: &Course) -> Panel {
+pub fn whole(history: &AxisHistory) -> Panel {
     Panel {
-        title: format!("{}: restoring force, whole record", course.axis),
+        title: format!("{}: restoring force, whole record", history.axis),
         thinned: Thinned::Columns,
-        ..compared(course, 0..course.time_s.len())
+        ..compared(history, 0..history.time_s.len())
     }
 }
 
 /// A panel with the residual, measured less predicted, over the whole record; `failing` are stretches to shade, s.
-pub fn residual(course: &Course, failing: Vec<(f64, f64)>) -> Panel {
-    let residual = course.residual();
+pub fn residual(history: &AxisHistory, failing: Vec<(f64, f64)>) -> Panel {
+    let residual = history.residual();
     let force = Quantity::new(
-        &format!("residual of {}", course.axis),
-        course.kind.force_unit(),
+        &format!("residual of {}", history.axis),
+        history.kind.force_unit(),
         peak(&residual),
     );
-    let times = course.time_s.iter().zip(residual);
+    let times = history.time_s.iter().zip(residual);
     Panel {
-        title: format!("{}: residual, measured less predicted", course.axis),
+        title: format!("{}: residual, measured less predicted", history.axis),
         horizontal: "time (s)".into(),
         vertical: force.label(),
         curves: vec![Curve {
@@ -72,11 +72,13 @@ pub fn residual(course: &Course, failing: Vec<(f64, f64)>) -> Panel {
 /// The middle rows of a record in which its liveliest axis swings about twenty times; all of a slower record.
 ///
 /// All axes of a record are drawn over the same rows, so that what one does can be seen beside what the other does.
-pub fn window(courses: &[Course]) -> Range<usize> {
-    let rows = courses
+pub fn window(histories: &[AxisHistory]) -> Range<usize> {
+    let rows = histories
         .first()
-        .map_or(0, |course| course.displacement.len());
-    let cycles = courses.iter().map(|course| swings(&course.displacement));
+        .map_or(0, |history| history.displacement.len());
+    let cycles = histories
+        .iter()
+        .map(|history| swings(&history.displacement));
     let cycles = cycles.fold(0.0, f64::max);
     if cycles <= CYCLES {
         return 0..rows;
@@ -87,9 +89,9 @@ pub fn window(courses: &[Course]) -> Range<usize> {
 }
 
 /// About twenty swings of a record around the largest displacement from the mean; all of a slower record.
-pub fn about_largest(course: &Course) -> Range<usize> {
-    let shown = window(std::slice::from_ref(course)).len();
-    let displacement = &course.displacement;
+pub fn about_largest(history: &AxisHistory) -> Range<usize> {
+    let shown = window(std::slice::from_ref(history)).len();
+    let displacement = &history.displacement;
     let mean = displacement.iter().sum::<f64>() / displacement.len().max(1) as f64;
     let away = displacement.iter().map(|x| (x - mean).abs()).enumerate();
     let largest = away
@@ -114,11 +116,11 @@ mod tests {
     use super::*;
     use crate::study::AxisKind;
 
-    fn course(hz: f64) -> Course {
+    fn history(hz: f64) -> AxisHistory {
         let time_s: Vec<f64> = (0..10_000).map(|i| 1e-3 * f64::from(i)).collect();
         let swing = |t: &f64| 3.0 + (t * hz * std::f64::consts::TAU).sin();
         let series: Vec<f64> = time_s.iter().map(swing).collect();
-        Course {
+        AxisHistory {
             axis: "x".into(),
             kind: AxisKind::Translation,
             time_s,
@@ -131,16 +133,16 @@ mod tests {
 
     #[test]
     fn twenty_swings_of_a_fast_record_and_all_of_a_slow_one() {
-        assert_eq!(window(&[course(1.0)]), 0..10_000);
-        let shown = window(&[course(1.0), course(25.0)]);
+        assert_eq!(window(&[history(1.0)]), 0..10_000);
+        let shown = window(&[history(1.0), history(25.0)]);
         assert!((shown.len() as f64 - 800.0).abs() < 10.0, "{shown:?}");
         assert_eq!(shown.start + shown.end, 10_000);
-        let mut late = course(25.0);
+        let mut late = history(25.0);
         late.displacement[9_990] = -7.0;
         assert_eq!(about_largest(&late).end, 10_000);
         assert_eq!(about_largest(&late).len(), window(&[late.clone()]).len());
-        assert_eq!(about_largest(&course(1.0)), 0..10_000);
-        let panel = compared(&course(25.0), shown);
+        assert_eq!(about_largest(&history(1.0)), 0..10_000);
+        let panel = compared(&history(25.0), shown);
         assert!((panel.curves[0].points[0].0 - 4.6).abs() < 1e-9);
     }
 }

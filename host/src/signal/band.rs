@@ -40,18 +40,18 @@ pub const WIDEST: f64 = 0.36;
 /// limited axis drowns in its noise, between 0.06 and 0.36 of the sample rate.
 pub fn state_band_hz(study: &Study) -> f64 {
     let shortest = study.records.iter().map(|r| r.rows).min().unwrap_or(0);
-    let drowned = (0..study.axes.len())
+    let noise_limited = (0..study.axes.len())
         .map(|axis| {
             let mut sum = Accumulator::new(study.sample_rate_hz, SEGMENT.min(shortest));
             for record in &study.records {
                 sum.add(&record.axes[axis].relative_displacement());
             }
             let spectrum = sum.finish();
-            drowning_edge(&spectrum, EQUAL * floor_of(&spectrum, DISPLACEMENT_FLOOR))
+            noise_limit_hz(&spectrum, EQUAL * floor_of(&spectrum, DISPLACEMENT_FLOOR))
         })
         .fold(f64::INFINITY, f64::min);
     let rate = study.sample_rate_hz;
-    drowned.clamp(NARROWEST_DERIVATIVE * rate, WIDEST * rate)
+    noise_limited.clamp(NARROWEST_DERIVATIVE * rate, WIDEST * rate)
 }
 
 /// The common band in Hz: the widest that an axis's restoring force asks for, at most half of the widest state band (a study
@@ -139,7 +139,7 @@ fn power_edge(spectrum: &Spectrum, level: f64, limit_hz: f64) -> f64 {
 }
 
 /// The first frequency past the strongest line at which the smoothed density has fallen to `level`.
-fn drowning_edge(spectrum: &Spectrum, level: f64) -> f64 {
+fn noise_limit_hz(spectrum: &Spectrum, level: f64) -> f64 {
     let means: Vec<f64> = smoothed(spectrum).collect();
     let strongest = (0..means.len())
         .max_by(|a, b| means[*a].total_cmp(&means[*b]))
@@ -174,9 +174,9 @@ mod tests {
     }
 
     #[test]
-    fn displacement_drowns_where_signal_and_noise_are_equal() {
+    fn displacement_is_noise_limited_where_signal_and_noise_are_equal() {
         // 1e6/(1 + (f/10)⁴) = 1 at 316 Hz.
-        let edge = drowning_edge(&falling(1e6), EQUAL);
+        let edge = noise_limit_hz(&falling(1e6), EQUAL);
         assert!((edge - 316.0).abs() < 5.0, "{edge}");
     }
 
@@ -207,6 +207,6 @@ mod tests {
         let floor = floor_of(&empty, FORCE_FLOOR);
         assert_eq!(floor, 0.0);
         assert_eq!(power_edge(&empty, floor, 100.0), 0.0);
-        assert_eq!(drowning_edge(&empty, floor), 0.0);
+        assert_eq!(noise_limit_hz(&empty, floor), 0.0);
     }
 }

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// The states' band is at least this many times the common band, so that a force law sees the corners it makes.
 const STATES_OVER_COMMON: f64 = 2.0;
 /// A filter falls from its pass band to zero over this share of it, when the taps allow.
-const FALL: f64 = 0.75;
+const TRANSITION_WIDTH: f64 = 0.75;
 /// The common band's low-pass is made longer where it would fall to zero over more than this share of the band.
 const WIDEST_FALL: f64 = 1.25;
 
@@ -58,8 +58,8 @@ impl Filters {
                 study.path.display(),
             )));
         }
-        let drowned_hz = state_band_hz(study);
-        let mut filters = Self::differentiators(rate, drowned_hz)?;
+        let noise_limited_hz = state_band_hz(study);
+        let mut filters = Self::differentiators(rate, noise_limited_hz)?;
         let mut reason;
         match study.band_hz {
             Some(stated) => {
@@ -67,7 +67,8 @@ impl Filters {
                 reason = format!("band {} Hz as study.toml states", short(stated));
             }
             None => {
-                filters.band_hz = common_band_hz(study, &motions(study, &filters)?, drowned_hz);
+                filters.band_hz =
+                    common_band_hz(study, &motions(study, &filters)?, noise_limited_hz);
                 reason = format!(
                     "band {} Hz, which holds 99.9 % of the restoring force's power that stands out of its noise",
                     short(filters.band_hz)
@@ -76,7 +77,7 @@ impl Filters {
         }
         let band_hz = filters.band_hz;
         let wanted_hz = (STATES_OVER_COMMON * band_hz).min(most);
-        let common = Edges::of_band(band_hz, wanted_hz.max(drowned_hz), rate);
+        let common = Edges::of_band(band_hz, wanted_hz.max(noise_limited_hz), rate);
         if common.widened {
             reason += &format!(
                 " (falling to zero at {} Hz, as steeply as {} taps allow)",
@@ -84,18 +85,18 @@ impl Filters {
                 common.taps
             );
         }
-        if wanted_hz > drowned_hz {
+        if wanted_hz > noise_limited_hz {
             filters = Self::differentiators(rate, wanted_hz)?;
             filters.band_hz = band_hz;
             reason += &format!(
                 "; states up to {} Hz as that band needs, although the displacement is below its noise floor above {} Hz",
                 short(wanted_hz),
-                short(drowned_hz)
+                short(noise_limited_hz)
             );
         } else {
             reason += &format!(
                 "; states up to {} Hz: above that the displacement is below its noise floor, or the sample rate is the limit",
-                short(drowned_hz)
+                short(noise_limited_hz)
             );
         }
         filters.band = common.filter(Ideal::LowPass, rate)?;
@@ -208,13 +209,13 @@ struct Edges {
 
 impl Edges {
     fn new(pass_hz: f64, rate: f64) -> Self {
-        Self::with_taps(pass_hz, FALL * pass_hz, rate, MAX_TAPS)
+        Self::with_taps(pass_hz, TRANSITION_WIDTH * pass_hz, rate, MAX_TAPS)
     }
 
     /// The low-pass of the common band. It is shut where the states' band ends: beyond, an acceleration that is derived falls
     /// behind the force.
     fn of_band(pass_hz: f64, state_band_hz: f64, rate: f64) -> Self {
-        let usual = FALL * pass_hz;
+        let usual = TRANSITION_WIDTH * pass_hz;
         let room = state_band_hz - pass_hz;
         if room < usual && room > 0.0 {
             return Self::with_taps(pass_hz, room, rate, MAX_BAND_TAPS);

@@ -40,7 +40,7 @@ pub fn write_study(dir: &Path, options: &SimulationOptions) -> Result<Simulation
     };
     fs::create_dir_all(parent).map_err(failed)?;
     // Beside the goal, so that the last move stays on one file system.
-    let unfinished = beside(parent).map_err(failed)?;
+    let unfinished = folder_next_to(parent).map_err(failed)?;
     write_into(unfinished.path(), options, &simulation).map_err(failed)?;
     fs::rename(unfinished.path(), dir).map_err(failed)?;
     // Renamed away: there is nothing left to remove.
@@ -49,7 +49,7 @@ pub fn write_study(dir: &Path, options: &SimulationOptions) -> Result<Simulation
 }
 
 /// A temporary folder is private to its user; a study is a folder like any other.
-fn beside(parent: &Path) -> std::io::Result<tempfile::TempDir> {
+fn folder_next_to(parent: &Path) -> std::io::Result<tempfile::TempDir> {
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {

@@ -9,14 +9,14 @@ use super::rig::RigParameters;
 use super::truth::{Taken, Truth};
 use crate::fit::effects::unknowns::reference;
 use crate::model::corrections::Corrections;
-use crate::model::course::{Course, law_parameters};
 use crate::model::effects::Bound;
+use crate::model::time_history::{TimeHistory, law_parameters};
 use crate::model::{EffectTerm, Evaluator, mains_hum};
 use crate::study::{Convention, Record};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::axis::AxisKind;
 use jointwatch_shared::base::terms::InSi;
-use jointwatch_shared::effect::Seat;
+use jointwatch_shared::effect::Subsystem;
 use jointwatch_shared::effect::about::{About, Parameter, Role};
 use jointwatch_shared::units::References;
 
@@ -62,7 +62,7 @@ impl HiddenJoint {
         effect: Option<&InSi>,
         period_s: f64,
     ) -> Self {
-        let acts = effect.filter(|term| term.entry.seat != Seat::Instrument);
+        let acts = effect.filter(|term| term.entry.subsystem != Subsystem::Sensor);
         Self {
             joint: rig.joint,
             hidden: acts
@@ -178,7 +178,7 @@ impl Rig<'_> {
     /// The share that an effect has; `plain` are the records without it.
     fn share(&self, bound: &Bound, term: &InSi, plain: &[Taken]) -> Result<f64> {
         let axis = bound.axis;
-        if bound.entry.seat != Seat::Instrument {
+        if bound.entry.subsystem != Subsystem::Sensor {
             let records = (self.take)(Some(term))?;
             let hidden = power(records.iter().map(|r| r.hidden[axis].clone()));
             return Ok((hidden / force_power(&records, axis)).sqrt());
@@ -200,11 +200,11 @@ impl Rig<'_> {
     fn along(&self, term: &InSi, truth: &Truth) -> Vec<f64> {
         let motion = truth.motion(0, self.sample_rate_hz);
         let conventions = vec![Convention::InertiaMinusForce; self.axes.len()];
-        let course = Course::of_motion(&motion, &conventions);
+        let history = TimeHistory::of_motion(&motion, &conventions);
         let parameters = law_parameters(term.entry, &term.values);
-        let mut force = vec![0.0; course.rows()];
+        let mut force = vec![0.0; history.rows()];
         let axis = usize::from(term.axis);
-        course.along(
+        history.along(
             term.entry.real,
             &parameters,
             axis,
@@ -230,7 +230,7 @@ pub(super) fn in_the_log(
     sample_rate_hz: f64,
     axes: usize,
 ) -> Result<Record> {
-    if term.entry.seat != Seat::Instrument || term.entry.about.name == "inertia_error" {
+    if term.entry.subsystem != Subsystem::Sensor || term.entry.about.name == "inertia_error" {
         return Ok(record.clone());
     }
     if term.entry.is_per_record() {

@@ -4,7 +4,7 @@ use super::joint::Contact;
 use nalgebra::SVector;
 
 /// How often a step may be cut at a stop before the rest of it is taken as it is; a real record needs two.
-const MOST_CUTS: usize = 16;
+const MAX_CUTS: usize = 16;
 
 /// Equations of motion in first-order form, smooth as long as the joint's contacts stay as they are.
 pub trait Equations<const N: usize> {
@@ -55,7 +55,7 @@ pub fn advance<const N: usize, E: Equations<N>>(
 ) {
     let mut contacts = equations.contacts(y, time_s);
     let mut done = 0.0;
-    for _ in 0..MOST_CUTS {
+    for _ in 0..MAX_CUTS {
         let start_s = time_s + done;
         let rest = step_s - done;
         let whole = step(equations, y, contacts, start_s, rest);

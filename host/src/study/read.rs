@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Fewest rows of a record.
-const FEWEST_ROWS: usize = 100;
+const MIN_ROWS: usize = 100;
 
 impl Study {
     /// Reads `study.toml` (or the one in the folder `path`) and all its logs, in parallel, and checks everything.
@@ -227,9 +227,9 @@ struct Timing {
 
 fn timing(request: &Request<'_>, log: &Log, plan: &Plan) -> Result<Option<Timing>> {
     let rows = log.values.iter().flatten().next().map_or(0, Vec::len);
-    if rows < FEWEST_ROWS {
+    if rows < MIN_ROWS {
         return Err(request.error(format!(
-            "gives {rows} rows, and a record needs at least {FEWEST_ROWS}; use a longer log or wider rows = […]"
+            "gives {rows} rows, and a record needs at least {MIN_ROWS}; use a longer log or wider rows = […]"
         )));
     }
     let Some(channel) = &plan.time else {

@@ -18,7 +18,7 @@ pub(crate) fn today() -> Result<Option<String>> {
             .trim()
             .parse()
             .ok()
-            .filter(|seconds| *seconds < MOST_SECONDS)
+            .filter(|seconds| *seconds < MAX_SECONDS)
             .ok_or_else(|| {
                 Error::usage(format!(
                     "{FIXED} is {text:?}, which is no number of seconds since 1970: set it to one, to nothing, or unset it"
@@ -32,7 +32,7 @@ pub(crate) fn today() -> Result<Option<String>> {
 }
 
 /// The end of the year 9999.
-const MOST_SECONDS: u64 = 253_402_300_800;
+const MAX_SECONDS: u64 = 253_402_300_800;
 
 /// The day of a moment, s since 1970, in the Gregorian calendar.
 fn day(seconds: u64) -> String {

@@ -6,7 +6,9 @@
 #[cfg(feature = "fit")]
 pub use super::terms_quantise::InSi;
 
-use crate::effect::{Acts, Entry, Instrument, Kinematics, MAX_STATES, Parameters, Seat, States};
+use crate::effect::{
+    Acts, Entry, Instrument, Kinematics, MAX_STATES, Parameters, States, Subsystem,
+};
 use crate::fault::{Checks, Error};
 use crate::scalar::q::Q;
 use core::mem::swap;
@@ -215,12 +217,12 @@ fn turn(at: &mut Kinematics<Q>, other_step: &mut Q, forces: &mut [Q; 2]) {
 
 /// Refuses an effect that the device does not evaluate, and an axis that the model or the effect has not.
 pub(super) fn check_place(entry: &Entry, axis: u8, axes: usize) -> Result<(), Error> {
-    let fault = match entry.seat {
-        Seat::Joint => None,
-        Seat::JointOverTime => Some(
+    let fault = match entry.subsystem {
+        Subsystem::Plant => None,
+        Subsystem::TimeVaryingPlant => Some(
             "depends on the time since a record began, which a device that never stops does not know",
         ),
-        Seat::Instrument => Some(
+        Subsystem::Sensor => Some(
             "corrects an instrument: it belongs to the rig and is no part of the joint's model",
         ),
     };

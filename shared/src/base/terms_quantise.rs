@@ -3,7 +3,9 @@
 use super::axis::{Axis, InputRange};
 use super::header::{Header, Output};
 use super::terms::{Terms, check_place};
-use crate::effect::{Bound, Entry, Fading, Instrument, Kinematics, MAX_STATES, Parameters, States};
+use crate::effect::{
+    Bound, Entry, ErrorPropagation, Instrument, Kinematics, MAX_STATES, Parameters, States,
+};
 use crate::fault::Error;
 use crate::scalar::interval::Interval;
 use crate::scalar::q::{Q, UNIT};
@@ -88,9 +90,9 @@ impl InSi {
             (forces, errors.into_iter().fold(0.0, f64::max))
         };
         let added = after(0.0).1;
-        let gathered = match self.entry.fading {
-            Fading::Within(times) => f64::from(times) * added,
-            Fading::WithTime => {
+        let gathered = match self.entry.error_propagation {
+            ErrorPropagation::Within(times) => f64::from(times) * added,
+            ErrorPropagation::WithTime => {
                 let kept = after(added).1 / added - 1.0;
                 // A share that is not below 1 leaves the error without a bound, and the effect is refused.
                 if kept < 1.0 {
@@ -170,7 +172,7 @@ impl Terms {
     }
 
     /// Brings effects to machine numbers; also gives the bound of |device − f64| per axis in N or N·m, for effects
-    /// with memory with what their states gather over any number of samples ([`Fading`]).
+    /// with memory with what their states gather over any number of samples ([`ErrorPropagation`]).
     ///
     /// # Errors
     /// As [`Terms::stored`]; [`Error::Effect`] when a number on the way could leave the device's range.

@@ -98,8 +98,8 @@ fn power_of_two(shift: i8) -> f64 {
 }
 
 /// The scale of the velocity, and how far the slope filter's sum is shifted down before it.
-fn velocity_scale(axis: &RigAxis, learnt: &Axis, rig: &Rig) -> Result<(i8, Scale), Error> {
-    let v = &learnt.velocity;
+fn velocity_scale(axis: &RigAxis, trained: &Axis, rig: &Rig) -> Result<(i8, Scale), Error> {
+    let v = &trained.velocity;
     // One unit of the slope filter's sum is this many m/s.
     let slope_unit = axis.displacement_step / power_of_two(rig.velocity.shift);
     let (shift, half_range) = shift_to(
@@ -189,17 +189,17 @@ impl AxisChain {
         axis: &RigAxis,
         wired: &AxisWiring,
         other: Option<&RigAxis>,
-        learnt: &Axis,
+        trained: &Axis,
         force_per_lsb: f64,
         rig: &Rig,
     ) -> Result<Self, Error> {
-        let x = &learnt.displacement;
+        let x = &trained.displacement;
         let position = Scale::new(
             "displacement counts per training range",
             FULL_SCALE * axis.displacement_step / x.half_range,
             x.center / axis.displacement_step,
         )?;
-        let (velocity_shift, velocity) = velocity_scale(axis, learnt, rig)?;
+        let (velocity_shift, velocity) = velocity_scale(axis, trained, rig)?;
         let force = MeasuredForce::new(axis, wired, other, force_per_lsb, rig)?;
         let wait = Settling::of(rig).wait;
         let delay = rig.velocity.taps.len() / 2 + wait;

@@ -124,7 +124,7 @@ impl ChainState {
     };
 
     /// Adaptive notches do not adapt over so many samples, the next one and those after it.
-    pub fn hold_lines(&mut self, samples: u16) {
+    pub fn hold_notches(&mut self, samples: u16) {
         self.held = self.held.max(samples);
     }
 }
@@ -154,7 +154,7 @@ impl Chain {
         // From the first axis the other one is the second, from the second the first.
         let others = rig.axes.get(1).into_iter().chain(rig.axes.first());
         let mut others = others.map(Some).chain([None]);
-        for ((axis, wired), (learnt, output)) in rig
+        for ((axis, wired), (trained, output)) in rig
             .axes
             .iter()
             .zip(&rig.wiring.axes)
@@ -166,7 +166,7 @@ impl Chain {
                 axis,
                 wired,
                 other,
-                learnt,
+                trained,
                 output.force_per_lsb,
                 rig,
             )?);
@@ -213,7 +213,7 @@ impl Chain {
     }
 
     /// Outputs that a wrong count invalidates, from the one that comes with it on.
-    pub fn spoilt_by_fault(&self) -> u16 {
+    pub fn invalidated_by_fault(&self) -> u16 {
         // The filters have 129 taps at most, and counters wait for 4 samples.
         (2 * self.delay() + 1) as u16
     }

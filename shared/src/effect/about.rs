@@ -14,7 +14,7 @@ pub struct About {
     /// Where the law comes from.
     pub source: &'static str,
     /// What a model that lacks it leaves in its residual.
-    pub absence: &'static str,
+    pub residual_signature: &'static str,
     /// Which experiment tells it from the effects that look like it.
     pub separated_by: &'static str,
     /// Its parameters, in the order in which the law takes them.

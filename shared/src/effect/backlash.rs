@@ -1,7 +1,7 @@
 //! A spring behind a lost motion: a gear or a linkage that follows only after its play is taken up, at any place.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -12,14 +12,14 @@ impl Effect for Backlash {
     const TAG: u8 = 49;
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Displacement(2)];
     // The state is that of a Jenkins element.
-    const FADING: Fading = Fading::Within(1);
+    const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(1);
 
     const ABOUT: About = About {
         name: "backlash",
         title: "spring behind a lost motion (play operator)",
         equation: "r = k·(x − y), y ← y + Δx held within ±d",
         source: "M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989, ch. 2",
-        absence: "the residual over the displacement is a parallelogram with horizontal ends and sloping sides",
+        residual_signature: "the residual over the displacement is a parallelogram with horizontal ends and sloping sides",
         separated_by: "Slow reversals at several places: the force stays after every reversal for the same travel 2·d wherever it happens; \
                        free play between stops has its flat part at one place only.",
         parameters: &[

@@ -1,7 +1,7 @@
 //! Smooth hysteresis: a spring that yields gradually and remembers where it came from.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::{Number, Powers, Scalar};
 use crate::units::Dimension;
 
@@ -18,14 +18,14 @@ impl Effect for BoucWen {
     const TAG: u8 = 12;
     const LOOKS_LIKE: &'static [&'static str] = &["jenkins"];
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
-    const FADING: Fading = Fading::Within(4);
+    const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(4);
 
     const ABOUT: About = About {
         name: "bouc_wen",
         title: "smooth hysteresis (Bouc–Wen)",
         equation: "r = F_y·z, dz/dx = (1 − |z|ⁿ·(1 − γ + γ·sgn(ẋ·z)))/u_y",
         source: "R. Bouc, 4th Conf. Non-Linear Oscillation, Prague 1967; Y.-K. Wen, J. Eng. Mech. Div. ASCE 102 (1976) 249–263",
-        absence: "the residual over the displacement is a rounded loop whose width does not depend on speed",
+        residual_signature: "the residual over the displacement is a rounded loop whose width does not depend on speed",
         separated_by: "Slow reversals at several amplitudes: the flanks bend smoothly into the flat part, where Jenkins has a corner. \
                        How sharp the knee is tells it from Dahl, which is its member with n = 1 and γ = 1.",
         parameters: &[
@@ -90,9 +90,9 @@ impl Effect for BoucWen {
         // What an Euler step from `z` adds, held so that it does not leave ±1. A travel of 0 adds 0 to the last bit, and so does one
         // that loads what has yielded.
         let one = S::Short::one();
-        let ahead = share.toward(travel);
+        let ahead = share.flip_sign(travel);
         let increment = |z: S::Short| {
-            let bend = one - (share - ahead.toward(z));
+            let bend = one - (share - ahead.flip_sign(z));
             let free = travel * (one - z.abs().power(exponent) * bend);
             (-one - z).max((one - z).min(free))
         };

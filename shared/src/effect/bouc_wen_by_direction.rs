@@ -3,7 +3,7 @@
 use super::about::About;
 use super::bouc_wen::BoucWen;
 use super::by_direction::{split, strength};
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -14,14 +14,14 @@ impl Effect for BoucWenByDirection {
     const TAG: u8 = 29;
     const REPLACES: &'static [&'static str] = &["bouc_wen"];
     const STATE_BOUNDS: &'static [Bound] = BoucWen::STATE_BOUNDS;
-    const FADING: Fading = BoucWen::FADING;
+    const ERROR_PROPAGATION: ErrorPropagation = BoucWen::ERROR_PROPAGATION;
 
     const ABOUT: About = About {
         name: "bouc_wen_by_direction",
         title: "smooth hysteresis (Bouc–Wen) with a strength per direction",
         equation: "r = F₊·max(z, 0) + F₋·min(z, 0), dz/dx = (1 − |z|ⁿ·(1 − γ + γ·sgn(ẋ·z)))/u_y",
         source: "asymmetric Bouc–Wen laws are reviewed by M. Ismail, F. Ikhouane, J. Rodellar, Arch. Comput. Methods Eng. 16 (2009) 161–188",
-        absence: "the residual over the displacement is a rounded loop whose upper and lower plateau are not opposite",
+        residual_signature: "the residual over the displacement is a rounded loop whose upper and lower plateau are not opposite",
         separated_by: "Slow reversals at several amplitudes in both directions: the plateaus differ, and the flank bends where the force \
                        changes its sign; beside a preload the whole loop is shifted and the flank does not bend there.",
         parameters: &[

@@ -3,7 +3,7 @@
 use super::about::{About, Parameter};
 use super::bouc_wen::BoucWen;
 use super::position_friction::PositionFriction;
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -14,14 +14,14 @@ impl Effect for BoucWenByPlace {
     const TAG: u8 = 46;
     const REPLACES: &'static [&'static str] = &["bouc_wen"];
     const STATE_BOUNDS: &'static [Bound] = BoucWen::STATE_BOUNDS;
-    const FADING: Fading = BoucWen::FADING;
+    const ERROR_PROPAGATION: ErrorPropagation = BoucWen::ERROR_PROPAGATION;
 
     const ABOUT: About = About {
         name: "bouc_wen_by_place",
         title: "smooth hysteresis (Bouc–Wen) whose strength follows the displacement",
         equation: "r = (F₀ + F₁·x + F₂·x²)·z, dz/dx = (1 − |z|ⁿ·(1 − γ + γ·sgn(ẋ·z)))/u_y",
         source: "hysteresis under a load that follows the displacement: M. Ismail, F. Ikhouane, J. Rodellar, Arch. Comput. Methods Eng. 16 (2009) 161–188",
-        absence: "the residual over the displacement is a rounded loop that is wider at one end or at both",
+        residual_signature: "the residual over the displacement is a rounded loop that is wider at one end or at both",
         separated_by: "Slow cycles of the same small amplitude at several places: the loop's height follows the place; hardening bends both \
                        branches alike and leaves the height.",
         parameters: &[

@@ -3,7 +3,7 @@
 use super::about::{About, Parameter};
 use super::bouc_wen::BoucWen;
 use super::digressive_damping::DigressiveDamping;
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -14,14 +14,14 @@ impl Effect for BoucWenByRate {
     const TAG: u8 = 45;
     const REPLACES: &'static [&'static str] = &["bouc_wen"];
     const STATE_BOUNDS: &'static [Bound] = BoucWen::STATE_BOUNDS;
-    const FADING: Fading = BoucWen::FADING;
+    const ERROR_PROPAGATION: ErrorPropagation = BoucWen::ERROR_PROPAGATION;
 
     const ABOUT: About = About {
         name: "bouc_wen_by_rate",
         title: "smooth hysteresis (Bouc–Wen) whose strength rises with speed",
         equation: "r = (F₀ + F₁·(1 − e^(−|ẋ|/v_k)))·z, dz/dx = (1 − |z|ⁿ·(1 − γ + γ·sgn(ẋ·z)))/u_y",
         source: "rate-dependent Bouc–Wen laws are reviewed by M. Ismail, F. Ikhouane, J. Rodellar, Arch. Comput. Methods Eng. 16 (2009) 161–188",
-        absence: "the residual over the displacement is a rounded loop that is higher in quick motion, and has no viscous damper's ellipse",
+        residual_signature: "the residual over the displacement is a rounded loop that is higher in quick motion, and has no viscous damper's ellipse",
         separated_by: "The same amplitude at several frequencies: the loop grows and keeps its knees; a viscous damper beside Bouc–Wen \
                        makes it bulge in the middle only.",
         parameters: &[

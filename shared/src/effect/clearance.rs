@@ -27,7 +27,7 @@ impl Effect for Clearance {
         title: "free play between stops (dead-zone spring)",
         equation: "r = κ·dz(x, d), dz(x, d) = 0 for |x| ≤ d, x − d·sgn(x) for |x| > d",
         source: "F. Tasbihgoo, J. P. Caffrey, S. F. Masri, Int. J. Non-Linear Mechanics 42 (2007), Section 3",
-        absence: "the residual is a bent line over the displacement, flat in the middle and steep outside",
+        residual_signature: "the residual is a bent line over the displacement, flat in the middle and steep outside",
         separated_by: "A slow push through the whole range: the force has a corner at ±d, where hardening bends smoothly. End stops \
                        have the same corner, but only near the ends of the motion: a smaller amplitude no longer meets them.",
         parameters: &[
@@ -53,6 +53,6 @@ impl Effect for Clearance {
         at: &Kinematics<S>,
         _: &mut States<S>,
     ) -> [S; 2] {
-        [stiffness * at.displacement.beyond(gap), S::zero()]
+        [stiffness * at.displacement.dead_zone(gap), S::zero()]
     }
 }

@@ -50,7 +50,7 @@ impl Effect for ClearanceCoupling {
         title: "coupling of two axes through their stops",
         equation: "r_x = −⅓·(a·ẋ·φ·[|x| ≥ d_x] + b·φ̇·x·[|φ| ≥ d_φ]), r_φ = −⅓·(a′·ẋ·φ·[|x| ≥ d_x] + b′·φ̇·x·[|φ| ≥ d_φ])",
         source: "F. Tasbihgoo, J. P. Caffrey, S. F. Masri, Int. J. Non-Linear Mechanics 42 (2007), Eq. (16)",
-        absence: "the residual grows when both axes move and vanishes when either rests",
+        residual_signature: "the residual grows when both axes move and vanishes when either rests",
         separated_by: "One record with each axis shaken alone and one with both: only the last shows it.",
         parameters: &[
             coefficient(
@@ -124,11 +124,11 @@ impl Effect for ClearanceCoupling {
     ) -> [S; 2] {
         let third = S::ratio(-1, 3);
         let first =
-            third * at.velocity * at.other_displacement * at.displacement.abs().reaches(gap);
+            third * at.velocity * at.other_displacement * at.displacement.abs().heaviside(gap);
         let second = third
             * at.other_velocity
             * at.displacement
-            * at.other_displacement.abs().reaches(other_gap);
+            * at.other_displacement.abs().heaviside(other_gap);
         [a * first + b * second, c * first + d * second]
     }
 }

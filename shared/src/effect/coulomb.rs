@@ -26,7 +26,7 @@ impl Effect for Coulomb {
         title: "dry friction",
         equation: "r = F_c·tanh(ẋ/v_t)",
         source: "C. A. Coulomb, Théorie des machines simples, 1785; rounded at rest as usual in simulation",
-        absence: "the residual jumps between two values whenever the velocity changes its sign",
+        residual_signature: "the residual jumps between two values whenever the velocity changes its sign",
         separated_by: "Slow sweeps at several speeds: its force does not depend on speed (viscous), does not fall with it \
                        (Stribeck), and reverses at once, not after a travel (Jenkins, Dahl, Bouc–Wen).",
         parameters: &[

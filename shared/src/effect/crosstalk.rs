@@ -1,7 +1,7 @@
 //! Cross-talk between two force channels: a share of the other axis's force shows in this one's reading.
 
 use super::about::{About, Parameter};
-use super::{Effect, Kinematics, Parameters, Seat, States};
+use super::{Effect, Kinematics, Parameters, States, Subsystem};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -10,14 +10,14 @@ pub(super) struct Crosstalk;
 
 impl Effect for Crosstalk {
     const TAG: u8 = 23;
-    const SEAT: Seat = Seat::Instrument;
+    const SUBSYSTEM: Subsystem = Subsystem::Sensor;
 
     const ABOUT: About = About {
         name: "crosstalk",
         title: "cross-talk from the other force channel",
         equation: "r_measured − r = χ·s·F_other, s = ±1 as r = s·(F − m·a)",
         source: "cross sensitivity of a multi-component force sensor",
-        absence: "the residual follows the force on the other axis, also while this axis rests",
+        residual_signature: "the residual follows the force on the other axis, also while this axis rests",
         separated_by: "Shake the other axis alone with the joint taken out: what this channel then reads is cross-talk. A coupling of the \
                        joint follows the other axis's motion instead of its force.",
         parameters: &[Parameter::linear(

@@ -16,7 +16,7 @@ impl Effect for CubicHardening {
         title: "cubic spring",
         equation: "r = k₃·x³",
         source: "G. Duffing, Erzwungene Schwingungen bei veränderlicher Eigenfrequenz, 1918",
-        absence: "the residual is an S over the displacement, growing with the third power of the amplitude",
+        residual_signature: "the residual is an S over the displacement, growing with the third power of the amplitude",
         separated_by: "A slow push through the whole range: it bends everywhere, where clearance and end stops have a corner.",
         parameters: &[Parameter::linear(
             "cubic_stiffness",

@@ -1,7 +1,7 @@
 //! Friction that builds up over a short travel after every reversal, like the stress–strain curve of a ductile solid.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -29,14 +29,14 @@ impl Effect for Dahl {
     const TAG: u8 = 14;
     const LOOKS_LIKE: &'static [&'static str] = &["bouc_wen"];
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
-    const FADING: Fading = Fading::Within(4);
+    const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(4);
 
     const ABOUT: About = About {
         name: "dahl",
         title: "friction with presliding (Dahl)",
         equation: "r = F_c·z, dz/dx = (1 − z·sgn ẋ)/u_c",
         source: "P. R. Dahl, A solid friction model, Aerospace Corp. TOR-0158(3107-18)-1, 1968, with exponent 1",
-        absence: "the residual over the displacement is a loop that after every reversal approaches its flat part exponentially",
+        residual_signature: "the residual over the displacement is a loop that after every reversal approaches its flat part exponentially",
         separated_by: "Slow reversals at several amplitudes: steepest right after the reversal and bent from there on; Jenkins is straight \
                        until it slips, Bouc–Wen with n > 1 has a sharper knee. Coulomb friction reverses at once, and \
                        LuGre's flat part falls with speed: repeat them at several speeds.",

@@ -19,7 +19,7 @@ impl Effect for EndStop {
         title: "stops at the ends of the motion",
         equation: "r = k_u·max(x − d, 0) + k_l·min(x + d, 0)",
         source: "S. W. Shaw, P. J. Holmes, J. Sound and Vibration 90 (1983) 129–155 (piecewise linear oscillator)",
-        absence: "the residual is zero over most of the displacement and rises steeply at one or both ends",
+        residual_signature: "the residual is zero over most of the displacement and rises steeply at one or both ends",
         separated_by: "The same excitation at a smaller amplitude: below the stops it is gone altogether, where hardening only \
                        shrinks and free play stays.",
         parameters: &[

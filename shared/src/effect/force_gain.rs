@@ -1,7 +1,7 @@
 //! A wrong calibration of the force channel: every force is read too large or too small by the same share.
 
 use super::about::{About, Parameter};
-use super::{Effect, Kinematics, Parameters, Seat, States};
+use super::{Effect, Kinematics, Parameters, States, Subsystem};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -11,7 +11,7 @@ pub(super) struct ForceGain;
 impl Effect for ForceGain {
     const TAG: u8 = 21;
     const LOOKS_LIKE: &'static [&'static str] = &["inertia_error"];
-    const SEAT: Seat = Seat::Instrument;
+    const SUBSYSTEM: Subsystem = Subsystem::Sensor;
 
     const NEVER_WITH: &'static [&'static str] = &["inertia_error"];
     const ABOUT: About = About {
@@ -19,7 +19,7 @@ impl Effect for ForceGain {
         title: "wrong gain of the force channel",
         equation: "r_measured − r = g·s·F, s = ±1 as r = s·(F − m·a)",
         source: "calibration of a force channel",
-        absence: "the residual follows the applied force",
+        residual_signature: "the residual follows the applied force",
         separated_by: "Load the force channel with a known weight. From motion alone a wrong inertia differs only where the joint carries a \
                        part of the force that the inertia does not: drive well below the resonance.",
         parameters: &[Parameter::linear(

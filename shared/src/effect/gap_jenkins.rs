@@ -1,7 +1,7 @@
 //! Dry friction behind a spring and a gap: after every reversal the contact lets go, and nothing acts until the gap is crossed.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::{Powers, Scalar};
 use crate::units::Dimension;
 
@@ -45,14 +45,14 @@ impl Effect for GapJenkins {
     const NOT_AT_MOST: &'static [usize] = &[2];
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
     // The state is that of a Jenkins element.
-    const FADING: Fading = Fading::Within(1);
+    const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(1);
 
     const ABOUT: About = About {
         name: "gap_jenkins",
         title: "dry friction behind a spring and a gap",
         equation: "r = F_s·|w|ⁿ·sgn w, w = dz(z, 1 − c)/c, z ← z + Δx/u held within ±1",
         source: "stop operator with a dead zone: M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989, ch. 1 and 3",
-        absence: "the residual over the displacement falls to zero after every reversal, stays there for a fixed travel, then rises to a plateau",
+        residual_signature: "the residual over the displacement falls to zero after every reversal, stays there for a fixed travel, then rises to a plateau",
         separated_by: "Slow reversals at several amplitudes: a flat part at zero force of the same length after every reversal, wherever it \
                        happens. A clearance has its flat part at a fixed place; Jenkins and Bouc–Wen reverse without one.",
         parameters: &[
@@ -93,8 +93,8 @@ impl Effect for GapJenkins {
         [z, ..]: &mut States<S>,
     ) -> [S; 2] {
         *z = (*z + at.travel(per_travel)).within(S::one());
-        let pressed = (*z * per_share).beyond(per_share - S::one());
+        let pressed = (*z * per_share).dead_zone(per_share - S::one());
         let size = pressed.abs().short().power(exponent.short());
-        [force * S::long(size).toward(pressed), S::zero()]
+        [force * S::long(size).flip_sign(pressed), S::zero()]
     }
 }

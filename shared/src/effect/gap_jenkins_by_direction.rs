@@ -3,7 +3,7 @@
 use super::about::About;
 use super::by_direction::{split, strength};
 use super::gap_jenkins::GapJenkins;
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -15,14 +15,14 @@ impl Effect for GapJenkinsByDirection {
     const REPLACES: &'static [&'static str] = &["gap_jenkins"];
     const NOT_AT_MOST: &'static [usize] = &[3];
     const STATE_BOUNDS: &'static [Bound] = GapJenkins::STATE_BOUNDS;
-    const FADING: Fading = GapJenkins::FADING;
+    const ERROR_PROPAGATION: ErrorPropagation = GapJenkins::ERROR_PROPAGATION;
 
     const ABOUT: About = About {
         name: "gap_jenkins_by_direction",
         title: "dry friction behind a spring and a gap, with a strength per direction",
         equation: "r = F₊·max(q, 0) + F₋·min(q, 0), q = |w|ⁿ·sgn w, w = dz(z, 1 − c)/c, z ← z + Δx/u held within ±1",
         source: "for band brakes the capstan's two tensions: L. Euler, Mém. Acad. Sci. Berlin 18 (1762) 265–278",
-        absence: "the residual over the displacement falls to zero after every reversal, stays there for a fixed travel, then rises to one of two \
+        residual_signature: "the residual over the displacement falls to zero after every reversal, stays there for a fixed travel, then rises to one of two \
                   plateaus, which are not opposite",
         separated_by: "Slow reversals at several amplitudes in both directions: the flat part after a reversal lies at zero force; beside a \
                        preload it lies at that preload.",

@@ -20,7 +20,7 @@ impl Effect for Gravity {
         title: "weight of a body that turns (pendulum)",
         equation: "r = A·sin(2πq/p) + B·cos(2πq/p) = m·g·l·sin(q − q₀), p = 2π rad",
         source: "C. Huygens, Horologium oscillatorium, 1673; statics",
-        absence: "the residual over the angle is part of a sine with a period of one turn",
+        residual_signature: "the residual over the angle is part of a sine with a period of one turn",
         separated_by: "The rig turned by a quarter: the angle of rest turns with it, where a spring's and cogging's stay with the joint.",
         parameters: &[
             Parameter::linear(

@@ -1,7 +1,7 @@
 //! A wrong inertia in the study: part of the inertia force is taken for restoring force.
 
 use super::about::{About, Parameter};
-use super::{Effect, Kinematics, Parameters, Seat, States};
+use super::{Effect, Kinematics, Parameters, States, Subsystem};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -11,7 +11,7 @@ pub(super) struct InertiaError;
 impl Effect for InertiaError {
     const TAG: u8 = 20;
     const LOOKS_LIKE: &'static [&'static str] = &["force_gain"];
-    const SEAT: Seat = Seat::Instrument;
+    const SUBSYSTEM: Subsystem = Subsystem::Sensor;
 
     const NEVER_WITH: &'static [&'static str] = &["force_gain"];
     const ABOUT: About = About {
@@ -19,7 +19,7 @@ impl Effect for InertiaError {
         title: "wrong inertia in the study",
         equation: "r_measured − r = Δm·s·a, s = ±1 as r = s·(F − m·a)",
         source: "equation of motion, Tasbihgoo, Caffrey, Masri 2007, Eqs. (8) and (9)",
-        absence: "the residual follows the acceleration, on every record and at every frequency alike",
+        residual_signature: "the residual follows the acceleration, on every record and at every frequency alike",
         separated_by: "Weigh the moving body, or shake it with the joint taken out: then force over acceleration is its inertia. A wrong \
                        force gain scales the spring force too; near a resonance the two look alike.",
         parameters: &[Parameter::linear(

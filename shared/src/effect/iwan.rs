@@ -1,7 +1,7 @@
 //! Friction that begins in places: a bolted lap whose contact slips from its edge inwards, element after element.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -17,7 +17,7 @@ impl Effect for Iwan {
     const TAG: u8 = 43;
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Displacement(2); ELEMENTS];
     // Each state is that of a Jenkins element.
-    const FADING: Fading = Fading::Within(1);
+    const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(1);
     const LOOKS_LIKE: &'static [&'static str] = &["bouc_wen", "dahl"];
 
     const ABOUT: About = About {
@@ -25,7 +25,7 @@ impl Effect for Iwan {
         title: "friction that begins in places (parallel Iwan elements)",
         equation: "r = K·Σ yᵢ/5, yᵢ ← yᵢ + Δx held within ±uᵢ, uᵢ = u·e^(−s·i), i = 0…4",
         source: "W. D. Iwan, J. Applied Mechanics 33 (1966) 893–900; for bolted joints D. J. Segalman, J. Applied Mechanics 72 (2005) 752–760",
-        absence: "the residual over the displacement is a loop of straight pieces or a bent one, whose branches are the first loading drawn \
+        residual_signature: "the residual over the displacement is a loop of straight pieces or a bent one, whose branches are the first loading drawn \
                   twice as large (Masing)",
         separated_by: "Slow reversals at amplitudes over two decades: small loops lose energy too, with a power of the amplitude between 2 \
                        and 3; below its slip displacement a single Jenkins element loses none.",

@@ -1,7 +1,7 @@
 //! Dry friction behind a spring: it sticks elastically until the slip force is reached, then slides.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -30,14 +30,14 @@ impl Effect for Jenkins {
     // passes on errors of its input and gathers none: its position follows the largest of them at most once, and the spring's
     // stretch, input minus slider, at most twice (P. Krejčí, Hysteresis, Convexity and Dissipation in Hyperbolic Equations,
     // 1996). The error of a step counts both positions and so is that bound.
-    const FADING: Fading = Fading::Within(1);
+    const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(1);
 
     const ABOUT: About = About {
         name: "jenkins",
         title: "dry friction behind a spring (Jenkins element)",
         equation: "r = F_s·z, z ← z + Δx/u_s held within ±1",
         source: "W. D. Iwan, J. Applied Mechanics 33 (1966) 893–900; the element is named after C. F. Jenkin, 1922",
-        absence: "the residual over the displacement is a parallelogram: straight flanks after every reversal, then flat",
+        residual_signature: "the residual over the displacement is a parallelogram: straight flanks after every reversal, then flat",
         separated_by: "Slow reversals at several amplitudes: the flanks are straight with a corner where it slips, where Bouc–Wen and \
                        Dahl bend; below the slip displacement there is no loop at all. Dry friction without a spring reverses at once.",
         parameters: &[

@@ -1,7 +1,7 @@
 //! Dry friction that follows a reversal late, like that of a damper whose fluid has to build up its structure or its pressure first.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -15,14 +15,14 @@ pub(super) struct LaggedFriction;
 impl Effect for LaggedFriction {
     const TAG: u8 = 35;
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1), Bound::Number(1)];
-    const FADING: Fading = Fading::WithTime;
+    const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::WithTime;
 
     const ABOUT: About = About {
         name: "lagged_friction",
         title: "dry friction behind a first-order lag",
         equation: "r = F_c·z, τ·ż = tanh(ẋ/v_t) − z",
         source: "for magneto-rheological dampers G. Yang et al., Engineering Structures 24 (2002) 309–323: rise time of the yield force",
-        absence: "the residual over the velocity is a step that is late in either direction: a loop around rest, wider at a higher frequency",
+        residual_signature: "the residual over the velocity is a step that is late in either direction: a loop around rest, wider at a higher frequency",
         separated_by: "Reversals at several frequencies: the delay is the same time at all of them; Dahl, Jenkins and Bouc–Wen need the same \
                        travel instead.",
         parameters: &[

@@ -89,14 +89,14 @@ impl<S: Scalar> Instrument<S> {
 
 /// Where an effect belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Seat {
+pub enum Subsystem {
     /// To the joint: it is part of its model, on the host and on the device.
-    Joint,
+    Plant,
     /// To the joint, as it changes while a record runs: it explains data on the host and is refused at export, because a
     /// device that never stops does not know when a record began.
-    JointOverTime,
+    TimeVaryingPlant,
     /// To the instruments: it corrects a channel of the study, and reaches the device in the rig block.
-    Instrument,
+    Sensor,
 }
 
 /// Which forces an effect contributes to.
@@ -121,7 +121,7 @@ pub enum Bound {
 
 /// How the device's error of an internal state fades, so that a bound holds for any length of run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fading {
+pub enum ErrorPropagation {
     /// It never exceeds this many times what a sample at rest may add: proven for 1, measured for more (docs/explanation/numerics.md).
     Within(i32),
     /// Every sample keeps a share of it below 1, whatever the motion; the interval law says which.
@@ -142,7 +142,7 @@ pub trait Effect {
     /// Which forces it contributes to.
     const ACTS: Acts = Acts::OwnAxis;
     /// Where it belongs.
-    const SEAT: Seat = Seat::Joint;
+    const SUBSYSTEM: Subsystem = Subsystem::Plant;
     /// Effects that a model cannot have on the same axis beside this one, because only their sum shows.
     const NEVER_WITH: &'static [&'static str] = &[];
     /// Effects that are this one with special values of its strengths: beside it on one axis they are one too many, and adding
@@ -159,7 +159,7 @@ pub trait Effect {
     /// Largest magnitude of each internal state; empty for a law without memory.
     const STATE_BOUNDS: &'static [Bound] = &[];
     /// How the device's error of the internal states stays bounded.
-    const FADING: Fading = Fading::Within(1);
+    const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(1);
     /// What it is called, what it means, what it needs.
     const ABOUT: About;
 
@@ -181,14 +181,14 @@ pub struct Entry {
     pub tag: u8,
     /// [`Effect::ACTS`].
     pub acts: Acts,
-    /// [`Effect::SEAT`].
-    pub seat: Seat,
+    /// [`Effect::SUBSYSTEM`].
+    pub subsystem: Subsystem,
     /// How many parameters it has.
     pub parameter_count: u8,
     /// [`Effect::STATE_BOUNDS`].
     pub state_bounds: &'static [Bound],
-    /// [`Effect::FADING`].
-    pub fading: Fading,
+    /// [`Effect::ERROR_PROPAGATION`].
+    pub error_propagation: ErrorPropagation,
     /// The law on the device; no force for an effect that does not belong to the joint, which no model on a device can have.
     pub device: Law<Q>,
     /// The law that predicts.
@@ -223,9 +223,9 @@ pub struct Entry {
 
 /// The law that the device evaluates: of effects that no model on it can have there is none.
 const fn device_law<E: Effect>() -> Law<Q> {
-    match E::SEAT {
-        Seat::Joint => E::law::<Q>,
-        Seat::JointOverTime | Seat::Instrument => |_, _, _| [Q::from_raw(0); 2],
+    match E::SUBSYSTEM {
+        Subsystem::Plant => E::law::<Q>,
+        Subsystem::TimeVaryingPlant | Subsystem::Sensor => |_, _, _| [Q::from_raw(0); 2],
     }
 }
 
@@ -241,10 +241,10 @@ impl Entry {
         Self {
             tag: E::TAG,
             acts: E::ACTS,
-            seat: E::SEAT,
+            subsystem: E::SUBSYSTEM,
             parameter_count: E::ABOUT.parameters.len() as u8,
             state_bounds: E::STATE_BOUNDS,
-            fading: E::FADING,
+            error_propagation: E::ERROR_PROPAGATION,
             device: device_law::<E>(),
             #[cfg(feature = "fit")]
             real: E::law::<f64>,

@@ -2,8 +2,8 @@
 
 use super::about::{About, Parameter, Role};
 use super::dahl::{BREAKAWAY, relax};
-use super::stribeck::{FALL, left_of_rest};
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::stribeck::{STRIBECK_VELOCITY, left_of_rest};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -18,7 +18,7 @@ pub(super) struct LuGre;
 impl Effect for LuGre {
     const TAG: u8 = 15;
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
-    const FADING: Fading = Fading::Within(4);
+    const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(4);
 
     /// Friction at rest is never less than in motion.
     const NEVER_LESS: &'static [(usize, usize)] = &[(1, 0)];
@@ -27,7 +27,7 @@ impl Effect for LuGre {
         title: "friction with presliding that falls with speed (LuGre)",
         equation: "r = g(ẋ)·z + σ₁·(ẋ − |ẋ|·z), dz/dx = (1 − z·sgn ẋ)/u, g(ẋ) = F_c + (F_s − F_c)·exp(−(ẋ/v_s)²)",
         source: "C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419–425; state normalised",
-        absence: "the residual over the displacement is a loop as with Dahl, and its flat part falls with speed",
+        residual_signature: "the residual over the displacement is a loop as with Dahl, and its flat part falls with speed",
         separated_by: "Slow reversals show the travel over which friction builds up, which Stribeck lacks; sweeps at several constant speeds \
                        show that it falls with speed, which Dahl lacks.",
         parameters: &[
@@ -64,7 +64,7 @@ impl Effect for LuGre {
                 symbol: "v_s",
                 meaning: "velocity at which 37 % of the difference of F_s and F_c is left",
                 dimension: Dimension::VELOCITY,
-                role: Role::Shape(FALL),
+                role: Role::Shape(STRIBECK_VELOCITY),
             },
         ],
     };
@@ -78,7 +78,7 @@ impl Effect for LuGre {
         let left = left_of_rest(at.velocity, per_fall);
         let size = friction + (at_rest - friction) * left;
         let damped = damping * at.velocity;
-        let force = (size - damped.toward(at.velocity)) * *z + damped;
+        let force = (size - damped.flip_sign(at.velocity)) * *z + damped;
         [force, S::zero()]
     }
 }

@@ -1,7 +1,7 @@
 //! Mains hum: the force channel's wiring picks up the mains, whose line then stands in the force whatever the joint does.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Effect, Kinematics, Parameters, Seat, States};
+use super::{Effect, Kinematics, Parameters, States, Subsystem};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -10,14 +10,14 @@ pub(super) struct MainsHum;
 
 impl Effect for MainsHum {
     const TAG: u8 = 24;
-    const SEAT: Seat = Seat::Instrument;
+    const SUBSYSTEM: Subsystem = Subsystem::Sensor;
 
     const ABOUT: About = About {
         name: "mains_hum",
         title: "mains hum in the force channel",
         equation: "r_measured − r = A·sin(2π(f·t + p)), A and p found in every record anew",
         source: "pick-up of mains wiring; H. W. Ott, Noise Reduction Techniques in Electronic Systems, Wiley 1988, ch. 2",
-        absence: "the residual holds a narrow line near 50 or 60 Hz of the same size in every record, at rest too",
+        residual_signature: "the residual holds a narrow line near 50 or 60 Hz of the same size in every record, at rest too",
         separated_by: "Log with the drive switched off: the line stays. A resonance or cogging near that frequency changes with the \
                        motion, hum does not; screened cable and one earth take it away.",
         parameters: &[

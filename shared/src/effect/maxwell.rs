@@ -1,7 +1,7 @@
 //! A spring and a damper in series: stiff for quick motion, giving way to slow motion, like rubber.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -15,14 +15,14 @@ impl Effect for Maxwell {
     const TAG: u8 = 16;
     // The damper's piston only ever follows the joint, so it stays between the joint's extremes.
     const STATE_BOUNDS: &'static [Bound] = &[Bound::Displacement(2)];
-    const FADING: Fading = Fading::WithTime;
+    const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::WithTime;
 
     const ABOUT: About = About {
         name: "maxwell",
         title: "spring and damper in series (Maxwell element)",
         equation: "r = k·y, ẏ = ẋ − y/τ",
         source: "J. C. Maxwell, Phil. Trans. R. Soc. 157 (1867) 49–88",
-        absence: "the residual is a spring's at high frequency and a damper's at low frequency, with a loop in between",
+        residual_signature: "the residual is a spring's at high frequency and a damper's at low frequency, with a loop in between",
         separated_by: "A push that is held: the force relaxes with the time constant τ, where hystereses and springs stay and a damper's is \
                        gone at once.",
         parameters: &[

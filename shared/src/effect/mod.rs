@@ -58,8 +58,8 @@ mod viscous;
 mod viscous_by_direction;
 
 pub use law::{
-    Acts, Bound, Effect, Entry, Fading, Instrument, Kinematics, Law, MAX_PARAMETERS, MAX_STATES,
-    Parameters, Seat, States,
+    Acts, Bound, Effect, Entry, ErrorPropagation, Instrument, Kinematics, Law, MAX_PARAMETERS,
+    MAX_STATES, Parameters, States, Subsystem,
 };
 
 impl Entry {

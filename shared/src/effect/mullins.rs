@@ -1,7 +1,7 @@
 //! A spring that has become softer with the largest displacement that it has seen, like filled rubber.
 
 use super::about::{About, Parameter};
-use super::{Bound, Effect, Fading, Kinematics, Parameters, States};
+use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -14,14 +14,14 @@ impl Effect for Mullins {
     const TAG: u8 = 44;
     const STATE_BOUNDS: &'static [Bound] = &[Bound::FromZero];
     // The largest of values that are off by no more than a position's error is off by no more.
-    const FADING: Fading = Fading::Within(1);
+    const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(1);
 
     const ABOUT: About = About {
         name: "mullins",
         title: "stiffness that falls with the largest displacement so far (Mullins)",
         equation: "r = −k_s·x·m, m = largest |x| so far",
         source: "L. Mullins, Rubber Chemistry and Technology 42 (1969) 339–362; in proportion to the largest displacement",
-        absence: "the residual is a spring's, stiff at the beginning of a record and softer after every new largest displacement",
+        residual_signature: "the residual is a spring's, stiff at the beginning of a record and softer after every new largest displacement",
         separated_by: "The same small motion before and after a large one: the stiffness has fallen and stays so; a drift goes on falling \
                        without one, hardening and softening springs come back.",
         parameters: &[Parameter::linear(

@@ -21,7 +21,7 @@ impl Effect for PeriodicFriction {
         title: "dry friction that repeats with the displacement",
         equation: "r = (A·sin(2πx/p) + B·cos(2πx/p))·tanh(ẋ/v_t)",
         source: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083–1138, section on position dependence",
-        absence: "the residual is a wave over the displacement whose sign turns with the velocity's",
+        residual_signature: "the residual is a wave over the displacement whose sign turns with the velocity's",
         separated_by: "Slow sweeps to and fro: friction's wave turns its sign with the direction, cogging's does not.",
         parameters: &[
             Parameter::linear(

@@ -17,7 +17,7 @@ impl Effect for PositionFriction {
         title: "dry friction that follows the displacement",
         equation: "r = (F₁·x + F₂·x²)·tanh(ẋ/v_t)",
         source: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083–1138, section on position dependence",
-        absence: "the residual jumps whenever the velocity changes its sign, by another amount at every place",
+        residual_signature: "the residual jumps whenever the velocity changes its sign, by another amount at every place",
         separated_by: "Slow sweeps to and fro through the whole travel: half the difference of both forces is the friction at each place.",
         parameters: &[
             Parameter::linear(

@@ -21,7 +21,7 @@ impl Effect for PowerContact {
         title: "contacts on either side of a gap, with a power of the penetration",
         equation: "r = F₊·max(q, 0) + F₋·min(q, 0), q = |y/x₁|ᵖ·sgn y, y = dz(x, d)",
         source: "K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42 (1975) 440–445, without its damping",
-        absence: "the residual is zero in the middle of the travel and rises on a bent line outside",
+        residual_signature: "the residual is zero in the middle of the travel and rises on a bent line outside",
         separated_by: "A slow push into the contact, force over penetration on logarithmic scales: one straight line with slope p; stops \
                        and clearances have slope 1.",
         parameters: &[
@@ -59,7 +59,7 @@ impl Effect for PowerContact {
         at: &Kinematics<S>,
         _: &mut States<S>,
     ) -> [S; 2] {
-        let pressed = at.displacement.beyond(gap) * per_reference;
+        let pressed = at.displacement.dead_zone(gap) * per_reference;
         let unit = signed_power(pressed, exponent);
         [split(unit, above, below), S::zero()]
     }

@@ -19,7 +19,7 @@ impl Effect for PowerDamperByDirection {
         title: "damper with a power of the velocity and a strength per direction",
         equation: "r = F₊·max(q, 0) + F₋·min(q, 0), q = |ẋ/v₁|ᵖ·sgn ẋ",
         source: "J. C. Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007: bump and rebound",
-        absence: "the residual over the velocity bends everywhere, in one direction more than in the other",
+        residual_signature: "the residual over the velocity bends everywhere, in one direction more than in the other",
         separated_by: "Sweeps at constant speeds in both directions, force over speed on logarithmic scales: two parallel straight lines.",
         parameters: &[
             strength(

@@ -19,7 +19,7 @@ impl Effect for PowerSpringByDirection {
         title: "spring with a power of the displacement, with a strength per side",
         equation: "r = F₊·max(q, 0) + F₋·min(q, 0), q = |x/x₁|ᵖ·sgn x",
         source: "H. Hertz, J. reine angew. Math. 92 (1882) 156–171, for contacts on either side",
-        absence: "the residual over the displacement bends everywhere, on one side more than on the other",
+        residual_signature: "the residual over the displacement bends everywhere, on one side more than on the other",
         separated_by: "A slow push and a slow pull, force over displacement on logarithmic scales: two parallel straight lines.",
         parameters: &[
             strength(

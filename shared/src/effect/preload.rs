@@ -16,7 +16,7 @@ impl Effect for Preload {
         title: "constant force",
         equation: "r = F₀",
         source: "statics",
-        absence: "the residual has a mean that is not zero",
+        residual_signature: "the residual has a mean that is not zero",
         separated_by: "Unload the joint and read the force channel: an offset of the instrument stays, a preload goes.",
         parameters: &[Parameter::linear(
             "force",

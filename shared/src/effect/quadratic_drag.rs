@@ -16,7 +16,7 @@ impl Effect for QuadraticDrag {
         title: "drag with the square of the velocity",
         equation: "r = c₂·ẋ·|ẋ|",
         source: "I. Newton, Principia, 1687, book II, section 2; for orifices of dampers J. C. Dixon, The Shock Absorber Handbook, 2007",
-        absence: "the residual over the velocity is bent, flat at rest and steep at high speed",
+        residual_signature: "the residual over the velocity is bent, flat at rest and steep at high speed",
         separated_by: "The same sweep at half and at double speed: its force changes fourfold, that of a viscous damper twofold, and dry \
                        friction's stays.",
         parameters: &[Parameter::linear(

@@ -16,7 +16,7 @@ impl Effect for Stiffness {
         title: "linear spring",
         equation: "r = k·x",
         source: "R. Hooke, De potentia restitutiva, 1678",
-        absence: "the residual follows the displacement on a straight line",
+        residual_signature: "the residual follows the displacement on a straight line",
         separated_by: "A slow push through the whole range: the force stays when the motion stops, unlike damping, and grows \
                        in proportion, unlike clearance and hardening.",
         parameters: &[Parameter::linear(

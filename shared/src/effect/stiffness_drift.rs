@@ -1,7 +1,7 @@
 //! A stiffness that drifts while a record runs: a bolt that works loose, rubber that warms up.
 
 use super::about::{About, Parameter};
-use super::{Effect, Kinematics, Parameters, Seat, States};
+use super::{Effect, Kinematics, Parameters, States, Subsystem};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -10,14 +10,14 @@ pub(super) struct StiffnessDrift;
 
 impl Effect for StiffnessDrift {
     const TAG: u8 = 19;
-    const SEAT: Seat = Seat::JointOverTime;
+    const SUBSYSTEM: Subsystem = Subsystem::TimeVaryingPlant;
 
     const ABOUT: About = About {
         name: "stiffness_drift",
         title: "stiffness that drifts with time",
         equation: "r = k̇·x·t, t since the record began",
         source: "first term of a Taylor series of a slowly changing stiffness in time",
-        absence: "the residual follows the displacement and grows (or shrinks and grows again) along the record",
+        residual_signature: "the residual follows the displacement and grows (or shrinks and grows again) along the record",
         separated_by: "Repeat the record with half the drive: a drift with time stays, hardening with amplitude goes with its square; \
                        repeat it after a pause: what warmed up begins anew, what worked loose goes on.",
         parameters: &[Parameter::linear(

@@ -10,7 +10,7 @@ use crate::units::Dimension;
 pub(super) struct Stribeck;
 
 /// The search for the velocity by which friction has fallen.
-pub(super) const FALL: Shape = Shape {
+pub(super) const STRIBECK_VELOCITY: Shape = Shape {
     starts: &[0.01, 0.03, 0.1, 0.3],
     least: 2e-3,
     most: 1.0,
@@ -20,7 +20,7 @@ pub(super) const FALL: Shape = Shape {
 
 /// exp(−(ẋ/v_s)²): how much of the friction at rest is left.
 pub(super) fn left_of_rest<S: Scalar>(velocity: S, per_fall: S) -> S {
-    (velocity * per_fall).bell()
+    (velocity * per_fall).gaussian()
 }
 
 impl Effect for Stribeck {
@@ -34,7 +34,7 @@ impl Effect for Stribeck {
         title: "dry friction that falls with speed (Stribeck)",
         equation: "r = (F_c + (F_s − F_c)·exp(−(ẋ/v_s)²))·tanh(ẋ/v_t)",
         source: "R. Stribeck, Z. VDI 46 (1902) 1341–1348; the exponential after L. C. Bo, D. Pavelescu, Wear 82 (1982) 277–289",
-        absence: "the residual jumps when the velocity changes its sign and is largest just after the jump",
+        residual_signature: "the residual jumps when the velocity changes its sign and is largest just after the jump",
         separated_by: "Sweeps at constant speed, from the slowest the drive can do: the force falls with speed before it rises; Coulomb's \
                        stays, viscous damping only rises.",
         parameters: &[
@@ -57,7 +57,7 @@ impl Effect for Stribeck {
                 symbol: "v_s",
                 meaning: "velocity at which 37 % of the difference is left",
                 dimension: Dimension::VELOCITY,
-                role: Role::Shape(FALL),
+                role: Role::Shape(STRIBECK_VELOCITY),
             },
             Parameter {
                 name: "transition_velocity",

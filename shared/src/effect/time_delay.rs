@@ -1,7 +1,7 @@
 //! A force channel that is late: an anti-alias filter, a slow bridge amplifier, a multiplexer.
 
 use super::about::{About, Parameter};
-use super::{Effect, Kinematics, Parameters, Seat, States};
+use super::{Effect, Kinematics, Parameters, States, Subsystem};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -10,14 +10,14 @@ pub(super) struct TimeDelay;
 
 impl Effect for TimeDelay {
     const TAG: u8 = 22;
-    const SEAT: Seat = Seat::Instrument;
+    const SUBSYSTEM: Subsystem = Subsystem::Sensor;
 
     const ABOUT: About = About {
         name: "time_delay",
         title: "late force channel",
         equation: "r_measured − r = −τ·s·dF/dt, s = ±1 as r = s·(F − m·a)",
         source: "first order of the shift F(t + τ) of a channel in time",
-        absence: "the residual follows the derivative of the applied force: it looks like damping, or like inertia when the spring dominates",
+        residual_signature: "the residual follows the derivative of the applied force: it looks like damping, or like inertia when the spring dominates",
         separated_by: "Tap the body with the joint taken out: force and acceleration must begin together. From a log: the phase between the \
                        two falls in proportion to frequency, where damping bends it only near the resonance.",
         parameters: &[Parameter::linear(

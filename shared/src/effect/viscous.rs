@@ -16,7 +16,7 @@ impl Effect for Viscous {
         title: "viscous damper",
         equation: "r = c·ẋ",
         source: "Lord Rayleigh, The Theory of Sound, vol. 1, 1877, §45",
-        absence: "the residual follows the velocity on a straight line",
+        residual_signature: "the residual follows the velocity on a straight line",
         separated_by: "The same sweep at half and at double speed: its force halves and doubles; dry friction's stays, drag's \
                        changes fourfold.",
         parameters: &[Parameter::linear(

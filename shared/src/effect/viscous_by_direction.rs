@@ -18,7 +18,7 @@ impl Effect for ViscousByDirection {
         title: "viscous damper with a strength per direction",
         equation: "r = c₊·max(ẋ, 0) + c₋·min(ẋ, 0)",
         source: "J. C. Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007: bump and rebound coefficients",
-        absence: "the residual over the velocity is two straight lines that meet at rest",
+        residual_signature: "the residual over the velocity is two straight lines that meet at rest",
         separated_by: "Sweeps at several speeds in both directions: two straight lines through rest; quadratic drag bends, unequal dry \
                        friction jumps at rest.",
         parameters: &[

@@ -4,7 +4,7 @@ use super::limits::AxisLimits;
 use super::logarithm::{OCTAVE, SHARE, exp2, log2};
 
 /// The largest force that is counted, in the monitor's units: 128 times the validation records' RMS force at least.
-const MOST_FORCE: i32 = 1 << 23;
+const MAX_FORCE: i32 = 1 << 23;
 
 /// What of one output has to wait for the low-pass over the residual, of one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub(super) struct Sample {
 #[inline(always)]
 fn force(value: i32, shift: u8) -> i32 {
     let rounded = crate::scalar::fixed::round_shift_32(value, u32::from(shift & 31));
-    rounded.clamp(-MOST_FORCE, MOST_FORCE)
+    rounded.clamp(-MAX_FORCE, MAX_FORCE)
 }
 
 impl Waiting {

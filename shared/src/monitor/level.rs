@@ -18,14 +18,14 @@ pub(super) const CAUSES: [Cause; SIDES] = [
     Cause::ForceUnexpected,
 ];
 /// The fewest blocks that raise an alarm: of the error, and of a stiffness or a friction, which have a direction to be told by.
-const LEAST_BLOCKS: [i32; 2] = [16, 6];
+const MIN_BLOCKS: [i32; 2] = [16, 6];
 /// What one block adds to the sum of a stiffness or a friction at most, in the unit of [`SHARE`]: three quarters of the shift that a
 /// change by 10 % of the RMS force makes.
-pub const MOST_OF_SHARE: i32 = 3 * SHARE / 80;
+pub const MAX_OF_SHARE: i32 = 3 * SHARE / 80;
 
 /// The fewest blocks that raise an alarm by statistic `side` (0: the error). A gross change takes as few as a direction.
 pub fn least_blocks(side: usize) -> i32 {
-    let [error, share] = LEAST_BLOCKS;
+    let [error, share] = MIN_BLOCKS;
     if side == 0 { error } else { share }
 }
 
@@ -35,7 +35,7 @@ pub fn least_blocks(side: usize) -> i32 {
 pub fn most_of_block(side: usize, threshold: i32) -> i32 {
     let part = threshold / least_blocks(side) + 1;
     if (1..GROSS).contains(&side) {
-        part.min(MOST_OF_SHARE)
+        part.min(MAX_OF_SHARE)
     } else {
         part
     }
@@ -96,7 +96,7 @@ impl Level {
 #[cfg(test)]
 mod tests {
     extern crate std;
-    use super::super::limits::MOST_CUSUM;
+    use super::super::limits::MAX_CUSUM;
     use super::super::limits::tests::axis;
     use super::*;
     use crate::monitor::OCTAVE;
@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn what_lasts_adds_up_and_no_burst_raises_an_alarm() {
         for statistic in 0..SIDES {
-            for threshold in [1000, 1 << 20, MOST_CUSUM] {
+            for threshold in [1000, 1 << 20, MAX_CUSUM] {
                 let side = Cusum {
                     drift: 100,
                     threshold,
@@ -121,7 +121,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(most_of_block(1, MOST_CUSUM), MOST_OF_SHARE);
+        assert_eq!(most_of_block(1, MAX_CUSUM), MAX_OF_SHARE);
         let mut level = Level::default();
         let mut blocks = 0;
         while level.next(SIDE) != State::Alarm {
@@ -180,7 +180,7 @@ mod tests {
         for (drift, wanted) in [
             (-20 * OCTAVE, -5 * OCTAVE),
             (-6 * OCTAVE, -15 * OCTAVE / 4),
-            (MOST_CUSUM, -2 * OCTAVE),
+            (MAX_CUSUM, -2 * OCTAVE),
         ] {
             limits.error.drift = drift;
             limits.gross = [0, 40];

@@ -13,14 +13,14 @@ pub const CHANNELS: usize = 5;
 /// The fewest and the most samples of a block.
 pub const BLOCK: [u16; 2] = [16, 1024];
 /// The fewest residuals in the band that a block sums up.
-pub const FEWEST_VALUES: i32 = 16;
+pub const MIN_VALUES: i32 = 16;
 /// Statistics with a limit, per axis: error, both sides of stiffness and friction, and both sides of a gross change of the force.
 pub const SIDES: usize = 7;
 /// The largest drift and the largest threshold of a [`Cusum`].
-pub const MOST_CUSUM: i32 = 1 << 24;
+pub const MAX_CUSUM: i32 = 1 << 24;
 
 /// The least threshold of a gross change, in quarters of an octave: six blocks of an octave each.
-pub const LEAST_GROSS: u8 = 24;
+pub const MIN_GROSS: u8 = 24;
 /// The error, in octaves, that is all of a force of usual size, less what of it is outside the common band.
 const ALL_OF_FORCE: i32 = -3 * OCTAVE / 2;
 /// Between which errors, in octaves, a gross change begins: between a quarter of the force and seven tenths.
@@ -65,7 +65,7 @@ pub struct AxisLimits {
     pub stiffness: TwoSided,
     /// Of the part of the residual that goes with the velocity, in 2⁻¹⁶ of the force.
     pub friction: TwoSided,
-    /// Thresholds of a force that is gone and of one that nobody expects, in quarters of an octave; under [`LEAST_GROSS`] stands for it.
+    /// Thresholds of a force that is gone and of one that nobody expects, in quarters of an octave; under [`MIN_GROSS`] stands for it.
     pub gross: [u8; 2],
     /// Per channel (far and near displacement counter, body counter, accelerometer, force), the span in counts within a
     /// block that is a real motion; 0 for a channel that the rig has not.
@@ -77,7 +77,7 @@ pub struct AxisLimits {
 pub struct Limits {
     /// The checksum of the model blob for which they were set.
     pub model_checksum: u32,
-    /// Samples of one block of statistics; a power of two from 16 to 1024, and so long that [`FEWEST_VALUES`] residuals in the band
+    /// Samples of one block of statistics; a power of two from 16 to 1024, and so long that [`MIN_VALUES`] residuals in the band
     /// come meanwhile.
     pub block: u16,
     /// The part of the time outside the training range that makes the verdict *suspect*, in 1/1000; 1 to 1000.
@@ -122,7 +122,7 @@ impl Limits {
         let (seen, wanted) = (self.axes.len() as i32, axes as i32);
         checks.whole("axes of the monitor's limits", seen, wanted, wanted);
         let (most, quantity) = (i32::from(self.block), "residuals in the band per block");
-        checks.whole(quantity, self.values(every_log2), FEWEST_VALUES, most);
+        checks.whole(quantity, self.values(every_log2), MIN_VALUES, most);
     }
 }
 
@@ -135,7 +135,7 @@ impl AxisLimits {
         let drift = (self.error.drift / 2 + ALL_OF_FORCE / 2).clamp(least, most);
         self.gross.map(|quarters| Cusum {
             drift,
-            threshold: i32::from(quarters.max(LEAST_GROSS)) * (OCTAVE / 4),
+            threshold: i32::from(quarters.max(MIN_GROSS)) * (OCTAVE / 4),
         })
     }
 
@@ -164,7 +164,7 @@ impl AxisLimits {
         for power in self.state_power {
             checks.long("state power of the monitor", power, 1, 1 << 30);
         }
-        let most = MOST_CUSUM;
+        let most = MAX_CUSUM;
         for slope in self.per_octave {
             let quantity = "change per octave of the monitor's statistics";
             checks.whole(quantity, slope, -most, most);

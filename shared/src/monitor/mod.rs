@@ -32,7 +32,7 @@ mod verdict;
 
 pub use block::{Gross, GrossSums, Statistics, Sums, share_of_change};
 pub use judged::RECENT;
-pub use level::{MOST_OF_SHARE, least_blocks, most_of_block};
+pub use level::{MAX_OF_SHARE, least_blocks, most_of_block};
 pub use limits::SIDES;
 pub use logarithm::{OCTAVE, SHARE};
 pub use sensors::Faults;
@@ -51,11 +51,11 @@ use sensors::SensorState;
 use sliding::Sliding;
 
 /// The longest wait for the low-pass over the residual and for the sample after it, in samples.
-const MOST_WAIT: usize = MAX_BAND_TAPS / 2 + 2;
+const MAX_WAIT: usize = MAX_BAND_TAPS / 2 + 2;
 /// Binary logarithm of the blocks over which the time outside the training range is counted.
 const OUTSIDE_MEMORY: u32 = 6;
 /// A block that has lost more than one in so many of its samples is begun anew.
-const MOST_LOST: u32 = 4;
+const MAX_LOST: u32 = 4;
 
 /// The monitor of one model on one rig: what is calibrated, apart from what moves ([`MonitorState`]).
 #[derive(Clone, Debug, PartialEq)]
@@ -110,14 +110,14 @@ pub struct MonitorState {
 /// The last outputs, which wait for the low-pass over the residual.
 #[derive(Clone, Debug)]
 struct Delayed {
-    places: [[Waiting; 2]; MOST_WAIT],
+    places: [[Waiting; 2]; MAX_WAIT],
     newest: usize,
 }
 
 impl Default for Delayed {
     fn default() -> Self {
         Self {
-            places: [[Waiting::default(); 2]; MOST_WAIT],
+            places: [[Waiting::default(); 2]; MAX_WAIT],
             newest: 0,
         }
     }
@@ -197,7 +197,7 @@ impl Monitor {
         let every_log2 = chain.band_every().trailing_zeros();
         limits.check_for(chain.axes(), every_log2, &mut checks);
         checks.done()?;
-        let (derivative, band) = (chain.spoilt_by_fault(), chain.band().taps.len() as u16);
+        let (derivative, band) = (chain.invalidated_by_fault(), chain.band().taps.len() as u16);
         Ok(Self {
             log_block: limits.block.trailing_zeros(),
             log_values: limits.values(every_log2).trailing_zeros(),
@@ -263,7 +263,7 @@ impl Monitor {
             state.is_lost = faults.lost != 0;
             state.held = None;
             state.lost = state.lost.saturating_add(faults.lost);
-            if state.lost > u32::from(self.limits.block) / MOST_LOST {
+            if state.lost > u32::from(self.limits.block) / MAX_LOST {
                 state.fine.begin();
                 state.gross.begin();
                 state.lost = 0;
@@ -305,7 +305,7 @@ impl Monitor {
 
     /// Puts what of an output has to wait behind those before it.
     fn put(waiting: &mut Delayed, output: &Output) {
-        waiting.newest = if waiting.newest + 1 < MOST_WAIT {
+        waiting.newest = if waiting.newest + 1 < MAX_WAIT {
             waiting.newest + 1
         } else {
             0
@@ -324,7 +324,7 @@ impl Monitor {
         let waiting = &state.waiting;
         let place = match waiting.newest.checked_sub(self.wait) {
             Some(place) => place,
-            None => (waiting.newest + MOST_WAIT).saturating_sub(self.wait),
+            None => (waiting.newest + MAX_WAIT).saturating_sub(self.wait),
         };
         let Some(at) = waiting.places.get(place) else {
             return;

@@ -60,13 +60,13 @@ pub(super) fn forget(rate: &mut i32, count: u16, log_block: u32, log_memory: u32
 /// Binary logarithm of the blocks over which faults are counted.
 const FAULT_MEMORY: u32 = 3;
 /// Blocks of a gap that are counted: after twice the memory, a longer one makes no difference.
-const MOST_OF_GAP: u32 = 16;
+const MAX_OF_GAP: u32 = 16;
 /// Blocks in which a channel stands still and its axis moves until it is called stuck.
 const STUCK_BLOCKS: u8 = 4;
 
 /// One channel within a block: its first count and how far it went from there.
 #[derive(Clone, Copy, Debug, Default)]
-struct Course {
+struct ChannelSpan {
     first: i32,
     least: i32,
     most: i32,
@@ -74,7 +74,7 @@ struct Course {
     still: u8,
 }
 
-impl Course {
+impl ChannelSpan {
     /// How far it went within the block.
     fn span(&self) -> u32 {
         self.most.wrapping_sub(self.least) as u32
@@ -108,7 +108,7 @@ pub(super) struct SensorState {
     /// The channels of the last block in which there were any.
     last: [u16; KINDS],
     rates: [i32; KINDS],
-    courses: [[Course; CHANNELS]; 2],
+    spans: [[ChannelSpan; CHANNELS]; 2],
     /// The axis whose courses the last sample was taken into.
     turn: usize,
     /// Axes of whose block there was a sample.
@@ -141,7 +141,7 @@ impl SensorState {
         }
         let raw = &raw[own];
         let [of_far, of_near] = raw.displacement;
-        let [far, near, body, acceleration, force] = &mut self.courses[own];
+        let [far, near, body, acceleration, force] = &mut self.spans[own];
         if self.started[own] {
             far.follow(of_far);
             near.follow(of_near);
@@ -182,18 +182,18 @@ impl SensorState {
             return;
         };
         let mut moves = false;
-        for (course, &least) in self.courses[axis].iter().zip(&limits.moving_counts) {
-            moves |= least != 0 && course.span() >= least;
+        for (span, &least) in self.spans[axis].iter().zip(&limits.moving_counts) {
+            moves |= least != 0 && span.span() >= least;
         }
-        let all = self.courses[axis].iter_mut().zip(&limits.moving_counts);
-        for (channel, (course, &least)) in all.enumerate() {
-            if course.span() != 0 || least == 0 {
-                course.still = 0;
+        let all = self.spans[axis].iter_mut().zip(&limits.moving_counts);
+        for (channel, (span, &least)) in all.enumerate() {
+            if span.span() != 0 || least == 0 {
+                span.still = 0;
             } else if moves {
-                course.still = course.still.saturating_add(1);
+                span.still = span.still.saturating_add(1);
                 self.suspected |= Faults::bit(axis, channel);
             }
-            if course.still >= STUCK_BLOCKS {
+            if span.still >= STUCK_BLOCKS {
                 self.stuck |= Faults::bit(axis, channel);
             }
         }
@@ -209,7 +209,7 @@ impl SensorState {
             self.rates.iter_mut().zip(&mut self.last).zip(tallies)
         {
             // What is left after blocks of which every sample had this fault or none.
-            let gap = blocks.saturating_sub(1).min(MOST_OF_GAP);
+            let gap = blocks.saturating_sub(1).min(MAX_OF_GAP);
             let in_gap = if *count >= most { most } else { 0 };
             for _ in 0..gap {
                 forget(rate, in_gap, log_block, FAULT_MEMORY);

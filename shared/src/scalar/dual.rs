@@ -87,10 +87,10 @@ impl Number for Dual {
             self
         }
     }
-    fn reaches(self, threshold: Self) -> Self {
-        Self::constant(self.value.reaches(threshold.value))
+    fn heaviside(self, threshold: Self) -> Self {
+        Self::constant(self.value.heaviside(threshold.value))
     }
-    fn toward(self, direction: Self) -> Self {
+    fn flip_sign(self, direction: Self) -> Self {
         if direction.value < 0.0 { -self } else { self }
     }
     fn half(self) -> Self {
@@ -148,7 +148,7 @@ impl Scalar for Dual {
     }
     fn decay(self) -> Self {
         let value = self.value.decay();
-        let falls = self.value.reaches(0.0);
+        let falls = self.value.heaviside(0.0);
         Self {
             value,
             slope: -falls * value * self.slope,

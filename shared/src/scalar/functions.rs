@@ -47,7 +47,7 @@ impl Scalar for Q {
             [decay, Self::one(), decay]
         }
     }
-    fn bell(self) -> Self {
+    fn gaussian(self) -> Self {
         // A square that saturates decays to 0 as one that is held does.
         elementary::decay(self * self)
     }

@@ -11,7 +11,7 @@ use core::ops::{Add, Mul, Neg, Sub};
 ///
 /// Evaluating a law on intervals bounds its result for every input in the ranges, with the rounding of the device
 /// added operation by operation. The same quantity used twice counts as two, so ranges can come out wider than they are.
-/// `f64`'s own rounding, 2⁻⁵³ of a value, is far under the device's and is left out. A comparison ([`Number::reaches`]) is taken to fall
+/// `f64`'s own rounding, 2⁻⁵³ of a value, is far under the device's and is left out. A comparison ([`Number::heaviside`]) is taken to fall
 /// alike on both sides: inputs closer to a threshold than the error itself are outside the bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval<const PLACES: u32 = { q::PLACES }> {
@@ -149,15 +149,15 @@ impl<const PLACES: u32> Number for Interval<PLACES> {
     fn max(self, other: Self) -> Self {
         -((-self).min(-other))
     }
-    fn reaches(self, threshold: Self) -> Self {
+    fn heaviside(self, threshold: Self) -> Self {
         Self::from(
-            self.least.reaches(threshold.most),
-            self.most.reaches(threshold.least),
+            self.least.heaviside(threshold.most),
+            self.most.heaviside(threshold.least),
             0.0,
             &[self, threshold],
         )
     }
-    fn toward(self, direction: Self) -> Self {
+    fn flip_sign(self, direction: Self) -> Self {
         let (mut least, mut most) = (self.least, self.most);
         if direction.least < 0.0 {
             (least, most) = (least.min(-most), most.max(-least));

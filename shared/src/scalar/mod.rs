@@ -10,12 +10,12 @@
 //! | `+ − ·`, negation | as always | |
 //! | [`Number::abs`] | \|a\| | that of the side on which the value is; at 0 the right one |
 //! | [`Number::min`], [`Number::max`] | the smaller, the larger | that of the one taken; the first on a tie |
-//! | [`Number::reaches`] | 1 where a ≥ b, else 0 | 0 |
-//! | [`Number::toward`] | a where b ≥ 0, else −a | by b 0 |
+//! | [`Number::heaviside`] | 1 where a ≥ b, else 0 | 0 |
+//! | [`Number::flip_sign`] | a where b ≥ 0, else −a | by b 0 |
 //! | [`Number::half`] | a/2 | |
 //! | [`Scalar::tanh`] | hyperbolic tangent | |
 //! | [`Scalar::decay`] | e⁻ᵃ for a ≥ 0, 1 below | at 0 the right one |
-//! | [`Scalar::bell`] | e^(−a²) | |
+//! | [`Scalar::gaussian`] | e^(−a²) | |
 //! | [`Scalar::sine`] | sin(2πa): the sine of a turns | |
 //! | [`Powers::power`] | aⁿ for a from 0 to 1, n from 1 to 4 | |
 //! | [`Powers::raised`] | aⁿ for a from 0 to 8, n above 0, to 7 | |
@@ -49,9 +49,9 @@ pub trait Number:
     /// The larger of two.
     fn max(self, other: Self) -> Self;
     /// 1 where `self` ≥ `threshold`, 0 elsewhere.
-    fn reaches(self, threshold: Self) -> Self;
+    fn heaviside(self, threshold: Self) -> Self;
     /// The same where `direction` ≥ 0, its opposite elsewhere.
-    fn toward(self, direction: Self) -> Self;
+    fn flip_sign(self, direction: Self) -> Self;
     /// Half of it.
     fn half(self) -> Self;
 
@@ -68,7 +68,7 @@ pub trait Number:
         self.min(limit).max(-limit)
     }
     /// What the value exceeds ±`gap` by: 0 between −gap and gap, `self` ∓ gap outside.
-    fn beyond(self, gap: Self) -> Self {
+    fn dead_zone(self, gap: Self) -> Self {
         (self - gap).max(Self::zero()) + (self + gap).min(Self::zero())
     }
 }
@@ -102,7 +102,7 @@ pub trait Scalar: Number {
         [ahead, back, ahead * back]
     }
     /// e^(−a²).
-    fn bell(self) -> Self {
+    fn gaussian(self) -> Self {
         // From 5 on it is less than the device's last place, and so is the error of a large square.
         let held = self.within(Self::ratio(5, 1));
         (held * held).decay()
@@ -147,10 +147,10 @@ impl Number for f64 {
     fn max(self, other: Self) -> Self {
         if other > self { other } else { self }
     }
-    fn reaches(self, threshold: Self) -> Self {
+    fn heaviside(self, threshold: Self) -> Self {
         f64::from(u8::from(self >= threshold))
     }
-    fn toward(self, direction: Self) -> Self {
+    fn flip_sign(self, direction: Self) -> Self {
         if direction < 0.0 { -self } else { self }
     }
     fn half(self) -> Self {

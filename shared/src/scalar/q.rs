@@ -12,7 +12,7 @@ use core::ops::{Add, Mul, Neg, Sub};
 ///
 /// | operation | rounding | at the rails |
 /// |---|---|---|
-/// | `+`, `−`, negation, [`Number::abs`], [`Number::toward`] | exact | saturates |
+/// | `+`, `−`, negation, [`Number::abs`], [`Number::flip_sign`] | exact | saturates |
 /// | [`Number::half`] | to nearest, half up | cannot leave the range |
 /// | `·` | to nearest, half up | saturates |
 /// | [`Scalar::tanh`](super::Scalar::tanh) | that of [`mod@crate::base::tanh`] | cannot leave the range |
@@ -173,11 +173,11 @@ impl Number for Q {
         Ord::max(self, other)
     }
     #[inline]
-    fn reaches(self, threshold: Self) -> Self {
+    fn heaviside(self, threshold: Self) -> Self {
         Self::from_raw(i64::from(self.raw >= threshold.raw) << PLACES)
     }
     #[inline]
-    fn toward(self, direction: Self) -> Self {
+    fn flip_sign(self, direction: Self) -> Self {
         if direction.raw < 0 { -self } else { self }
     }
     #[inline]
@@ -217,7 +217,7 @@ mod tests {
             let (p, q) = (Q::from_f64(a), Q::from_f64(b));
             let close = |seen: Q, wanted: f64| (seen.to_f64() - wanted).abs() < 2.0 * UNIT;
             prop_assert!(close(p.abs(), a.abs()) && close(Number::min(p, q), a.min(b)) && close(Number::max(p, q), a.max(b)));
-            prop_assert_eq!(p.reaches(q).to_f64(), f64::from(u8::from(p >= q)));
+            prop_assert_eq!(p.heaviside(q).to_f64(), f64::from(u8::from(p >= q)));
             prop_assert!(close(p + q, a + b) && close(p - q, a - b) && close(-p, -a));
         }
     }

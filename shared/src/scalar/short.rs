@@ -25,7 +25,7 @@ use core::ops::{Add, Mul, Neg, Sub};
 ///
 /// | operation | rounding | at the rails |
 /// |---|---|---|
-/// | `+`, `−`, negation, [`Number::abs`], [`Number::toward`] | exact | saturates |
+/// | `+`, `−`, negation, [`Number::abs`], [`Number::flip_sign`] | exact | saturates |
 /// | [`Number::half`] | to nearest, half up | cannot leave the range |
 /// | `·` | to nearest, half up | saturates, up to the last four places |
 /// | [`Powers::power`] | [`POWER_ERROR`] | cannot leave the range |
@@ -136,13 +136,13 @@ impl Number for Short {
         Ord::max(self, other)
     }
     #[inline]
-    fn reaches(self, threshold: Self) -> Self {
+    fn heaviside(self, threshold: Self) -> Self {
         Self {
             raw: i32::from(self.raw >= threshold.raw) << PLACES,
         }
     }
     #[inline]
-    fn toward(self, direction: Self) -> Self {
+    fn flip_sign(self, direction: Self) -> Self {
         if direction.raw < 0 { -self } else { self }
     }
     #[inline]
@@ -390,8 +390,8 @@ mod tests {
                 prop_assert_eq!(((p + q).raw, (p - q).raw), (held(a + b), held(a - b)));
                 prop_assert_eq!(((-p).raw, p.abs().raw), (held(-a), held(a.abs())));
                 prop_assert_eq!((Number::min(p, q).raw, Number::max(p, q).raw), (a.min(b) as i32, a.max(b) as i32));
-                prop_assert_eq!(real(p.reaches(q)), f64::from(u8::from(a >= b)));
-                prop_assert_eq!((p.toward(q).raw, p.half().raw), (held(if b < 0 { -a } else { a }), ((a + 1) >> 1) as i32));
+                prop_assert_eq!(real(p.heaviside(q)), f64::from(u8::from(a >= b)));
+                prop_assert_eq!((p.flip_sign(q).raw, p.half().raw), (held(if b < 0 { -a } else { a }), ((a + 1) >> 1) as i32));
             }
         }
 

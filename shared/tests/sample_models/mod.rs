@@ -6,7 +6,7 @@ use jointwatch_shared::base::hum::Hum;
 use jointwatch_shared::base::network_quantise::Weights;
 use jointwatch_shared::base::terms::{InSi, MAX_TERMS};
 use jointwatch_shared::base::{Header, Model};
-use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Seat};
+use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Subsystem};
 use jointwatch_shared::selftest::Points;
 use jointwatch_shared::wire::blob::{BLOB_LEN, CHECKSUM_OFFSET};
 
@@ -106,7 +106,7 @@ pub(crate) fn effects(axes: usize, seed: u64) -> Vec<InSi> {
     let mut points = Points::new(seed);
     // The first ones, so that new effects change no sample.
     let known = EFFECTS.iter().rev();
-    let known = known.filter(|e| e.seat == Seat::Joint && e.tag <= LAST_SAMPLED);
+    let known = known.filter(|e| e.subsystem == Subsystem::Plant && e.tag <= LAST_SAMPLED);
     let allowed = known.filter(|entry| axes == 2 || !entry.needs_two_axes());
     let term = |(number, entry): (usize, &'static Entry)| InSi {
         entry,

@@ -69,7 +69,7 @@ pub struct Case {
 }
 
 /// How often a rig may turn out implausible before the draw is given up; a few per cent of all draws are.
-const MOST_DRAWS: usize = 60;
+const MAX_DRAWS: usize = 60;
 
 /// The seed of one case: SplitMix64's step, so that neighbours have nothing in common.
 pub fn case_seed(seed: u64, number: usize) -> u64 {
@@ -211,13 +211,13 @@ impl Case {
             .iter()
             .map(|_| 0.02 * 15f64.powf(rng.random::<f64>()))
             .collect();
-        for _ in 0..MOST_DRAWS {
+        for _ in 0..MAX_DRAWS {
             if let Some(case) = Self::attempt(options, number, axes, &hidden, &wanted, &mut rng) {
                 return Ok(case);
             }
         }
         Err(format!(
-            "case {number} of seed {}: no plausible rig in {MOST_DRAWS} draws",
+            "case {number} of seed {}: no plausible rig in {MAX_DRAWS} draws",
             options.seed
         ))
     }

@@ -261,7 +261,7 @@ fn excess(v: f64, ratio: f64, speed: f64) -> f64 {
 }
 
 /// What is left of a displacement beyond a gap on either side.
-pub(super) fn beyond(x: f64, gap: f64) -> f64 {
+pub(super) fn dead_zone(x: f64, gap: f64) -> f64 {
     (x.abs() - gap).max(0.0).copysign(x)
 }
 
@@ -273,8 +273,8 @@ impl Law {
         let own = match self.form {
             Form::Spring => x,
             Form::Damper => v,
-            Form::Play { gap } => beyond(x, gap),
-            Form::Stop { at } => beyond(x, at),
+            Form::Play { gap } => dead_zone(x, gap),
+            Form::Stop { at } => dead_zone(x, at),
             Form::ContactCoupling { gaps, ratio, lever } => {
                 let [[x, v], [turn, spin]] = *joint;
                 let touches = |u: f64, gap: f64| f64::from(u8::from(u.abs() >= gap));
@@ -308,7 +308,7 @@ impl Law {
             Form::SidedDry { edge, back } => sided(direction(v, edge), back),
             Form::SidedDamper { back } => sided(v, back),
             Form::GapSlider { gap, slip, back } => {
-                sided((beyond(z, gap) / slip).clamp(-1.0, 1.0), back)
+                sided((dead_zone(z, gap) / slip).clamp(-1.0, 1.0), back)
             }
             Form::SidedWen {
                 saturation, back, ..

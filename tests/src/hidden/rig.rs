@@ -4,7 +4,7 @@
 //! Runge–Kutta scheme of fixed steps, short enough for the stiffest law at work.
 
 use super::drive::{Drive, RATE_HZ};
-use super::laws::{Form, Law, Memory, Surroundings, beyond};
+use super::laws::{Form, Law, Memory, Surroundings, dead_zone};
 
 /// Displacement and velocity of body 3 against body 2, translation first: [[x, ẋ], [φ, φ̇]].
 pub type JointState = [[f64; 2]; 2];
@@ -77,23 +77,23 @@ pub struct Trace {
 }
 
 /// The most hidden laws in one joint.
-pub const MOST_LAWS: usize = 2;
+pub const MAX_LAWS: usize = 2;
 const BODIES: usize = 16;
-const SIZE: usize = BODIES + 2 * MOST_LAWS;
+const SIZE: usize = BODIES + 2 * MAX_LAWS;
 
 /// Positions of bodies 1–4 along and about x, their velocities, the laws' memories.
 type State = [f64; SIZE];
 
 /// Fewest steps per row: corners of the base must not show.
-const FEWEST_STEPS: usize = 6;
+const MIN_STEPS: usize = 6;
 /// Steps per row at which a law counts as too stiff to be followed.
-const MOST_STEPS: usize = 60;
+const MAX_STEPS: usize = 60;
 
 impl Base {
     /// x beyond the gap, with the corner rounded as the base says.
     fn pressed(&self, x: f64, gap: f64) -> f64 {
         if self.rounding == 0.0 {
-            return beyond(x, gap);
+            return dead_zone(x, gap);
         }
         let round = |u: f64| u.hypot(self.rounding * gap);
         x + 0.5 * (round(x - gap) - round(x + gap))
@@ -162,7 +162,7 @@ impl Rig {
             .fold(0.0, f64::max);
         // The scheme is stable to 2.8 over the rate; accuracy asks for less.
         let steps = (fastest / (1.2 * RATE_HZ)).ceil() as usize;
-        (steps <= MOST_STEPS).then(|| steps.max(FEWEST_STEPS))
+        (steps <= MAX_STEPS).then(|| steps.max(MIN_STEPS))
     }
 
     fn shaft(&self, axis: usize, y: &State) -> f64 {
@@ -171,13 +171,9 @@ impl Rig {
     }
 
     /// What each hidden law exerts on the translation and the rotation.
-    fn hidden_forces(
-        &self,
-        y: &State,
-        around: &[Surroundings; MOST_LAWS],
-    ) -> [[f64; 2]; MOST_LAWS] {
+    fn hidden_forces(&self, y: &State, around: &[Surroundings; MAX_LAWS]) -> [[f64; 2]; MAX_LAWS] {
         let joint = joint_of(y);
-        let mut forces = [[0.0; 2]; MOST_LAWS];
+        let mut forces = [[0.0; 2]; MAX_LAWS];
         for (i, law) in self.hidden.iter().enumerate() {
             let [own, other] = law.force(&joint, &memory(y, i), &around[i]);
             forces[i] = if law.axis == 0 {
@@ -189,7 +185,7 @@ impl Rig {
         forces
     }
 
-    fn rate(&self, y: &State, drive: [f64; 2], around: &[Surroundings; MOST_LAWS]) -> State {
+    fn rate(&self, y: &State, drive: [f64; 2], around: &[Surroundings; MAX_LAWS]) -> State {
         let joint = joint_of(y);
         let mut force = self.base.force(&joint);
         for [along, about] in self.hidden_forces(y, around) {
@@ -227,9 +223,9 @@ impl Rig {
         largest: [f64; 2],
         row: usize,
         u: f64,
-    ) -> [Surroundings; MOST_LAWS] {
+    ) -> [Surroundings; MAX_LAWS] {
         let time_s = (row as f64 + u) / RATE_HZ;
-        let mut all = [Surroundings::default(); MOST_LAWS];
+        let mut all = [Surroundings::default(); MAX_LAWS];
         for (around, law) in all.iter_mut().zip(&self.hidden) {
             around.time_s = time_s;
             around.largest = largest[law.axis];
@@ -286,12 +282,7 @@ impl Rig {
     }
 
     /// One classical Runge–Kutta step; what acts from outside is given at its beginning, middle and end.
-    fn step(
-        &self,
-        y: &State,
-        h: f64,
-        outside: [([f64; 2], [Surroundings; MOST_LAWS]); 3],
-    ) -> State {
+    fn step(&self, y: &State, h: f64, outside: [([f64; 2], [Surroundings; MAX_LAWS]); 3]) -> State {
         let [begin, middle, end] = &outside;
         let moved = |k: &State, by: f64| -> State { std::array::from_fn(|i| y[i] + by * k[i]) };
         let k1 = self.rate(y, begin.0, &begin.1);
@@ -355,7 +346,7 @@ impl Trace {
         }
     }
 
-    fn log(&mut self, rig: &Rig, y: &State, around: &[Surroundings; MOST_LAWS]) {
+    fn log(&mut self, rig: &Rig, y: &State, around: &[Surroundings; MAX_LAWS]) {
         // The drive acts on body 1, which no sensor sees.
         let rate = rig.rate(y, [0.0; 2], around);
         for axis in 0..2 {

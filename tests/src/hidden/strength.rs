@@ -1,6 +1,6 @@
 //! How strong a hidden effect must be to make a wanted share of the restoring force, and how much of it can show.
 
-use super::laws::beyond;
+use super::laws::dead_zone;
 use super::rig::{Rig, Trace};
 use super::sensors::{Faulty, error, rms};
 use nalgebra::{DMatrix, DVector};
@@ -17,7 +17,7 @@ pub struct Shares {
 /// How near the share must come.
 const NEAR: f64 = 0.02;
 /// Rounds of simulation; friction that nearly locks the joint needs the most.
-const MOST_ROUNDS: usize = 9;
+const MAX_ROUNDS: usize = 9;
 
 /// Scales laws and faults until their shares are as wanted, simulating anew each time, and gives the motion with them.
 /// Nothing when the rig does not bear it.
@@ -34,11 +34,11 @@ pub fn find_strengths(
     }
     let mut traces = shake(rig)?;
     if !rig.hidden.is_empty() {
-        for round in 0..=MOST_ROUNDS {
+        for round in 0..=MAX_ROUNDS {
             let factors: Vec<f64> = (0..rig.hidden.len())
                 .map(|law| wanted_of_laws[law] / law_share(rig, law, &traces))
                 .collect();
-            if factors.iter().any(|f| !f.is_finite()) || round == MOST_ROUNDS {
+            if factors.iter().any(|f| !f.is_finite()) || round == MAX_ROUNDS {
                 return None;
             }
             if factors.iter().all(|f| (f - 1.0).abs() < NEAR) {
@@ -112,7 +112,7 @@ fn shares(rig: &Rig, axis: usize, force: &[Vec<f64>], traces: &[Trace]) -> Share
             let columns = [
                 own * present(base.spring[axis]),
                 own_v * present(base.damper[axis]),
-                beyond(own, base.gap[axis]) * present(base.contact[axis]),
+                dead_zone(own, base.gap[axis]) * present(base.contact[axis]),
                 v * turn * touches(x, base.gap[0]) * present(base.coupling[0]),
                 spin * x * touches(turn, base.gap[1]) * present(base.coupling[1]),
             ];

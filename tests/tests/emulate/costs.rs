@@ -2,7 +2,7 @@
 
 use super::subject::{RATE_HZ, counters, image, same_bits, subject, validation};
 use jointwatch::emulate::bench::{REST, STAGES, Scenario};
-use jointwatch::emulate::device::Device;
+use jointwatch::emulate::device::EmulatedDevice;
 use jointwatch::emulate::selftest::{self, Board};
 use jointwatch::emulate::size;
 use jointwatch_shared::monitor::State;
@@ -14,10 +14,10 @@ const BUS_S: f64 = 120e-6;
 const CLOCK_HZ: f64 = 168e6;
 const CYCLES_PER_INSTRUCTION: f64 = 1.5;
 /// Bytes of flash and of variables that an image may take.
-const MOST_FLASH: u64 = 192 * 1024;
-const MOST_VARIABLES: u32 = 40 * 1024;
+const MAX_FLASH: u64 = 192 * 1024;
+const MAX_VARIABLES: u32 = 40 * 1024;
 /// Instructions of a start: as `docs/explanation/numerics.md` states.
-const MOST_OF_START: u32 = 4_400_000;
+const MAX_OF_START: u32 = 4_400_000;
 
 #[test]
 fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
@@ -26,12 +26,12 @@ fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
     let flashed = selftest::build(Board::Stm32f405, "jointwatch").unwrap();
     let flash = [&flashed, image()].map(|image| size::of(image).unwrap().flash);
     println!(
-        "flash: {} bytes of the image that is flashed, {} of the emulated one; at most {MOST_FLASH}",
+        "flash: {} bytes of the image that is flashed, {} of the emulated one; at most {MAX_FLASH}",
         flash[0], flash[1]
     );
-    assert!(flash.iter().all(|bytes| *bytes <= MOST_FLASH), "{flash:?}");
+    assert!(flash.iter().all(|bytes| *bytes <= MAX_FLASH), "{flash:?}");
     for model in [&subject.polynomial, &subject.physical] {
-        let device = Device::new(&subject.simulation.study, model, None).unwrap();
+        let device = EmulatedDevice::new(&subject.simulation.study, model, None).unwrap();
         let slot = device.slot().unwrap().to_bytes();
         let emulated = device
             .run(image(), &slot, validation(), &[], Scenario::default())
@@ -59,7 +59,7 @@ fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
 
         let memory = run.memory.expect("the device counts");
         println!(
-            "RAM: {} bytes of variables; at most {MOST_VARIABLES}",
+            "RAM: {} bytes of variables; at most {MAX_VARIABLES}",
             memory.variables
         );
         println!(
@@ -73,7 +73,7 @@ fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
             "start: {:.1} million instructions, a signature among them",
             1e-6 * f64::from(start)
         );
-        assert!(start <= MOST_OF_START, "{start}");
+        assert!(start <= MAX_OF_START, "{start}");
         for (stage, count) in STAGES.iter().zip(&run.instructions) {
             let mean = count.sum as f64 / count.samples as f64;
             println!(
@@ -81,7 +81,7 @@ fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
                 count.least, count.most
             );
         }
-        assert!(memory.variables <= MOST_VARIABLES, "{memory:?}");
+        assert!(memory.variables <= MAX_VARIABLES, "{memory:?}");
         assert!(
             4 * memory.stack_peak <= 3 * memory.stack_reserved,
             "{memory:?}"

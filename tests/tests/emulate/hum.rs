@@ -2,8 +2,8 @@
 
 use super::subject::{RATE_HZ, image, same_bits, subject, validation};
 use jointwatch::emulate::bench::{REST, Run, Scenario};
-use jointwatch::emulate::board::{Injection, Place, Trouble};
-use jointwatch::emulate::device::Device;
+use jointwatch::emulate::board::{BoardChip, Injection, Trouble};
+use jointwatch::emulate::device::EmulatedDevice;
 use jointwatch::study::{Record, Role, Study};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::hum::Hum;
@@ -35,7 +35,7 @@ fn humming() -> (Study, Model) {
 
 fn run(scenario: Scenario) -> Run {
     let (study, model) = humming();
-    let device = Device::new(&study, &model, None).unwrap_or_else(|why| panic!("{why}"));
+    let device = EmulatedDevice::new(&study, &model, None).unwrap_or_else(|why| panic!("{why}"));
     let slot = device.slot().expect("it can be signed").to_bytes();
     let record = study.records.iter().find(|r| r.role == Role::Validate);
     let record = record.expect("the simulation has one");
@@ -63,7 +63,7 @@ fn a_line_is_followed_with_the_hosts_bits() {
 
 #[test]
 fn a_line_is_held_with_the_hosts_bits_while_a_sensor_lies() {
-    for place in [Place::Converter, Place::Accelerometer(0)] {
+    for place in [BoardChip::Converter, BoardChip::Accelerometer(0)] {
         let injection = Injection {
             place,
             trouble: Trouble::Silent(0xFF),

@@ -2,7 +2,7 @@
 
 use super::subject::{polynomial, run, said, same_bits};
 use jointwatch::emulate::bench::{Run, Scenario};
-use jointwatch::emulate::board::{DropOuts, Injection, Place, Trouble};
+use jointwatch::emulate::board::{BoardChip, DropOuts, Injection, Trouble};
 use jointwatch_firmware::sensor::presence::BACK_WITHIN;
 use jointwatch_shared::monitor::{Cause, State};
 
@@ -25,51 +25,59 @@ fn every_trouble_of_a_chip_is_said_and_passes_and_stops_nothing() {
     let samples = 2000..4000;
     for (place, trouble, causes) in [
         (
-            Place::Converter,
+            BoardChip::Converter,
             Trouble::Silent(0x00),
             vec![Cause::Checksum],
         ),
         (
-            Place::Converter,
+            BoardChip::Converter,
             Trouble::Silent(0xFF),
             vec![Cause::Checksum],
         ),
-        (Place::Converter, Trouble::Damaged, vec![Cause::Checksum]),
         (
-            Place::Converter,
+            BoardChip::Converter,
+            Trouble::Damaged,
+            vec![Cause::Checksum],
+        ),
+        (
+            BoardChip::Converter,
             Trouble::Replaced,
             vec![Cause::TimeOut, Cause::Missing, Cause::Checksum],
         ),
         (
-            Place::Converter,
+            BoardChip::Converter,
             Trouble::PowerCut,
             vec![Cause::TimeOut, Cause::Missing],
         ),
-        (Place::Converter, Trouble::Stuck, vec![Cause::Stuck]),
-        (Place::Converter, Trouble::Saturated, vec![Cause::Saturated]),
-        (Place::Counter(0), Trouble::Stuck, vec![Cause::Stuck]),
+        (BoardChip::Converter, Trouble::Stuck, vec![Cause::Stuck]),
         (
-            Place::Counter(2),
+            BoardChip::Converter,
+            Trouble::Saturated,
+            vec![Cause::Saturated],
+        ),
+        (BoardChip::Counter(0), Trouble::Stuck, vec![Cause::Stuck]),
+        (
+            BoardChip::Counter(2),
             Trouble::Silent(0xFF),
             vec![Cause::TimeOut, Cause::Missing],
         ),
         (
-            Place::Counter(1),
+            BoardChip::Counter(1),
             Trouble::PowerCut,
             vec![Cause::TimeOut, Cause::Missing, Cause::OutsideRange],
         ),
         (
-            Place::Accelerometer(0),
+            BoardChip::Accelerometer(0),
             Trouble::Silent(0xFF),
             vec![Cause::TimeOut, Cause::Missing],
         ),
         (
-            Place::Accelerometer(1),
+            BoardChip::Accelerometer(1),
             Trouble::Replaced,
             vec![Cause::TimeOut, Cause::Missing],
         ),
         (
-            Place::Accelerometer(0),
+            BoardChip::Accelerometer(0),
             Trouble::Saturated,
             vec![Cause::Saturated],
         ),
@@ -99,7 +107,7 @@ fn every_trouble_of_a_chip_is_said_and_passes_and_stops_nothing() {
         );
         assert_eq!(run.comparison.samples, run.instants);
         // What is over is over, but for a count that the chip itself lost: of that no conclusion is drawn about the joint.
-        let lost = matches!((place, trouble), (Place::Counter(_), Trouble::PowerCut));
+        let lost = matches!((place, trouble), (BoardChip::Counter(_), Trouble::PowerCut));
         let allowed = if lost { Cause::ReferenceLost.tag() } else { 0 };
         let last = run.statuses.last().unwrap();
         assert!(

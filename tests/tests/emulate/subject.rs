@@ -2,7 +2,7 @@
 
 use jointwatch::device::export::export;
 use jointwatch::emulate::bench::{Run, Scenario};
-use jointwatch::emulate::device::Device;
+use jointwatch::emulate::device::EmulatedDevice;
 use jointwatch::emulate::judge::Known;
 use jointwatch::emulate::selftest;
 use jointwatch::fit::identify;
@@ -63,19 +63,19 @@ pub(crate) fn image() -> &'static Path {
     IMAGE.get_or_init(|| selftest::emulated().unwrap_or_else(|why| panic!("{why}")))
 }
 
-pub(crate) fn polynomial() -> Device<'static> {
-    Device::new(&subject().simulation.study, &subject().polynomial, None)
+pub(crate) fn polynomial() -> EmulatedDevice<'static> {
+    EmulatedDevice::new(&subject().simulation.study, &subject().polynomial, None)
         .unwrap_or_else(|why| panic!("{why}"))
 }
 
 /// Runs the device over the validation record with its own model in slot A.
-pub(crate) fn run(device: &Device<'_>, scenario: Scenario) -> Run {
+pub(crate) fn run(device: &EmulatedDevice<'_>, scenario: Scenario) -> Run {
     let slot = device.slot().expect("it can be signed").to_bytes();
     run_with(device, &slot, &[], scenario)
 }
 
 pub(crate) fn run_with(
-    device: &Device<'_>,
+    device: &EmulatedDevice<'_>,
     slot: &[u8],
     others: &[Known<'_>],
     scenario: Scenario,

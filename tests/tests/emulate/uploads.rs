@@ -5,7 +5,7 @@ use jointwatch::device::rig_block;
 use jointwatch::device::signing::{PrivateKey, SignedModel};
 use jointwatch::device::upload::Patience;
 use jointwatch::emulate::bench::Scenario;
-use jointwatch::emulate::device::Device;
+use jointwatch::emulate::device::EmulatedDevice;
 use jointwatch::emulate::line::{Talk, Uploading};
 use jointwatch::text::error::Error;
 use jointwatch_shared::monitor::Cause;
@@ -30,7 +30,7 @@ fn patience() -> Patience {
 }
 
 /// The same rig with the other model on it.
-fn other_block(device: &Device<'_>) -> Rig {
+fn other_block(device: &EmulatedDevice<'_>) -> Rig {
     Rig {
         model_checksum: blob::checksum_of(&subject().physical),
         ..device.block.clone()
@@ -38,7 +38,7 @@ fn other_block(device: &Device<'_>) -> Rig {
 }
 
 /// The other model for the same rig, signed.
-fn other(device: &Device<'_>) -> SignedModel {
+fn other(device: &EmulatedDevice<'_>) -> SignedModel {
     let rig = rig_block::encode(&other_block(device)).unwrap();
     let model = blob::encode(&subject().physical);
     SignedModel::sign(&model, &rig, &PrivateKey::development()).unwrap()
@@ -56,7 +56,7 @@ fn uploading(model: SignedModel) -> Scenario {
 #[test]
 fn a_good_model_is_uploaded_and_runs_after_the_restart() {
     let device = polynomial();
-    let successor = Device::new(
+    let successor = EmulatedDevice::new(
         &subject().simulation.study,
         &subject().physical,
         Some(other_block(&device)),
@@ -86,7 +86,7 @@ fn a_good_model_is_uploaded_and_runs_after_the_restart() {
 fn a_restart_in_the_middle_of_an_upload_leaves_the_old_model_and_the_upload_begins_anew() {
     let device = polynomial();
     let slot = device.slot().unwrap().to_bytes();
-    let successor = Device::new(
+    let successor = EmulatedDevice::new(
         &subject().simulation.study,
         &subject().physical,
         Some(other_block(&device)),

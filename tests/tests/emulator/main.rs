@@ -21,13 +21,13 @@ use std::path::PathBuf;
 use tempfile::NamedTempFile;
 
 /// The most instructions that one evaluation of the full polynomial, both outputs, may take on a Cortex-M4F.
-const MOST_OF_POLYNOMIAL: u32 = 1000;
+const MAX_OF_POLYNOMIAL: u32 = 1000;
 /// The same of a network with four inputs, 40 neurons and two outputs.
-const MOST_OF_NETWORK: u32 = 1300;
+const MAX_OF_NETWORK: u32 = 1300;
 /// The most that the effects of a full model, eight of them at most, may add.
-const MOST_OF_EFFECTS: u32 = 2000;
+const MAX_OF_EFFECTS: u32 = 2000;
 /// The most that one effect with memory may add.
-const MOST_OF_MEMORY: u32 = 700;
+const MAX_OF_MEMORY: u32 = 700;
 
 fn image(board: Board) -> PathBuf {
     selftest::selftest(board).unwrap_or_else(|why| panic!("{why}"))
@@ -106,8 +106,8 @@ fn cortex_m0_computes_the_same_bits() {
 #[test]
 fn instructions_are_few_and_do_not_depend_on_the_input() {
     // As many multiplications as there are numbers in the model; fewer would mean that something else was counted.
-    let of_polynomial = 512..=MOST_OF_POLYNOMIAL;
-    let of_network = 40 * 6..=MOST_OF_NETWORK;
+    let of_polynomial = 512..=MAX_OF_POLYNOMIAL;
+    let of_network = 40 * 6..=MAX_OF_NETWORK;
     for (slot, of_slot) in [
         (model(2, 11), &of_polynomial),
         (network(2, NEURONS, 12), &of_network),
@@ -137,17 +137,17 @@ fn instructions_are_few_and_do_not_depend_on_the_input() {
 fn effects_add_few_instructions() {
     // What `docs/explanation/numerics.md` states; a law's branches make the count depend on the input.
     for (what, slot, most) in [
-        ("physical, 1 axis", physical(1), MOST_OF_EFFECTS),
-        ("physical, 2 axes", physical(2), MOST_OF_EFFECTS),
+        ("physical, 1 axis", physical(1), MAX_OF_EFFECTS),
+        ("physical, 2 axes", physical(2), MAX_OF_EFFECTS),
         (
             "polynomial and an effect with memory, 2 axes",
             with_memory(model(2, 19)),
-            MOST_OF_POLYNOMIAL + MOST_OF_MEMORY,
+            MAX_OF_POLYNOMIAL + MAX_OF_MEMORY,
         ),
         (
             "polynomial and effects, 2 axes",
             with_effects(model(2, 19)),
-            MOST_OF_POLYNOMIAL + MOST_OF_EFFECTS,
+            MAX_OF_POLYNOMIAL + MAX_OF_EFFECTS,
         ),
     ] {
         let report = run(Board::Stm32f405, Some(&blob::encode(&slot)), 0);

@@ -4,7 +4,7 @@ use jointwatch_shared::base::network_quantise::Weights;
 use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::base::{Header, Model};
 use jointwatch_shared::effect::about::{Parameter, Role};
-use jointwatch_shared::effect::{EFFECTS, Entry, Seat};
+use jointwatch_shared::effect::{EFFECTS, Entry, Subsystem};
 use jointwatch_shared::selftest::{Points, reference_model};
 use jointwatch_shared::units::References;
 
@@ -124,7 +124,7 @@ pub(crate) fn with_effect(base: Model, entry: &'static Entry) -> Model {
 /// Every effect of the joint in models of eight, on one axis where it can be. Hystereses among them carry their states from point to
 /// point.
 pub(crate) fn of_the_table() -> Vec<Model> {
-    let joint = EFFECTS.iter().filter(|e| e.seat == Seat::Joint);
+    let joint = EFFECTS.iter().filter(|e| e.subsystem == Subsystem::Plant);
     let (two, one): (Vec<&Entry>, Vec<&Entry>) = joint.partition(|e| e.needs_two_axes());
     let model = |axes: usize, entries: &[&'static Entry]| {
         let header = header(axes);

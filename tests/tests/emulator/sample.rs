@@ -5,7 +5,7 @@ use crate::run;
 use jointwatch::emulate::selftest::Board;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::network::NEURONS;
-use jointwatch_shared::effect::{EFFECTS, Entry, Seat};
+use jointwatch_shared::effect::{EFFECTS, Entry, Subsystem};
 use jointwatch_shared::wire::blob;
 
 /// A base: its name in the report, how a model of it is made, the most instructions that a sample may take with it alone, and with one
@@ -16,13 +16,14 @@ const BASES: [Base; 2] = [
     ("network", || network(2, NEURONS, 12), 3670, 4500),
 ];
 /// The most that a sample may take where a block of the monitor ends.
-const MOST_AT_END: u32 = 6500;
+const MAX_AT_END: u32 = 6500;
 /// The most that a line of the mains in either force channel may add to a sample.
-const MOST_OF_LINES: u32 = 260;
+const MAX_OF_LINES: u32 = 260;
 
 #[test]
 fn a_sample_takes_no_more_instructions_than_stated() {
-    let with_memory = |entry: &&Entry| entry.seat == Seat::Joint && !entry.state_bounds.is_empty();
+    let with_memory =
+        |entry: &&Entry| entry.subsystem == Subsystem::Plant && !entry.state_bounds.is_empty();
     for (base, make, alone, beside) in BASES {
         for (number, effect) in EFFECTS.iter().filter(with_memory).enumerate() {
             let slot = with_effect(make(), effect);
@@ -35,7 +36,7 @@ fn a_sample_takes_no_more_instructions_than_stated() {
                 let ending = report.model(slot).and_then(|model| model.ending);
                 let ending = ending.unwrap_or_else(|| panic!("no count of {what}: {report:?}"));
                 assert!(
-                    (counted.least..=MOST_AT_END).contains(&ending),
+                    (counted.least..=MAX_AT_END).contains(&ending),
                     "{base}, {what}: {ending} at a block's end"
                 );
                 let humming = report.model(slot).and_then(|model| model.humming);
@@ -49,7 +50,7 @@ fn a_sample_takes_no_more_instructions_than_stated() {
                 }
                 let more = humming.most.saturating_sub(counted.most);
                 assert!(
-                    (1..=MOST_OF_LINES).contains(&more),
+                    (1..=MAX_OF_LINES).contains(&more),
                     "{base}, {what}: {more} more"
                 );
             }

@@ -12,35 +12,35 @@ const LATCH: u8 = 7;
 
 /// One chip, or all counters at once.
 #[derive(Debug)]
-pub struct Device(u8);
+pub struct SpiChip(u8);
 
 /// Every device of the board.
-pub struct Devices {
+pub struct SpiChips {
     /// All counters at once.
-    pub latch: Device,
+    pub latch: SpiChip,
     /// The quadrature counters.
-    pub counters: [Device; COUNTERS],
+    pub counters: [SpiChip; COUNTERS],
     /// The converter.
-    pub converter: Device,
+    pub converter: SpiChip,
     /// The accelerometers.
-    pub accelerometers: [Device; ACCELEROMETERS],
+    pub accelerometers: [SpiChip; ACCELEROMETERS],
 }
 
 /// The chips of the host.
-pub fn devices() -> Devices {
-    Devices {
-        latch: Device(LATCH),
-        counters: [0, 1, 2, 3].map(Device),
-        converter: Device(CONVERTER),
-        accelerometers: [ACCELEROMETER, ACCELEROMETER + 1].map(Device),
+pub fn devices() -> SpiChips {
+    SpiChips {
+        latch: SpiChip(LATCH),
+        counters: [0, 1, 2, 3].map(SpiChip),
+        converter: SpiChip(CONVERTER),
+        accelerometers: [ACCELEROMETER, ACCELEROMETER + 1].map(SpiChip),
     }
 }
 
-impl ErrorType for Device {
+impl ErrorType for SpiChip {
     type Error = Infallible;
 }
 
-impl SpiDevice for Device {
+impl SpiDevice for SpiChip {
     /// Each operation is a request: the drivers make one per transaction.
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
         for operation in operations {

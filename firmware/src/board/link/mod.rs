@@ -7,12 +7,12 @@ mod chips;
 mod files;
 mod slots;
 
-pub use chips::{Device, Devices, devices};
+pub use chips::{SpiChip, SpiChips, devices};
 pub use files::open;
 pub use slots::{SlotFlash, slots};
 
 use super::{stack, stm32f405};
-use crate::app::Line;
+use crate::app::SerialPort;
 use crate::clock::{Clock, Rate};
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 use files::Files;
@@ -79,7 +79,7 @@ pub fn start_serial(_: Clock) -> Serial {
     Serial(())
 }
 
-impl Line for Serial {
+impl SerialPort for Serial {
     const BAUD: Option<u32> = None;
 
     fn send(&mut self, frame: &[u8]) -> bool {

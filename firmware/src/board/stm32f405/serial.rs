@@ -1,6 +1,6 @@
 //! USART2: telemetry out, requests in, at one million bits per second.
 
-use crate::app::Line;
+use crate::app::SerialPort;
 use crate::clock::{Clock, Source};
 use jointwatch_shared::wire::telemetry::BAUD;
 use stm32f4::stm32f405::{GPIOA, RCC, USART2};
@@ -50,7 +50,7 @@ pub fn start(clock: Clock) -> Serial {
     Serial(())
 }
 
-impl Line for Serial {
+impl SerialPort for Serial {
     const BAUD: Option<u32> = Some(BAUD);
 
     /// Waits for the line, in the task that has nothing before it: whatever else is due interrupts it.

@@ -57,7 +57,7 @@ impl Error for BusFault {
 
 /// One chip, or several behind one select.
 #[derive(Debug)]
-pub struct Device {
+pub struct SpiChip {
     /// Pins of port B that are low while it is selected.
     select: u16,
     /// Mode and speed.
@@ -65,19 +65,19 @@ pub struct Device {
 }
 
 /// Every device of the board.
-pub struct Devices {
+pub struct SpiChips {
     /// All counters at once.
-    pub latch: Device,
+    pub latch: SpiChip,
     /// The quadrature counters.
-    pub counters: [Device; COUNTERS],
+    pub counters: [SpiChip; COUNTERS],
     /// The converter.
-    pub converter: Device,
+    pub converter: SpiChip,
     /// The accelerometers.
-    pub accelerometers: [Device; ACCELEROMETERS],
+    pub accelerometers: [SpiChip; ACCELEROMETERS],
 }
 
 /// Sets pins and bus up. To be called once, from the task that then owns the bus.
-pub fn devices() -> Devices {
+pub fn devices() -> SpiChips {
     // SAFETY: the start calls this once, before interrupts are on, and nothing else uses these registers later on but the
     // devices below, which belong to one task.
     let (rcc, a, b) = unsafe { (&*RCC::PTR, &*GPIOA::PTR, &*GPIOB::PTR) };
@@ -115,7 +115,7 @@ pub fn devices() -> Devices {
     }
     // Counters take 4 MHz at 3.3 V, the converter 25 MHz, accelerometers 10 MHz (data sheets, timing tables).
     let counter = |select| device(select, divided(4));
-    Devices {
+    SpiChips {
         latch: counter(COUNTER_SELECTS.into_iter().fold(0, |all, one| all | one)),
         counters: COUNTER_SELECTS.map(counter),
         converter: device(CONVERTER_SELECT, divided(2) | CPHA),
@@ -123,18 +123,18 @@ pub fn devices() -> Devices {
     }
 }
 
-fn device(select: u16, speed_and_mode: u32) -> Device {
-    Device {
+fn device(select: u16, speed_and_mode: u32) -> SpiChip {
+    SpiChip {
         select,
         cr1: speed_and_mode | MASTER | SOFTWARE_SELECT | ENABLED,
     }
 }
 
-impl ErrorType for Device {
+impl ErrorType for SpiChip {
     type Error = BusFault;
 }
 
-impl SpiDevice for Device {
+impl SpiDevice for SpiChip {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), BusFault> {
         let bus = bus();
         // SAFETY: whole registers of a peripheral that only the devices use; they belong to one task, so that no two

@@ -2,7 +2,7 @@
 
 pub use super::flash::{SlotFlash, slots};
 pub use super::serial::{Serial, received, start as start_serial};
-pub use super::spi::{Device, Devices, devices};
+pub use super::spi::{SpiChip, SpiChips, devices};
 pub use super::ticker::{Ticker, start as start_ticker};
 
 /// Nothing has to be opened.

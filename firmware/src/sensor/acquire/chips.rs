@@ -11,13 +11,13 @@ pub(super) trait Chip {
 }
 
 /// A chip select line: the chips behind it, whether its bus works, and how often it was used.
-pub(super) struct Line<T> {
+pub(super) struct SelectLine<T> {
     pub(super) chips: Vec<Rc<RefCell<T>>>,
     pub(super) broken: Rc<RefCell<bool>>,
     pub(super) used: Rc<RefCell<u32>>,
 }
 
-impl<T> Line<T> {
+impl<T> SelectLine<T> {
     pub(super) fn to(chips: Vec<Rc<RefCell<T>>>) -> Self {
         Self {
             chips,
@@ -27,7 +27,7 @@ impl<T> Line<T> {
     }
 }
 
-impl<T> Clone for Line<T> {
+impl<T> Clone for SelectLine<T> {
     fn clone(&self) -> Self {
         Self {
             chips: self.chips.clone(),
@@ -37,11 +37,11 @@ impl<T> Clone for Line<T> {
     }
 }
 
-impl<T> ErrorType for Line<T> {
+impl<T> ErrorType for SelectLine<T> {
     type Error = ErrorKind;
 }
 
-impl<T: Chip> SpiDevice for Line<T> {
+impl<T: Chip> SpiDevice for SelectLine<T> {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
         *self.used.borrow_mut() += 1;
         if *self.broken.borrow() {

@@ -3,7 +3,7 @@
 use super::super::presence::{
     FAILURES_ALLOWED, FIRST_WAIT, LONGEST_WAIT, STALE_ALLOWED, TIME_TO_START,
 };
-use super::chips::{AccelerometerChip, Chip, ConverterChip, CounterChip, Line};
+use super::chips::{AccelerometerChip, Chip, ConverterChip, CounterChip, SelectLine};
 use super::*;
 use heapless::Vec as Bounded;
 use jointwatch_shared::wire::wiring::{AxisWiring, Signed, SignedDirection};
@@ -16,12 +16,16 @@ struct Board {
     counters: Vec<Rc<RefCell<CounterChip>>>,
     converter: Rc<RefCell<ConverterChip>>,
     accelerometers: Vec<Rc<RefCell<AccelerometerChip>>>,
-    latch: Line<CounterChip>,
-    counter_lines: Vec<Line<CounterChip>>,
-    converter_line: Line<ConverterChip>,
-    accelerometer_lines: Vec<Line<AccelerometerChip>>,
-    sensors:
-        Sensors<Line<CounterChip>, Line<CounterChip>, Line<ConverterChip>, Line<AccelerometerChip>>,
+    latch: SelectLine<CounterChip>,
+    counter_lines: Vec<SelectLine<CounterChip>>,
+    converter_line: SelectLine<ConverterChip>,
+    accelerometer_lines: Vec<SelectLine<AccelerometerChip>>,
+    sensors: Sensors<
+        SelectLine<CounterChip>,
+        SelectLine<CounterChip>,
+        SelectLine<ConverterChip>,
+        SelectLine<AccelerometerChip>,
+    >,
     wiring: Wiring,
 }
 
@@ -75,15 +79,15 @@ impl Board {
         counters.iter().for_each(|c| c.borrow_mut().lose_power());
         let converter = Rc::default();
         let accelerometers: Vec<_> = (0..2).map(|_| Rc::default()).collect();
-        let latch = Line::to(counters.clone());
+        let latch = SelectLine::to(counters.clone());
         let counter_lines: Vec<_> = counters
             .iter()
-            .map(|c| Line::to(std::vec![c.clone()]))
+            .map(|c| SelectLine::to(std::vec![c.clone()]))
             .collect();
-        let converter_line = Line::to(std::vec![Rc::clone(&converter)]);
+        let converter_line = SelectLine::to(std::vec![Rc::clone(&converter)]);
         let accelerometer_lines: Vec<_> = accelerometers
             .iter()
-            .map(|c| Line::to(std::vec![Rc::clone(c)]))
+            .map(|c| SelectLine::to(std::vec![Rc::clone(c)]))
             .collect();
         let sensors = Sensors::new(
             &wiring,
@@ -170,7 +174,7 @@ fn counters_belong_to_the_instant_of_the_latch() {
         &board.wiring,
         board.latch.clone(),
         std::array::from_fn(|at| board.counter_lines[at].clone()),
-        Line::to(std::vec![moving]),
+        SelectLine::to(std::vec![moving]),
         std::array::from_fn(|at| board.accelerometer_lines[at].clone()),
     );
     // Until all run: the counters kept their settings, so their counts go on.

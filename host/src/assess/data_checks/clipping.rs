@@ -1,12 +1,12 @@
 //! Clipping: a channel that meets the rail of its amplifier or converter has flat tops.
 
 use super::channel::{Channel, Kind, constant_runs, extremes, quantile, steps};
-use super::finding::{Finding, Place};
+use super::finding::{Finding, RecordPosition};
 
 /// Rows at the very same extreme value that make a flat top.
 const FLAT: usize = 3;
 /// Flat tops of one channel in one record below which nothing is said: two peaks may fall on the same count.
-const LEAST_TOPS: usize = 3;
+const MIN_TOPS: usize = 3;
 /// A smooth peak that stays on one count for three rows is reached by steps of at most five counts: with curvature a per row²
 /// the rows beside its middle lie a/2 below it, under a count, and the next ones 2a with a count of rounding.
 const ENTERED_FROM_COUNTS: f64 = 6.0;
@@ -17,7 +17,7 @@ const SWITCHED: f64 = 0.2;
 const SERIOUS: f64 = 0.005;
 
 /// Flat tops of a channel.
-pub(super) fn check(channel: &Channel<'_>, place: &Place<'_>) -> Option<Finding> {
+pub(super) fn check(channel: &Channel<'_>, place: &RecordPosition<'_>) -> Option<Finding> {
     let series = channel.series;
     let (low, high) = extremes(series);
     if high <= low {
@@ -42,8 +42,8 @@ pub(super) fn check(channel: &Channel<'_>, place: &Place<'_>) -> Option<Finding>
     let (bottoms, tops) = (cut(low), cut(high));
     // A hard stop holds a displacement at one place too, but not to the count and not every time.
     let least = match channel.kind {
-        Kind::Position | Kind::Relative => 2 * LEAST_TOPS,
-        _ => LEAST_TOPS,
+        Kind::Position | Kind::Relative => 2 * MIN_TOPS,
+        _ => MIN_TOPS,
     };
     let rows = |runs: &[(usize, usize)]| runs.iter().map(|(_, rows)| rows).sum::<usize>();
     let (rail, runs) = if rows(&tops) >= rows(&bottoms) {

@@ -1,7 +1,7 @@
 //! Drop-outs: a channel that falls to 0 for a moment, or holds its last value while samples are lost.
 
 use super::channel::{Channel, constant_runs, extremes, quantile, steps};
-use super::finding::{Finding, Place};
+use super::finding::{Finding, RecordPosition};
 
 /// A fall to 0 and the way back are larger than this many of the largest hundredth of the channel's steps.
 const FALLS_BY: f64 = 4.0;
@@ -14,13 +14,13 @@ const REPEATS: f64 = 0.1;
 /// After samples were lost, the channel steps by this many times its usual step to where it would have been.
 const CATCHES_UP: f64 = 2.5;
 /// Bursts of held values below which nothing is said.
-const LEAST_BURSTS: usize = 5;
+const MIN_BURSTS: usize = 5;
 /// Share of lost rows from which on a diagnosis means nothing: as long as a hundredth of the record is wrong by its own size,
 /// a tenth of its RMS is error.
 const SERIOUS: f64 = 0.01;
 
 /// Drop-outs of a channel.
-pub(super) fn check(channel: &Channel<'_>, place: &Place<'_>) -> Option<Finding> {
+pub(super) fn check(channel: &Channel<'_>, place: &RecordPosition<'_>) -> Option<Finding> {
     let longest = (LONGEST_S * place.sample_rate_hz) as usize;
     let sizes = steps(channel.series);
     let fallen = zeros(channel.series, FALLS_BY * quantile(&sizes, 0.99), longest);
@@ -44,7 +44,7 @@ pub(super) fn check(channel: &Channel<'_>, place: &Place<'_>) -> Option<Finding>
         return finding(&fallen, "reads exactly 0 between values far from it");
     }
     let held = held(channel.series, &sizes, longest);
-    if held.len() < LEAST_BURSTS {
+    if held.len() < MIN_BURSTS {
         return None;
     }
     finding(&held, "repeats its last value and then jumps")

@@ -10,13 +10,13 @@ pub struct Finding {
 }
 
 /// Where in which record something was found.
-pub(super) struct Place<'a> {
+pub(super) struct RecordPosition<'a> {
     pub(super) file: &'a str,
     pub(super) first_row: usize,
     pub(super) sample_rate_hz: f64,
 }
 
-impl Place<'_> {
+impl RecordPosition<'_> {
     /// A row as the file counts it, and when it was.
     pub(super) fn row(&self, row: usize) -> String {
         format!(

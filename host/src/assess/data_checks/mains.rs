@@ -21,7 +21,7 @@ const STANDS_OUT: f64 = 20.0;
 /// Density over the highest neighbour's from which on the displacement has the line too.
 const MOVES_TOO: f64 = 4.0;
 /// Share of the channel's RMS below which a line is not worth a word.
-const LEAST_SHARE: f64 = 0.002;
+const MIN_SHARE: f64 = 0.002;
 
 /// Lines in the channels of an axis, over all records together.
 pub(super) fn check(study: &Study, index: usize) -> Vec<Finding> {
@@ -64,14 +64,14 @@ pub(super) fn check(study: &Study, index: usize) -> Vec<Finding> {
         let whole = spectrum.power(0.0, 0.5 * rate);
         for mains in MAINS_HZ {
             let orders = (1..=HARMONICS).map(|order| mains * order as f64);
-            let lines: Vec<Line> = orders
+            let lines: Vec<SpectralLine> = orders
                 .filter_map(|hz| line(spectrum, hz))
                 .filter(|l| l.over > STANDS_OUT && !moves(l.hz))
                 .collect();
             let power: f64 = lines.iter().map(|l| l.power).sum();
             // Harmonics alone may be a motor's; the mains begin with their own line.
             let has_first = lines.first().is_some_and(|l| l.hz < 1.5 * mains);
-            if !has_first || power < LEAST_SHARE * LEAST_SHARE * whole {
+            if !has_first || power < MIN_SHARE * MIN_SHARE * whole {
                 continue;
             }
             let at: Vec<String> = lines.iter().map(|l| format!("{:.2}", l.hz)).collect();
@@ -89,7 +89,7 @@ pub(super) fn check(study: &Study, index: usize) -> Vec<Finding> {
     found
 }
 
-struct Line {
+struct SpectralLine {
     hz: f64,
     /// Unit².
     power: f64,
@@ -98,7 +98,7 @@ struct Line {
 }
 
 /// The highest density near a frequency, beside its neighbours.
-fn line(spectrum: &Spectrum, near: f64) -> Option<Line> {
+fn line(spectrum: &Spectrum, near: f64) -> Option<SpectralLine> {
     let resolution = spectrum.resolution_hz;
     let within = |distance: [f64; 2]| {
         let lines = spectrum.density.iter().enumerate();
@@ -115,7 +115,7 @@ fn line(spectrum: &Spectrum, near: f64) -> Option<Line> {
     }
     let highest = within(NEIGHBOURS_HZ).map(|(_, d)| *d).fold(0.0, f64::max);
     let hz = top as f64 * resolution;
-    Some(Line {
+    Some(SpectralLine {
         hz,
         power: spectrum.power(hz - 2.5 * resolution, hz + 2.5 * resolution),
         over: density / highest.max(f64::MIN_POSITIVE),

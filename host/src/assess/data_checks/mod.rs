@@ -15,7 +15,7 @@ use crate::signal::motion::Filters;
 use crate::study::{Role, Study};
 use channel::channels;
 pub use finding::Finding;
-use finding::Place;
+use finding::RecordPosition;
 use rayon::prelude::*;
 
 /// Counts from one end of the motion to the other below which a displacement has too few: rounding to counts then makes an
@@ -33,7 +33,7 @@ pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
         let axes = study.axes.iter().zip(&record.axes).zip(&liveliest);
         axes.flat_map(|((axis, logged), liveliest)| {
             let all = channels(axis, logged);
-            let place = Place {
+            let place = RecordPosition {
                 file: &record.file,
                 first_row: record.first_row,
                 sample_rate_hz: study.sample_rate_hz,

@@ -16,9 +16,9 @@ const SEGMENT: usize = 2048;
 /// Squared coherence from which on a frequency counts.
 const COHERENT: f64 = 0.95;
 /// Frequencies that must count.
-const LEAST_LINES: usize = 8;
+const MIN_LINES: usize = 8;
 /// A skew of less than this part of a sample is no fault of a log.
-const LEAST_SAMPLES: f64 = 0.3;
+const MIN_SAMPLES: f64 = 0.3;
 /// Phase at the frequency where most of the acceleration is that is worth a word, rad: the inertia force is then wrong by this
 /// part of itself, a quarter of a turn from where it should be, which is where damping is.
 const WORTH_A_WORD: f64 = 0.02;
@@ -46,7 +46,7 @@ pub(super) fn check(study: &Study, index: usize, filters: &Filters) -> Option<Fi
     let delay = cross.delay(rate, filters.state_band_hz)?;
     let phase = delay.seconds.abs() * TAU * delay.centre_hz;
     let samples = delay.seconds * rate;
-    if samples.abs() < LEAST_SAMPLES
+    if samples.abs() < MIN_SAMPLES
         || phase < WORTH_A_WORD
         || delay.seconds.abs() < SURE * delay.error_s
     {
@@ -74,7 +74,7 @@ struct Cross {
 }
 
 /// Frequency in Hz, phase in rad, power and share of noise.
-type Line = (f64, f64, f64, f64);
+type CrossSpectralLine = (f64, f64, f64, f64);
 
 /// By how much the first channel is later than the second.
 struct Delay {
@@ -140,11 +140,11 @@ impl Cross {
                 lines.push((hz, both.arg(), self.first[line], noise.max(1e-12)));
             }
         }
-        if lines.len() < LEAST_LINES {
+        if lines.len() < MIN_LINES {
             return None;
         }
-        let weight = |&(_, _, power, noise): &Line| power.sqrt() / noise;
-        let sum = |f: &dyn Fn(&Line) -> f64| lines.iter().map(f).sum::<f64>();
+        let weight = |&(_, _, power, noise): &CrossSpectralLine| power.sqrt() / noise;
+        let sum = |f: &dyn Fn(&CrossSpectralLine) -> f64| lines.iter().map(f).sum::<f64>();
         let curvature = sum(&|l| weight(l) * l.0 * l.0);
         let slope = sum(&|l| weight(l) * l.0 * l.1) / curvature;
         let scatter = sum(&|l| weight(l) * (l.1 - slope * l.0).powi(2)) / lines.len() as f64;

@@ -1,12 +1,12 @@
 //! A stuck channel: it stands at one value over a stretch in which the others show that the axis moves.
 
 use super::channel::{Channel, Kind, constant_runs, liveliness, quantile, range, steps};
-use super::finding::{Finding, Place};
+use super::finding::{Finding, RecordPosition};
 
 /// A stretch shorter than this may be a joint that turns round.
-const LEAST_S: f64 = 0.2;
+const MIN_S: f64 = 0.2;
 /// Rows that such a stretch has at least.
-const LEAST_ROWS: usize = 60;
+const MIN_ROWS: usize = 60;
 /// In stretches of the same length elsewhere the channel moves over at least this many of its counts.
 const MOVES_BY_COUNTS: f64 = 20.0;
 /// Part of its greatest liveliness in any record that another channel has where the axis still moves.
@@ -20,7 +20,7 @@ const SERIOUS: f64 = 0.01;
 pub(super) fn check(
     channels: &[Channel<'_>],
     liveliest: &[f64],
-    place: &Place<'_>,
+    place: &RecordPosition<'_>,
 ) -> Vec<Finding> {
     let all = channels.iter().enumerate();
     all.filter_map(|(at, channel)| {
@@ -35,10 +35,10 @@ pub(super) fn check(
 fn stuck(
     channel: &Channel<'_>,
     others: &[(&Channel<'_>, f64)],
-    place: &Place<'_>,
+    place: &RecordPosition<'_>,
 ) -> Option<Finding> {
     let series = channel.series;
-    let least = ((LEAST_S * place.sample_rate_hz) as usize).max(LEAST_ROWS);
+    let least = ((MIN_S * place.sample_rate_hz) as usize).max(MIN_ROWS);
     let runs = constant_runs(series, least);
     let &(start, rows) = runs.iter().max_by_key(|(_, rows)| *rows)?;
     let sizes = steps(series);

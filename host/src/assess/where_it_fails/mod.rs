@@ -5,7 +5,7 @@ use serde::Serialize;
 
 /// One place that holds a large part of an axis's error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Place {
+pub struct FailingRegion {
     /// The axis whose force is wrong there.
     pub axis: String,
     /// `state`, `time` or `frequency`.
@@ -79,11 +79,11 @@ pub struct StateName {
 /// Cuts at which a region may begin or end: this many quantiles of every state.
 const CUTS: usize = 32;
 /// A region never holds fewer rows than this part of all.
-const LEAST_ROWS: f64 = 0.02;
+const MIN_ROWS: f64 = 0.02;
 /// How often a region may be cut down.
 const DEPTH: usize = 3;
 /// Rows that the search looks at; more are thinned evenly, which moves shares by far less than a percent.
-const MOST_ROWS: usize = 60_000;
+const MAX_ROWS: usize = 60_000;
 /// The part of the error that a place in time or frequency must hold.
 const HALF: f64 = 0.5;
 /// A place that takes more than this part of the whole is no place.
@@ -101,7 +101,7 @@ pub fn find(
     records: &[ErrorRecord<'_>],
     sample_rate_hz: f64,
     band_hz: f64,
-) -> Vec<Place> {
+) -> Vec<FailingRegion> {
     let total: f64 = records.iter().flat_map(|r| r.error).map(|e| e * e).sum();
     if total <= 0.0 || total.is_nan() {
         return Vec::new();
@@ -127,9 +127,13 @@ struct Cut {
     above: bool,
 }
 
-fn state_region(axis: &str, names: &[StateName], records: &[ErrorRecord<'_>]) -> Option<Place> {
+fn state_region(
+    axis: &str,
+    names: &[StateName],
+    records: &[ErrorRecord<'_>],
+) -> Option<FailingRegion> {
     let rows: usize = records.iter().map(|r| r.error.len()).sum();
-    let step = rows.div_ceil(MOST_ROWS).max(1);
+    let step = rows.div_ceil(MAX_ROWS).max(1);
     let squares: Vec<f64> = records
         .iter()
         .flat_map(|r| r.error.iter().step_by(step))
@@ -156,7 +160,7 @@ fn state_region(axis: &str, names: &[StateName], records: &[ErrorRecord<'_>]) ->
     }
 
     let total: f64 = squares.iter().sum();
-    let least = ((squares.len() as f64 * LEAST_ROWS) as usize).max(1);
+    let least = ((squares.len() as f64 * MIN_ROWS) as usize).max(1);
     let mut inside: Vec<usize> = (0..squares.len()).collect();
     let mut cuts = Vec::new();
     for _ in 0..DEPTH {
@@ -171,7 +175,7 @@ fn state_region(axis: &str, names: &[StateName], records: &[ErrorRecord<'_>]) ->
         cuts.push(cut);
     }
     if cuts.is_empty() {
-        return Some(Place {
+        return Some(FailingRegion {
             axis: axis.into(),
             kind: "state",
             region: "no region of the states stands out".into(),
@@ -183,7 +187,7 @@ fn state_region(axis: &str, names: &[StateName], records: &[ErrorRecord<'_>]) ->
     let share_of_error = inside.iter().map(|&row| squares[row]).sum::<f64>() / total;
     let share_of_rows = inside.len() as f64 / squares.len() as f64;
     let conditions = conditions(&cuts, &features);
-    Some(Place {
+    Some(FailingRegion {
         axis: axis.into(),
         kind: "state",
         region: region_in_words(&conditions, names),
@@ -291,7 +295,12 @@ fn region_in_words(conditions: &[Condition], names: &[StateName]) -> String {
     words.collect::<Vec<_>>().join(" and ")
 }
 
-fn time_span(axis: &str, records: &[ErrorRecord<'_>], rate: f64, total: f64) -> Option<Place> {
+fn time_span(
+    axis: &str,
+    records: &[ErrorRecord<'_>],
+    rate: f64,
+    total: f64,
+) -> Option<FailingRegion> {
     let rows: usize = records.iter().map(|r| r.error.len()).sum();
     // The narrowest stretch of one record that holds half of all the error, by two pointers.
     let mut best: Option<(usize, usize, usize, f64)> = None;
@@ -309,7 +318,7 @@ fn time_span(axis: &str, records: &[ErrorRecord<'_>], rate: f64, total: f64) -> 
             }
         }
     }
-    let evenly = || Place {
+    let evenly = || FailingRegion {
         axis: axis.into(),
         kind: "time",
         region: "spread evenly over time".into(),
@@ -326,7 +335,7 @@ fn time_span(axis: &str, records: &[ErrorRecord<'_>], rate: f64, total: f64) -> 
     }
     let record = &records[index];
     let at = |row: usize| record.start_s + row as f64 / rate;
-    Some(Place {
+    Some(FailingRegion {
         axis: axis.into(),
         kind: "time",
         region: format!(
@@ -350,7 +359,7 @@ fn frequency_band(
     records: &[ErrorRecord<'_>],
     rate: f64,
     band_hz: f64,
-) -> Option<Place> {
+) -> Option<FailingRegion> {
     // Lines half a hertz apart or finer, as long as the shortest record allows.
     let shortest = records.iter().map(|r| r.error.len()).min()?;
     let mut accumulator = Accumulator::new(rate, ((2.0 * rate) as usize).min(shortest));
@@ -377,7 +386,7 @@ fn frequency_band(
     let step = spectrum.resolution_hz;
     let low = (first as f64 - 0.5).max(0.0) * step;
     let high = (last as f64 + 0.5) * step;
-    Some(Place {
+    Some(FailingRegion {
         axis: axis.into(),
         kind: "frequency",
         region: format!("{} Hz to {} Hz", significant(low), significant(high)),

@@ -1,8 +1,8 @@
 //! Drift and threshold of one cumulative sum, from the values that its statistic takes on a healthy joint.
 
-use super::{FEWEST_BLOCKS, GROSS, mean};
-use jointwatch_shared::monitor::limits::MOST_CUSUM;
-use jointwatch_shared::monitor::{MOST_OF_SHARE, OCTAVE, least_blocks, most_of_block};
+use super::{GROSS, MIN_BLOCKS, mean};
+use jointwatch_shared::monitor::limits::MAX_CUSUM;
+use jointwatch_shared::monitor::{MAX_OF_SHARE, OCTAVE, least_blocks, most_of_block};
 use serde::Serialize;
 
 /// Blocks in a row over which increments are summed up: how they hang together shows in the sums of several. How well a model
@@ -10,8 +10,8 @@ use serde::Serialize;
 const GROUPS: [usize; 3] = [1, 2, 4];
 const GROUPS_OF_ERROR: [usize; 5] = [1, 2, 4, 8, 16];
 /// What one block may add at least to the sum of the error, in octaves of power, and to that of a gross change.
-const LEAST_STEP_OCTAVES: f64 = 1.5;
-const LEAST_GROSS_STEP_OCTAVES: f64 = 1.0;
+const MIN_STEP_OCTAVES: f64 = 1.5;
+const MIN_GROSS_STEP_OCTAVES: f64 = 1.0;
 /// Where the drift may lie between the healthy mean and that of a changed joint.
 const PARTS_OF_SHIFT: [f64; 7] = [0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5];
 /// What of the shift a changed joint shows at least, as it moves less than before or its friction is dry.
@@ -21,7 +21,7 @@ const CAUTION: f64 = 2.0;
 /// The part of a statistic's highest values to which the exponential tail is fitted.
 const TAIL: f64 = 0.1;
 /// Past this rate no threshold is above its least one, in 1 over a statistic's unit.
-const MOST_RATE: f64 = 1e6;
+const MAX_RATE: f64 = 1e6;
 /// How often the threshold of a gross change is raised until a block adds no more than it bears.
 const ROUNDS: usize = 50;
 /// What one statistic of one axis looks like on a healthy joint, in its own unit.
@@ -48,7 +48,7 @@ pub(super) fn healthy(
 ) -> Healthy {
     let all: Vec<&Vec<f64>> = records
         .iter()
-        .filter(|(_, s)| s.len() >= FEWEST_BLOCKS)
+        .filter(|(_, s)| s.len() >= MIN_BLOCKS)
         .map(|(_, s)| s)
         .collect();
     let validation: Vec<&Vec<f64>> = records.iter().filter(|(v, _)| *v).map(|(_, s)| s).collect();
@@ -86,10 +86,7 @@ pub(super) fn gross_threshold(
     drift: f64,
     log_rarity: f64,
 ) -> f64 {
-    let all: Vec<&Vec<f64>> = records
-        .iter()
-        .filter(|s| s.len() >= FEWEST_BLOCKS)
-        .collect();
+    let all: Vec<&Vec<f64>> = records.iter().filter(|s| s.len() >= MIN_BLOCKS).collect();
     if all.is_empty() {
         return 0.0;
     }
@@ -180,17 +177,17 @@ impl Evidence<'_> {
             .map(|&group| tail_rate(&pooled, group, reach))
             .fold(gaussian, f64::min);
         let threshold = (self.log_rarity / rate.max(1e-9)).max(self.least());
-        (threshold.min(f64::from(MOST_CUSUM)), variance.sqrt())
+        (threshold.min(f64::from(MAX_CUSUM)), variance.sqrt())
     }
 
     /// The least threshold.
     fn least(&self) -> f64 {
         let step = if self.side == 0 {
-            LEAST_STEP_OCTAVES * f64::from(OCTAVE)
+            MIN_STEP_OCTAVES * f64::from(OCTAVE)
         } else if GROSS.contains(&self.side) {
-            LEAST_GROSS_STEP_OCTAVES * f64::from(OCTAVE)
+            MIN_GROSS_STEP_OCTAVES * f64::from(OCTAVE)
         } else {
-            f64::from(MOST_OF_SHARE)
+            f64::from(MAX_OF_SHARE)
         };
         f64::from(least_blocks(self.side)) * step
     }
@@ -245,7 +242,7 @@ fn tail_rate(records: &[&Vec<f64>], group: usize, reach: f64) -> f64 {
     }
     // The moment is 1 at 0, falls when the mean is negative, and grows beyond all bounds: before 1/excess where nothing is held.
     let (mut low, mut high) = (0.0, 1.0 / excess);
-    while moment(high) < 1.0 && high < MOST_RATE {
+    while moment(high) < 1.0 && high < MAX_RATE {
         high *= 2.0;
     }
     for _ in 0..100 {

@@ -1,6 +1,6 @@
 //! Records of a healthy joint whose gain or stiffness has drifted.
 
-use super::Course;
+use super::ChainedRecord;
 use crate::device::replay::SetUp;
 use crate::study::{Record, Study};
 use crate::text::error::Result;
@@ -20,7 +20,7 @@ pub(super) fn each(
     set_up: &SetUp,
     model: &Model,
     part: f64,
-    mut look: impl FnMut(&Course) -> Result<()>,
+    mut look: impl FnMut(&ChainedRecord) -> Result<()>,
 ) -> Result<()> {
     if part == 0.0 {
         return Ok(());
@@ -29,10 +29,10 @@ pub(super) fn each(
         for quantity in QUANTITIES {
             for sign in [1.0, -1.0] {
                 let record = drifted(record, quantity, sign * part);
-                let mut course = Course::new(&record, set_up, model);
+                let mut chained = ChainedRecord::new(&record, set_up, model);
                 // What is usual, and how a healthy joint's figures go with its motion, is as it was logged.
-                course.validation = false;
-                look(&course)?;
+                chained.validation = false;
+                look(&chained)?;
             }
         }
     }

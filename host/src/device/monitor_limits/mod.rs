@@ -21,7 +21,7 @@ mod drift;
 mod trial;
 
 use crate::device::replay::SetUp;
-use crate::fit::errors::RESTS_BELOW;
+use crate::fit::errors::AT_REST_BELOW;
 use crate::signal::every::every_log2;
 use crate::signal::filters::Filters;
 use crate::study::{Record, Role, Study};
@@ -31,7 +31,7 @@ use cusum::{gross_threshold, healthy};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::{Output, RawSample};
 use jointwatch_shared::monitor::limits::{
-    AxisLimits, BLOCK, CHANNELS, Cusum, FEWEST_VALUES, Limits, MOST_CUSUM, TwoSided,
+    AxisLimits, BLOCK, CHANNELS, Cusum, Limits, MAX_CUSUM, MIN_VALUES, TwoSided,
 };
 use jointwatch_shared::monitor::{
     Faults, GrossSums, Monitor, MonitorState, OCTAVE, SIDES, Sums, share_of_change,
@@ -41,11 +41,11 @@ use jointwatch_shared::wire::rig::MAX_BAND_EVERY_LOG2;
 /// The change of stiffness or friction that the limits are tuned to, as a part of the RMS force.
 const CHANGE: f64 = 0.1;
 /// The least drift above the healthy mean of the error, in octaves of power.
-const LEAST_GROWTH_OCTAVES: f64 = 0.5;
+const MIN_GROWTH_OCTAVES: f64 = 0.5;
 /// How long a block lasts, s: some periods of what moves a joint, and some ten of them within the time to an alarm.
 const BLOCK_S: f64 = 0.064;
 /// The fewest judged blocks of validation from which limits are set.
-const FEWEST_BLOCKS: usize = 24;
+const MIN_BLOCKS: usize = 24;
 /// Share of the time outside the training range that is suspect, in 1/1000, where the validation records ask for no more.
 const OUTSIDE_PERMILLE: f64 = 200.0;
 /// Statistics of a gross change per axis, after the five others.
@@ -63,13 +63,13 @@ pub struct Calibration {
 }
 
 /// One record after the chain.
-struct Course {
+struct ChainedRecord {
     file: String,
     validation: bool,
     samples: Vec<(RawSample, Option<Output>)>,
 }
 
-impl Course {
+impl ChainedRecord {
     fn new(record: &Record, set_up: &SetUp, model: &Model) -> Self {
         Self {
             file: record.file.clone(),
@@ -110,22 +110,27 @@ pub fn limits(
         ));
     }
     let records = study.records.iter();
-    let courses: Vec<Course> = records.map(|r| Course::new(r, set_up, model)).collect();
+    let chained_records: Vec<ChainedRecord> = records
+        .map(|r| ChainedRecord::new(r, set_up, model))
+        .collect();
     let block = block(study.sample_rate_hz);
     let mut limits = Limits {
         model_checksum: purpose.model_checksum,
         block,
-        outside_permille: outside_permille(&courses),
+        outside_permille: outside_permille(&chained_records),
         false_alarm_hours: purpose.false_alarm_hours,
         axes: (0..study.axes.len())
-            .map(|axis| scales(&courses, axis))
+            .map(|axis| scales(&chained_records, axis))
             .collect(),
     };
     let not_held = |e| refuse(format!("the monitor's limits cannot be held ({e})"));
     let monitor = Monitor::new(limits.clone(), &set_up.chain).map_err(not_held)?;
-    let mut seen: Vec<Seen> = courses.iter().map(|c| Seen::of(&monitor, c)).collect();
-    drift::each(study, set_up, model, purpose.drift, |course| {
-        seen.push(Seen::of(&monitor, course));
+    let mut seen: Vec<Seen> = chained_records
+        .iter()
+        .map(|c| Seen::of(&monitor, c))
+        .collect();
+    drift::each(study, set_up, model, purpose.drift, |chained| {
+        seen.push(Seen::of(&monitor, chained));
         Ok(())
     })?;
 
@@ -136,10 +141,10 @@ pub fn limits(
     let mut judged = Vec::new();
     for (axis, mine) in limits.axes.iter_mut().enumerate() {
         let (sides, count) = set_axis(mine, axis, &seen, &monitor, log_rarity);
-        if count < FEWEST_BLOCKS {
+        if count < MIN_BLOCKS {
             return Err(refuse(format!(
                 "only {count} blocks of {:.0} ms of the validation records move {} inside the training range, and the \
-                 monitor's limits need {FEWEST_BLOCKS}; log a longer record for validation",
+                 monitor's limits need {MIN_BLOCKS}; log a longer record for validation",
                 1e3 * f64::from(block) / study.sample_rate_hz,
                 study.axes[axis].name
             )));
@@ -158,7 +163,7 @@ pub fn limits(
         study,
         set_up,
         model,
-        &courses,
+        &chained_records,
         purpose.drift,
     )?;
     Ok(calibration)
@@ -176,7 +181,7 @@ fn set_axis(
     let series = series(seen, axis, mine, monitor.log_values());
     let validation = series.iter().filter(|s| s.validation);
     let count = validation.map(|s| s.values.len()).sum();
-    if count < FEWEST_BLOCKS {
+    if count < MIN_BLOCKS {
         return ([Healthy::default(); 5], count);
     }
     let sides = sides(&series, log_rarity);
@@ -230,7 +235,7 @@ fn gross(
 /// Binary logarithm of the samples from one residual in the band to the next on the device ([`every_log2`]): as many as the band
 /// allows, and not so many that a block of the monitor would sum up too few of them.
 pub fn band_every_log2(filters: &Filters) -> u8 {
-    let of_block = i32::from(block(filters.sample_rate_hz)) / FEWEST_VALUES;
+    let of_block = i32::from(block(filters.sample_rate_hz)) / MIN_VALUES;
     let most = (of_block.max(1).ilog2() as u8).min(MAX_BAND_EVERY_LOG2);
     every_log2(&filters.band, filters.sample_rate_hz, filters.band_hz, most)
 }
@@ -243,9 +248,9 @@ fn block(sample_rate_hz: f64) -> u16 {
 }
 
 /// Three times the share of the validation records, and [`OUTSIDE_PERMILLE`] at least.
-fn outside_permille(courses: &[Course]) -> u16 {
+fn outside_permille(chained_records: &[ChainedRecord]) -> u16 {
     let outputs = || {
-        validation(courses)
+        validation(chained_records)
             .flat_map(|c| &c.samples)
             .filter_map(|(_, o)| o.as_ref())
     };
@@ -254,26 +259,26 @@ fn outside_permille(courses: &[Course]) -> u16 {
     (3e3 * share).clamp(OUTSIDE_PERMILLE, 1e3).round() as u16
 }
 
-fn validation(courses: &[Course]) -> impl Iterator<Item = &Course> {
-    courses.iter().filter(|course| course.validation)
+fn validation(chained_records: &[ChainedRecord]) -> impl Iterator<Item = &ChainedRecord> {
+    chained_records.iter().filter(|chained| chained.validation)
 }
 
 /// Powers of force and states, the sign of the axis, and how far a channel goes when it moves; cumulative sums that never
 /// end, for the run that measures what they are to be.
-fn scales(courses: &[Course], axis: usize) -> AxisLimits {
-    let force_of = |course: &Course| -> Vec<f64> {
-        let outputs = course.samples.iter().filter_map(|(_, o)| o.as_ref());
+fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
+    let force_of = |chained: &ChainedRecord| -> Vec<f64> {
+        let outputs = chained.samples.iter().filter_map(|(_, o)| o.as_ref());
         outputs.map(|o| f64::from(o.measured[axis])).collect()
     };
-    let powers: Vec<(f64, &Course)> = validation(courses)
-        .map(|course| (mean_square(&force_of(course)), course))
+    let powers: Vec<(f64, &ChainedRecord)> = validation(chained_records)
+        .map(|chained| (mean_square(&force_of(chained)), chained))
         .collect();
     let largest = powers.iter().map(|(power, _)| *power).fold(0.0, f64::max);
     // A record in which the axis rests says nothing about how far it moves.
-    let moving: Vec<&Course> = powers
+    let moving: Vec<&ChainedRecord> = powers
         .iter()
-        .filter(|(power, _)| *power >= RESTS_BELOW * RESTS_BELOW * largest)
-        .map(|(_, course)| *course)
+        .filter(|(power, _)| *power >= AT_REST_BELOW * AT_REST_BELOW * largest)
+        .map(|(_, chained)| *chained)
         .collect();
     let outputs = || {
         moving
@@ -308,8 +313,8 @@ fn scales(courses: &[Course], axis: usize) -> AxisLimits {
         spread.round() as u32
     });
     let never = Cusum {
-        drift: MOST_CUSUM,
-        threshold: MOST_CUSUM,
+        drift: MAX_CUSUM,
+        threshold: MAX_CUSUM,
     };
     let neither = TwoSided {
         more: never,
@@ -344,15 +349,15 @@ struct Seen {
 }
 
 impl Seen {
-    fn of(monitor: &Monitor, course: &Course) -> Self {
+    fn of(monitor: &Monitor, chained: &ChainedRecord) -> Self {
         let mut state = MonitorState::default();
         let mut seen = Self {
-            validation: course.validation,
+            validation: chained.validation,
             fine: Vec::new(),
             gross: Vec::new(),
         };
         let (mut number, mut of_gross) = (0, 0);
-        for (raw, output) in &course.samples {
+        for (raw, output) in &chained.samples {
             monitor.update(&mut state, raw, output.as_ref(), &Faults::default());
             let (finished, sums) = state.last_block();
             if finished != number {
@@ -433,7 +438,7 @@ fn sides(series: &[Series], log_rarity: f64) -> [Healthy; 5] {
     let growth = ((share + CHANGE * CHANGE) / share.max(1e-12)).log2();
     std::array::from_fn(|side| {
         let shift = if side == 0 {
-            f64::from(OCTAVE) * growth.max(2.0 * LEAST_GROWTH_OCTAVES)
+            f64::from(OCTAVE) * growth.max(2.0 * MIN_GROWTH_OCTAVES)
         } else {
             share_of_change(CHANGE)
         };

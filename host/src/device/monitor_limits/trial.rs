@@ -1,17 +1,17 @@
 //! Limits tried on the very records they were set from: none of those may come near an alarm.
 
-use super::{Calibration, Course, GROSS, drift, quarters};
+use super::{Calibration, ChainedRecord, GROSS, drift, quarters};
 use crate::device::replay::SetUp;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::Model;
-use jointwatch_shared::monitor::limits::{AxisLimits, Limits, MOST_CUSUM};
+use jointwatch_shared::monitor::limits::{AxisLimits, Limits, MAX_CUSUM};
 use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, OCTAVE, SIDES};
 
 /// How near to the alarm a sum may come on a record of a healthy joint; *suspect* begins at 0.75.
 const NEAREST: f64 = 0.7;
 /// What a threshold may be raised by at most before the record is doubted, as a factor.
-const MOST_RAISED: f64 = 4.0;
+const MAX_RAISED: f64 = 4.0;
 /// A sum stops at one and a half thresholds, so that one of them is raised by about as much at a time.
 const ROUNDS: usize = 5;
 /// The sums in words, in the monitor's order.
@@ -37,12 +37,12 @@ pub(super) fn raise(
     study: &Study,
     set_up: &SetUp,
     model: &Model,
-    courses: &[Course],
+    chained_records: &[ChainedRecord],
     drift: f64,
 ) -> Result<()> {
     let mut factors = [[1.0_f64; SIDES]; 2];
     for _ in 0..ROUNDS {
-        let peaks = peaks(calibration, study, set_up, model, courses, drift)?;
+        let peaks = peaks(calibration, study, set_up, model, chained_records, drift)?;
         let mut is_raised = false;
         for (axis, limits) in calibration.limits.axes.iter_mut().enumerate() {
             for (side, (peak, file)) in peaks[axis].iter().enumerate() {
@@ -51,7 +51,7 @@ pub(super) fn raise(
                 }
                 let factor = peak / NEAREST;
                 factors[axis][side] *= factor;
-                if factors[axis][side] > MOST_RAISED {
+                if factors[axis][side] > MAX_RAISED {
                     return Err(too_far(study, axis, side, file));
                 }
                 is_raised = true;
@@ -97,7 +97,7 @@ fn raise_one(limits: &mut AxisLimits, side: usize, factor: f64) {
         _ => &mut limits.friction.less,
     };
     let raised = (f64::from(cusum.threshold) * factor).ceil();
-    cusum.threshold = raised.min(f64::from(MOST_CUSUM)) as i32;
+    cusum.threshold = raised.min(f64::from(MAX_CUSUM)) as i32;
 }
 
 /// How near to its threshold every sum comes on any record.
@@ -106,16 +106,16 @@ fn peaks(
     study: &Study,
     set_up: &SetUp,
     model: &Model,
-    courses: &[Course],
+    chained_records: &[ChainedRecord],
     drift: f64,
 ) -> Result<Peaks> {
     let limits: &Limits = &calibration.limits;
     let monitor = Monitor::new(limits.clone(), &set_up.chain)
         .map_err(|e| Error::data(format!("{}: {e}", study.path.display())))?;
     let mut peaks = Peaks::default();
-    let mut look = |course: &Course| {
+    let mut look = |chained: &ChainedRecord| {
         let mut state = MonitorState::default();
-        for (row, (raw, output)) in course.samples.iter().enumerate() {
+        for (row, (raw, output)) in chained.samples.iter().enumerate() {
             monitor.update(&mut state, raw, output.as_ref(), &Faults::default());
             if row % usize::from(limits.block) != 0 {
                 continue;
@@ -124,14 +124,14 @@ fn peaks(
                 for (peak, level) in peaks.iter_mut().zip(state.levels(&monitor, axis)) {
                     let level = f64::from(level) / 1000.0;
                     if level > peak.0 {
-                        *peak = (level, course.file.clone());
+                        *peak = (level, chained.file.clone());
                     }
                 }
             }
         }
         Ok(())
     };
-    courses.iter().try_for_each(&mut look)?;
+    chained_records.iter().try_for_each(&mut look)?;
     drift::each(study, set_up, model, drift, look)?;
     Ok(peaks)
 }

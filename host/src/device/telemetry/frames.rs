@@ -42,7 +42,7 @@ pub fn of(
             rig_crc,
         )),
     }));
-    let mut watch = Watch::new(set_up.rig.sample_rate_hz, model.axes(), monitor);
+    let mut watch = ReplayedWatch::new(set_up.rig.sample_rate_hz, model.axes(), monitor);
     for (raw, output) in set_up.samples(record, model) {
         let reports = watch.sample(&raw, output.as_ref(), &Faults::default());
         reports.iter().for_each(|report| sender.send(report));
@@ -52,7 +52,7 @@ pub fn of(
 
 /// What a device that streams every sample tells of each, in its order: the firmware's own watch without chips that fail, a line that is
 /// slow and a model on trial. A test holds it against the emulated firmware.
-pub struct Watch<'a> {
+pub struct ReplayedWatch<'a> {
     monitor: Result<&'a Monitor, Cause>,
     state: MonitorState,
     verdict: Verdict,
@@ -64,7 +64,7 @@ pub struct Watch<'a> {
     number: u64,
 }
 
-impl<'a> Watch<'a> {
+impl<'a> ReplayedWatch<'a> {
     /// Before the first sample of a rig of so many axes and samples per second.
     pub fn new(sample_rate_hz: f64, axes: usize, monitor: Result<&'a Monitor, Cause>) -> Self {
         let rate_hz = (sample_rate_hz + 0.5) as u32;

@@ -40,14 +40,14 @@ pub enum Piece {
 }
 
 /// An open line. A thread reads it, so that whoever listens can stop at any time.
-pub struct Line {
+pub struct TelemetryLine {
     source: Source,
     pieces: Receiver<std::io::Result<Vec<u8>>>,
     back: Option<Box<dyn SerialPort>>,
     sequence: u16,
 }
 
-impl Line {
+impl TelemetryLine {
     /// Opens it.
     ///
     /// # Errors

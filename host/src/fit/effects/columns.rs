@@ -5,9 +5,9 @@
 //! same, so the rows are thinned out to what the filter's stop band allows.
 
 use crate::model::corrections::of_the_joint;
-use crate::model::course::{Course, add_forces, law_parameters};
 use crate::model::effects::Bound;
 use crate::model::mains_hum::{self, QUARTER};
+use crate::model::time_history::{TimeHistory, add_forces, law_parameters};
 use crate::signal::fir::{apply_every, shut_from_hz};
 use crate::signal::motion::Motion;
 use crate::study::{Axis, Convention};
@@ -19,10 +19,10 @@ use jointwatch_shared::units::References;
 use rayon::prelude::*;
 
 /// Takes out of a column (both axes, one after the other) what something that is fitted beside the laws makes of it.
-pub(crate) type Aside<'a> = &'a (dyn Fn(&mut [f64]) + Sync);
+pub(crate) type Projection<'a> = &'a (dyn Fn(&mut [f64]) + Sync);
 
 /// One row of a record, as far as one axis moves.
-pub(crate) struct Moment {
+pub(crate) struct Sample {
     /// Since the record began, s.
     pub(crate) time_s: f64,
     /// m or rad.
@@ -35,12 +35,12 @@ pub(crate) struct Moment {
 
 /// The training records, ready to hold force laws against.
 pub(crate) struct Records<'a> {
-    courses: Vec<Course<'a>>,
+    histories: Vec<TimeHistory<'a>>,
     axes: usize,
     taps: &'a [f64],
     /// Of so many rows one is kept.
     pub(crate) every: usize,
-    aside: Option<Aside<'a>>,
+    projection: Option<Projection<'a>>,
     /// Thinned rows per second.
     pub(crate) thinned_rate_hz: f64,
     /// Thinned rows of each record.
@@ -67,15 +67,15 @@ impl<'a> Records<'a> {
             if most > 0.0 { most } else { 1.0 }
         };
         let conventions: Vec<Convention> = axes.iter().map(|a| a.restoring_force).collect();
-        let courses = motions.iter();
+        let histories = motions.iter();
         let mut records = Self {
-            courses: courses
-                .map(|m| Course::of_motion(m, &conventions))
+            histories: histories
+                .map(|m| TimeHistory::of_motion(m, &conventions))
                 .collect(),
             axes: axes.len(),
             taps: low_pass,
             every,
-            aside: None,
+            projection: None,
             thinned_rate_hz: rate / every as f64,
             rows: Vec::new(),
             references: References {
@@ -119,25 +119,25 @@ impl<'a> Records<'a> {
         records
     }
 
-    /// Lets the effects of instruments work on the applied force that a model asks for, see [`Course::predict`]; `terms` are
+    /// Lets the effects of instruments work on the applied force that a model asks for, see [`TimeHistory::predict`]; `terms` are
     /// the model's effects and `inertia` has one entry per axis, kg or kg·m².
     pub(crate) fn predict(&mut self, terms: &[InSi], inertia: &[f64]) {
         let joint = of_the_joint(terms);
-        for course in &mut self.courses {
-            let mut forces = vec![vec![0.0; course.rows()]; self.axes];
-            add_forces(&joint, course, &mut forces);
-            course.predict(&forces, inertia);
+        for history in &mut self.histories {
+            let mut forces = vec![vec![0.0; history.rows()]; self.axes];
+            add_forces(&joint, history, &mut forces);
+            history.predict(&forces, inertia);
         }
     }
 
     /// The same with something fitted beside the laws: it is taken out of the measured force and of every column.
-    pub(crate) fn beside(mut self, aside: Aside<'a>) -> Self {
-        aside(&mut self.measured);
+    pub(crate) fn orthogonal_to(mut self, projection: Projection<'a>) -> Self {
+        projection(&mut self.measured);
         self.accelerations
             .iter_mut()
             .flatten()
-            .for_each(|c| aside(c));
-        self.aside = Some(aside);
+            .for_each(|c| projection(c));
+        self.projection = Some(projection);
         self
     }
 
@@ -148,28 +148,29 @@ impl<'a> Records<'a> {
 
     /// Lets them work on what the force channels read again.
     pub(crate) fn as_logged(&mut self) {
-        self.courses.iter_mut().for_each(Course::as_logged);
+        self.histories.iter_mut().for_each(TimeHistory::as_logged);
     }
 
     /// RMS over all records of the applied force of an axis, N or N·m, wide-band.
     pub(crate) fn applied_rms(&self, axis: usize) -> f64 {
-        let (sum, rows) = self.courses.iter().map(|course| course.applied(axis)).fold(
-            (0.0, 0),
-            |(sum, rows), force| {
+        let (sum, rows) = self
+            .histories
+            .iter()
+            .map(|history| history.applied(axis))
+            .fold((0.0, 0), |(sum, rows), force| {
                 (
                     sum + force.iter().map(|f| f * f).sum::<f64>(),
                     rows + force.len(),
                 )
-            },
-        );
+            });
         (sum / rows.max(1) as f64).sqrt()
     }
 
     /// The displacement of an axis so many seconds earlier, as a column; before a record began, that of its first row.
     pub(crate) fn delayed(&self, axis: usize, delay_s: f64) -> Vec<f64> {
-        let parts = self.courses.iter().flat_map(|course| {
-            let displacement = course.displacement(axis);
-            let rows = (delay_s / course.period_s()).round() as usize;
+        let parts = self.histories.iter().flat_map(|history| {
+            let displacement = history.displacement(axis);
+            let rows = (delay_s / history.period_s()).round() as usize;
             let at = |row: usize| displacement[row.saturating_sub(rows)];
             let delayed: Vec<f64> = (0..displacement.len()).map(at).collect();
             self.thinned(&delayed)
@@ -182,18 +183,21 @@ impl<'a> Records<'a> {
         &self,
         axis: usize,
         only: Option<usize>,
-        function: impl Fn(&Moment) -> f64,
+        function: impl Fn(&Sample) -> f64,
     ) -> Vec<f64> {
-        let parts = self.courses.iter().enumerate().map(|(record, course)| {
+        let parts = self.histories.iter().enumerate().map(|(record, history)| {
             if only.is_some_and(|only| only != record) {
                 return vec![0.0; self.rows[record]];
             }
             let mut largest = 0.0_f64;
-            let states = course.displacement(axis).iter().zip(course.velocity(axis));
+            let states = history
+                .displacement(axis)
+                .iter()
+                .zip(history.velocity(axis));
             let values = states.enumerate().map(|(row, (&displacement, &velocity))| {
                 largest = largest.max(displacement.abs());
-                function(&Moment {
-                    time_s: row as f64 * course.period_s(),
+                function(&Sample {
+                    time_s: row as f64 * history.period_s(),
                     displacement,
                     velocity,
                     largest,
@@ -327,8 +331,8 @@ impl<'a> Records<'a> {
         phase: f64,
     ) -> Vec<f64> {
         let law = bound.entry.real;
-        self.column(bound, only, |course, own, other| {
-            course.along(
+        self.column(bound, only, |history, own, other| {
+            history.along(
                 law,
                 parameters,
                 bound.axis,
@@ -370,9 +374,9 @@ impl<'a> Records<'a> {
         };
         let law = bound.entry.dual;
         let along = |parameters: &Parameters<Dual>, only: Option<usize>, phase: f64| {
-            self.column(bound, only, |course, own, other| {
+            self.column(bound, only, |history, own, other| {
                 let axis = bound.axis;
-                course.along(law, parameters, axis, phase, Dual::constant, |_, [f, g]| {
+                history.along(law, parameters, axis, phase, Dual::constant, |_, [f, g]| {
                     own.push(f.slope);
                     other.push(g.slope);
                 });
@@ -398,17 +402,17 @@ impl<'a> Records<'a> {
         &self,
         bound: &Bound,
         only: Option<usize>,
-        evaluate: impl Fn(&Course<'_>, &mut Vec<f64>, &mut Vec<f64>) + Sync,
+        evaluate: impl Fn(&TimeHistory<'_>, &mut Vec<f64>, &mut Vec<f64>) + Sync,
     ) -> Vec<f64> {
         let mut whole = vec![0.0; self.axes * self.rows_per_axis()];
         let mut start = 0;
-        for (record, (course, &rows)) in self.courses.iter().zip(&self.rows).enumerate() {
+        for (record, (history, &rows)) in self.histories.iter().zip(&self.rows).enumerate() {
             if only.is_some_and(|only| only != record) {
                 start += rows;
                 continue;
             }
             let (mut own, mut other) = (Vec::new(), Vec::new());
-            evaluate(course, &mut own, &mut other);
+            evaluate(history, &mut own, &mut other);
             let mut put = |axis: usize, series: &[f64]| {
                 let at = axis * self.rows_per_axis() + start;
                 whole[at..at + rows].copy_from_slice(&self.thinned(series));
@@ -419,8 +423,8 @@ impl<'a> Records<'a> {
             }
             start += rows;
         }
-        if let Some(aside) = self.aside {
-            aside(&mut whole);
+        if let Some(projection) = self.projection {
+            projection(&mut whole);
         }
         whole
     }

@@ -43,17 +43,17 @@ pub enum Stopped {
 }
 
 /// Steps after which a search gives up.
-const MOST_STEPS: usize = 40;
+const MAX_STEPS: usize = 40;
 /// A step of the logarithms below this is no change.
 const SMALL_STEP: f64 = 1e-7;
 /// Nor is a step that gains less than this part of the cost, which is far less than chance adds to it.
 const SMALL_GAIN: f64 = 1e-6;
 /// Gauss–Newton steps after a search.
-const MOST_SETTLING: usize = 12;
+const MAX_SETTLING: usize = 12;
 /// A step is shrinking that is smaller than the one before by this factor.
 const SHRINKING: f64 = 0.7;
 /// The most that they may change a shape, as a part of it.
-const MOST_MOVED: f64 = 0.02;
+const MAX_MOVED: f64 = 0.02;
 
 /// A sum of terms to be fitted to records.
 pub(crate) struct Problem<'a> {
@@ -201,7 +201,7 @@ impl Problem<'_> {
         let before = self.shapes_of(&found);
         let mut settled = found.clone();
         let (mut last, mut part) = (f64::INFINITY, 1.0);
-        for _ in 0..MOST_SETTLING {
+        for _ in 0..MAX_SETTLING {
             let step = self.newton(&settled)?;
             let moved = step.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
             if moved < SMALL_STEP {
@@ -228,7 +228,7 @@ impl Problem<'_> {
         // records with little noise pay for a single row on the wrong side of a switch with several times their noise.
         let shapes = self.shapes_of(&settled);
         let near = shapes.iter().zip(&before);
-        let near = near.fold(0.0, |most: f64, (a, b)| most.max((a / b).ln().abs())) < MOST_MOVED;
+        let near = near.fold(0.0, |most: f64, (a, b)| most.max((a / b).ln().abs())) < MAX_MOVED;
         Ok(if near { settled } else { found })
     }
 
@@ -271,7 +271,7 @@ impl Problem<'_> {
 
     /// Levenberg–Marquardt from the given shapes until it settles.
     pub(crate) fn search(&self, start: &[f64]) -> Result<(Solved, Stopped)> {
-        self.descend(start, MOST_STEPS)
+        self.descend(start, MAX_STEPS)
     }
 
     /// The same, with so many steps at most.

@@ -10,7 +10,7 @@ use faer::Mat;
 use jointwatch_shared::effect::Acts;
 
 /// Combinations that are scanned in full; with more, one term is scanned at a time.
-const MOST_COMBINATIONS: usize = 3000;
+const MAX_COMBINATIONS: usize = 3000;
 /// Starts that are kept per axis.
 const KEPT: usize = 3;
 /// Rounds of scanning one term at a time.
@@ -132,7 +132,7 @@ impl Scan {
         }
         let count: usize = self.choices.iter().map(Vec::len).product();
         let mut scored: Vec<(f64, Vec<usize>)> = Vec::new();
-        if count <= MOST_COMBINATIONS {
+        if count <= MAX_COMBINATIONS {
             for number in 0..count {
                 let mut rest = number;
                 let picked: Vec<usize> = self

@@ -13,7 +13,7 @@ pub use polynomial::polynomial;
 use crate::fit::coverage;
 use crate::fit::errors::Evaluated;
 use crate::fit::inertia::Inertia;
-use crate::fit::network::{NetworkOptions, Watch};
+use crate::fit::network::{NetworkOptions, TrainingObserver};
 use crate::fit::polynomial::PolynomialOptions;
 use crate::model::corrections::missing_inertia;
 use crate::model::file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile};
@@ -62,7 +62,11 @@ pub enum Kind {
 pub fn identify(study: &Study, kind: Kind) -> Result<ModelFile> {
     let identified = match kind {
         Kind::Polynomial => polynomial(study, &PolynomialOptions::default(), &|_| ()),
-        Kind::Network => network(study, &NetworkOptions::default(), &Watch::silent()),
+        Kind::Network => network(
+            study,
+            &NetworkOptions::default(),
+            &TrainingObserver::silent(),
+        ),
         Kind::Physical => physical(study),
     };
     Ok(identified?.model)
@@ -77,7 +81,7 @@ pub struct Prepared {
 }
 
 /// What a fit found, before the errors on the records are known.
-pub struct Learnt {
+pub struct FitResult {
     /// What the force is made of.
     pub base: Base,
     /// Physical effects that add to it.
@@ -150,18 +154,18 @@ impl Prepared {
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when a record cannot be compared.
-    pub fn finish(self, study: &Study, learnt: Learnt) -> Result<Identified> {
-        let mut warnings = learnt.warnings;
+    pub fn finish(self, study: &Study, fit_result: FitResult) -> Result<Identified> {
+        let mut warnings = fit_result.warnings;
         warnings.extend(coverage::validation_warnings(
             &study.axes,
             &self.training(study),
             &self.validation(study),
         ));
-        let axes = study.axes.iter().zip(&learnt.inertia);
+        let axes = study.axes.iter().zip(&fit_result.inertia);
         let axes = axes.map(|(axis, inertia)| ModelAxis {
             name: axis.name.clone(),
             kind: axis.kind,
-            inertia: inertia.value + missing_inertia(&learnt.effects, &axis.name),
+            inertia: inertia.value + missing_inertia(&fit_result.effects, &axis.name),
             inertia_identified: inertia.identified,
             restoring_force: axis.restoring_force,
         });
@@ -169,10 +173,10 @@ impl Prepared {
             format: FORMAT.into(),
             study: study.name.clone(),
             axes: axes.collect(),
-            base: learnt.base,
-            effects: learnt.effects,
-            fit: learnt.fit,
-            fits: learnt.fits,
+            base: fit_result.base,
+            effects: fit_result.effects,
+            fit: fit_result.fit,
+            fits: fit_result.fits,
             warnings,
             verification: Vec::new(),
             validation: Vec::new(),
@@ -192,7 +196,7 @@ impl Prepared {
         Ok(Identified {
             model,
             training: None,
-            inertia: learnt.inertia,
+            inertia: fit_result.inertia,
         })
     }
 }

@@ -1,8 +1,8 @@
 //! Learning a network of tanh neurons from a study, and whether its restarts agree.
 
-use super::{Identified, Learnt, Prepared};
+use super::{FitResult, Identified, Prepared};
 use crate::fit::errors::Sums;
-use crate::fit::network::{NetworkFit, NetworkOptions, Watch, fit_network};
+use crate::fit::network::{NetworkFit, NetworkOptions, TrainingObserver, fit_network};
 use crate::model::file::{AxisFit, Base};
 use crate::model::{ModelAxis, Network};
 use crate::signal::motion::{Motion, low_pass};
@@ -27,7 +27,11 @@ pub struct Training {
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the study has no training record or its records cannot be trained on;
 /// [`crate::text::error::Kind::Usage`] for options out of range.
-pub fn network(study: &Study, options: &NetworkOptions, watch: &Watch<'_>) -> Result<Identified> {
+pub fn network(
+    study: &Study,
+    options: &NetworkOptions,
+    watch: &TrainingObserver<'_>,
+) -> Result<Identified> {
     let prepared = Prepared::new(study)?;
     let training = prepared.training(study);
     let band = &prepared.filters.band;
@@ -42,7 +46,7 @@ pub fn network(study: &Study, options: &NetworkOptions, watch: &Watch<'_>) -> Re
         training_force_rms: prepared.training_force_rms(study, index, fit.inertia[index].value),
         cross_validation_nmse_percent: None,
     });
-    let learnt = Learnt {
+    let fit_result = FitResult {
         fits: fits.collect(),
         base: Base::Network(fit.network.clone()),
         effects: Vec::new(),
@@ -65,7 +69,7 @@ pub fn network(study: &Study, options: &NetworkOptions, watch: &Watch<'_>) -> Re
         &validation
     };
     let disagreement = fit.disagreement(judged)?;
-    let mut identified = prepared.finish(study, learnt)?;
+    let mut identified = prepared.finish(study, fit_result)?;
     identified.training = Some(Training {
         fit,
         validation_nmse_percent,

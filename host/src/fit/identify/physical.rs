@@ -1,6 +1,6 @@
 //! Learning a sum of named physical effects from a study.
 
-use super::{Identified, Learnt, Prepared};
+use super::{FitResult, Identified, Prepared};
 use crate::fit::effects::{AnotherStart, EffectsFit, FoundTerm, fit_effects_also_from};
 use crate::fit::polynomial::input_ranges;
 use crate::model::EffectTerm;
@@ -39,12 +39,12 @@ impl Prepared {
     /// # Errors
     /// As [`Prepared::finish`].
     pub(crate) fn physical(self, study: &Study, fit: EffectsFit) -> Result<Identified> {
-        let learnt = self.learnt(study, fit);
-        self.finish(study, learnt)
+        let fit_result = self.fit_result(study, fit);
+        self.finish(study, fit_result)
     }
 
     /// What a fit of effects alone found.
-    pub(crate) fn learnt(&self, study: &Study, fit: EffectsFit) -> Learnt {
+    pub(crate) fn fit_result(&self, study: &Study, fit: EffectsFit) -> FitResult {
         let training = self.training(study);
         let fits = study.axes.iter().enumerate();
         let fits = fits.map(|(index, axis)| {
@@ -58,7 +58,7 @@ impl Prepared {
                 cross_validation_nmse_percent: None,
             }
         });
-        Learnt {
+        FitResult {
             fits: fits.collect(),
             base: Base::None(NoBase {
                 inputs: input_ranges(&training),

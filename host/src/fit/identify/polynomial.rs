@@ -1,6 +1,6 @@
 //! Learning the paper's polynomial from a study, and writing it as an equation.
 
-use super::{Identified, Learnt, Prepared};
+use super::{FitResult, Identified, Prepared};
 use crate::fit::polynomial::{PolynomialOptions, fit_polynomial};
 use crate::model::file::{AxisFit, Base, ModelFile};
 use crate::model::{ModelAxis, Polynomial, exponents};
@@ -34,7 +34,7 @@ pub fn polynomial(
         training_force_rms: prepared.training_force_rms(study, index, fit.inertia[index].value),
         cross_validation_nmse_percent: Some(found.cross_validation_nmse),
     });
-    let learnt = Learnt {
+    let fit_result = FitResult {
         fits: fits.collect(),
         base: Base::Polynomial(fit.polynomial),
         effects: Vec::new(),
@@ -42,7 +42,7 @@ pub fn polynomial(
         fit: options.method.name().into(),
         warnings: fit.warnings,
     };
-    prepared.finish(study, learnt)
+    prepared.finish(study, fit_result)
 }
 
 impl Identified {

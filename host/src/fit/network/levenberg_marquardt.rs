@@ -19,7 +19,7 @@ const TRIALS: usize = 12;
 const FIRST_DAMPING: f64 = 1e-2;
 
 /// The least damping that makes a difference in f64.
-const LEAST_DAMPING: f64 = 1e-12;
+const MIN_DAMPING: f64 = 1e-12;
 
 /// What one step did.
 pub(super) enum Step {
@@ -217,7 +217,7 @@ impl<'a> Search<'a> {
                 // Nielsen's rule: the better the quadratic model foretold the fall, the less damping.
                 let ratio = fall / promised.max(f64::MIN_POSITIVE);
                 let factor = (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0);
-                self.damping = (self.damping * factor).max(LEAST_DAMPING);
+                self.damping = (self.damping * factor).max(MIN_DAMPING);
                 self.growth = 2.0;
                 self.weights = trial;
                 self.output = output;

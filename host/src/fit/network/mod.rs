@@ -19,10 +19,10 @@ mod start;
 #[cfg(test)]
 mod tests;
 
-pub use options::{MOST_NEURONS, NetworkOptions, Neurons};
+pub use options::{MAX_NEURONS, NetworkOptions, Neurons};
 pub use outcome::{
     BadInput, Converged, GaveUp, LeftOut, NetworkFit, NetworkProgress, Restart, SizeCurve,
-    SizeError, Stop, TracePoint, Watch,
+    SizeError, Stop, TracePoint, TrainingObserver,
 };
 
 use super::coverage::training_warnings;
@@ -115,7 +115,7 @@ pub fn fit_network(
     motions: &[&Motion],
     low_pass: &[f64],
     options: &NetworkOptions,
-    watch: &Watch<'_>,
+    watch: &TrainingObserver<'_>,
 ) -> Result<NetworkFit> {
     options.check()?;
     check_records(axes, motions)?;

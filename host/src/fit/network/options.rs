@@ -1,20 +1,20 @@
 //! How a network is trained: its size, its restarts, where it stops.
 
-use super::restarts::MOST_RESTARTS;
+use super::restarts::MAX_RESTARTS;
 use super::stages::Limits;
 use crate::text::error::{Error, Result};
 
 /// How many neurons the hidden layer has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Neurons {
-    /// So many, 1 to [`MOST_NEURONS`].
+    /// So many, 1 to [`MAX_NEURONS`].
     Fixed(usize),
     /// As many as leaving out one record at a time asks for.
     Auto,
 }
 
 /// The largest hidden layer: the time per step grows with the square of its size.
-pub const MOST_NEURONS: usize = 200;
+pub const MAX_NEURONS: usize = 200;
 
 /// How to train.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,15 +56,15 @@ impl NetworkOptions {
 
     pub(super) fn check(&self) -> Result<()> {
         if let Neurons::Fixed(neurons) = self.neurons
-            && !(1..=MOST_NEURONS).contains(&neurons)
+            && !(1..=MAX_NEURONS).contains(&neurons)
         {
             return Err(Error::usage(format!(
-                "a network has 1 to {MOST_NEURONS} neurons, not {neurons}"
+                "a network has 1 to {MAX_NEURONS} neurons, not {neurons}"
             )));
         }
-        if !(1..=MOST_RESTARTS).contains(&self.restarts) {
+        if !(1..=MAX_RESTARTS).contains(&self.restarts) {
             return Err(Error::usage(format!(
-                "a training has 1 to {MOST_RESTARTS} restarts, not {}",
+                "a training has 1 to {MAX_RESTARTS} restarts, not {}",
                 self.restarts
             )));
         }

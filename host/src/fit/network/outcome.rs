@@ -82,14 +82,14 @@ pub struct NetworkProgress {
 
 /// What a training tells while it runs, and how it is ended.
 #[derive(Clone, Copy)]
-pub struct Watch<'a> {
+pub struct TrainingObserver<'a> {
     /// Told after every step, from several threads.
     pub progress: &'a (dyn Fn(&NetworkProgress) + Sync),
     /// Ends all trainings when set; the best weights so far are kept.
     pub stop: &'a AtomicBool,
 }
 
-impl Watch<'_> {
+impl TrainingObserver<'_> {
     /// Tells nobody, and never ends a training.
     pub fn silent() -> Self {
         static GO_ON: AtomicBool = AtomicBool::new(false);

@@ -1,6 +1,6 @@
 //! Trainings from several random starts, side by side, one per core; and which of them is kept.
 
-use super::outcome::{GaveUp, NetworkProgress, Restart, Stop, TracePoint, Watch};
+use super::outcome::{GaveUp, NetworkProgress, Restart, Stop, TracePoint, TrainingObserver};
 use super::rows::Rows;
 use super::stages::{Limits, Snapshot, Training, train};
 use crate::model::{InputRange, Network};
@@ -12,7 +12,7 @@ use std::sync::atomic::Ordering;
 const TRIES: u64 = 3;
 
 /// How many restarts there can be: the seeds of their further tries begin behind.
-pub(super) const MOST_RESTARTS: usize = 1000;
+pub(super) const MAX_RESTARTS: usize = 1000;
 
 /// What several restarts gave.
 pub(super) struct Restarts {
@@ -34,7 +34,7 @@ pub(super) fn run(
     count: usize,
     seed: u64,
     limits: Limits,
-    watch: &Watch<'_>,
+    watch: &TrainingObserver<'_>,
 ) -> Result<Restarts> {
     let outcomes: Vec<(u64, Option<Restart>)> = (0..count)
         .into_par_iter()
@@ -46,12 +46,12 @@ pub(super) fn run(
                     ..*progress
                 });
             };
-            let watch = Watch {
+            let watch = TrainingObserver {
                 progress: &tell,
                 stop: watch.stop,
             };
             for attempt in 0..TRIES {
-                let seed = seed.wrapping_add(index as u64 + attempt * MOST_RESTARTS as u64);
+                let seed = seed.wrapping_add(index as u64 + attempt * MAX_RESTARTS as u64);
                 // Whoever has not begun when the user ends it has no weights worth keeping.
                 if watch.stop.load(Ordering::Relaxed) {
                     return (attempt, None);
@@ -162,7 +162,7 @@ mod tests {
             forces: vec![&y],
         };
         let rows = Rows::new(&[piece], &[UNIT; 2], &[UNIT], 100);
-        let watch = Watch {
+        let watch = TrainingObserver {
             progress: &|_| (),
             stop: &AtomicBool::new(stop),
         };

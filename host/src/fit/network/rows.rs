@@ -47,7 +47,7 @@ pub(super) struct Rows {
 }
 
 /// The stages there are at most.
-const MOST_STAGES: usize = 6;
+const MAX_STAGES: usize = 6;
 
 impl Rows {
     /// Of records in SI, normalised with the given ranges; no stage has fewer than `least_rows` rows unless there are fewer
@@ -64,7 +64,7 @@ impl Rows {
             .flat_map(|(record, piece)| (0..piece.rows()).map(move |row| (record, row)))
             .collect();
         let mut stages = 1;
-        while stages < MOST_STAGES && places.len() >> stages >= least_rows {
+        while stages < MAX_STAGES && places.len() >> stages >= least_rows {
             stages += 1;
         }
         let mut rows = Self {

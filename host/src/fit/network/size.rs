@@ -7,10 +7,10 @@
 //! that was visited. Errors are averaged by their logarithms, so that one bad record does not outweigh the rest.
 
 use super::options::{NetworkOptions, parameters};
-use super::outcome::{LeftOut, NetworkProgress, SizeCurve, SizeError, Watch};
+use super::outcome::{LeftOut, NetworkProgress, SizeCurve, SizeError, TrainingObserver};
 use super::restarts;
 use super::rows::{Piece, Rows};
-use crate::fit::errors::{RESTS_BELOW, Sums};
+use crate::fit::errors::{AT_REST_BELOW, Sums};
 use crate::model::InputRange;
 use crate::text::error::{Error, Result};
 use rayon::prelude::*;
@@ -31,7 +31,7 @@ const RESTARTS: usize = 2;
 const CELLS: [usize; 2] = [21, 7];
 
 /// Fewer rows than this in visited cells say nothing about a record.
-const LEAST_ROWS: usize = 100;
+const MIN_ROWS: usize = 100;
 
 /// What is trained on and what is held out.
 struct Fold<'a> {
@@ -77,7 +77,7 @@ pub(super) fn choose(
     ranges: [&[InputRange]; 2],
     guard: usize,
     options: &NetworkOptions,
-    watch: &Watch<'_>,
+    watch: &TrainingObserver<'_>,
 ) -> Result<(usize, SizeCurve)> {
     let (folds, left_out) = folds(records, guard);
     let rows_of = |fold: &Fold<'_>| fold.training.iter().map(Piece::rows).sum::<usize>();
@@ -124,7 +124,7 @@ fn left_out_errors(
     sizes: &[usize],
     ranges: [&[InputRange]; 2],
     options: &NetworkOptions,
-    watch: &Watch<'_>,
+    watch: &TrainingObserver<'_>,
 ) -> Result<Vec<Vec<Option<f64>>>> {
     let weights = |neurons| parameters(ranges[0].len(), neurons, ranges[1].len());
     let runs: Vec<(usize, usize)> = (0..sizes.len())
@@ -148,7 +148,7 @@ fn left_out_errors(
                     ..*progress
                 });
             };
-            let watch = Watch {
+            let watch = TrainingObserver {
                 progress: &tell,
                 stop: watch.stop,
             };
@@ -250,8 +250,8 @@ fn held_out_errors(
             .collect();
         let force: Vec<f64> = rows.iter().map(|&row| force[row]).collect();
         let sums = Sums::of(&error, &force);
-        let rests = sums.rms_force() < RESTS_BELOW * range.half_range;
-        (rows.len() >= LEAST_ROWS && !rests).then(|| sums.nmse_percent())
+        let at_rest = sums.rms_force() < AT_REST_BELOW * range.half_range;
+        (rows.len() >= MIN_ROWS && !at_rest).then(|| sums.nmse_percent())
     })
     .collect()
 }

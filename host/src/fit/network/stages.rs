@@ -4,7 +4,7 @@
 //! one ended. Most steps are taken where they cost little.
 
 use super::levenberg_marquardt::{Search, Step};
-use super::outcome::{BadInput, Converged, GaveUp, NetworkProgress, Stop, Watch};
+use super::outcome::{BadInput, Converged, GaveUp, NetworkProgress, Stop, TrainingObserver};
 use super::rows::Rows;
 use super::start;
 use cpu_time::ThreadTime;
@@ -69,7 +69,7 @@ pub(super) fn train(
     neurons: usize,
     seed: u64,
     limits: Limits,
-    watch: &Watch<'_>,
+    watch: &TrainingObserver<'_>,
 ) -> Result<Training, BadInput> {
     let clock = ThreadTime::now();
     let first = start::weights(rows.inputs, neurons, seed);

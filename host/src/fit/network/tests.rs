@@ -198,12 +198,16 @@ fn record(rows: usize, force: impl Fn(f64, f64) -> f64) -> Motion {
     }
 }
 
-fn fit(motion: &Motion, options: &NetworkOptions, watch: &Watch<'_>) -> Result<NetworkFit> {
+fn fit(
+    motion: &Motion,
+    options: &NetworkOptions,
+    watch: &TrainingObserver<'_>,
+) -> Result<NetworkFit> {
     fit_network(&[axis("x")], &[motion], &[], options, watch)
 }
 
-fn silent(stop: &AtomicBool) -> Watch<'_> {
-    Watch {
+fn silent(stop: &AtomicBool) -> TrainingObserver<'_> {
+    TrainingObserver {
         progress: &|_| (),
         stop,
     }
@@ -277,7 +281,7 @@ fn an_interrupted_training_keeps_its_weights() {
     let motion = record(4000, |x, v| x.powi(3) + (5.0 * v).tanh());
     let stop = AtomicBool::new(false);
     let steps = AtomicUsize::new(0);
-    let watch = Watch {
+    let watch = TrainingObserver {
         progress: &|progress| {
             assert!(progress.share_done > 0.0 && progress.share_done <= 1.0);
             if steps.fetch_add(1, Ordering::Relaxed) == 4 {

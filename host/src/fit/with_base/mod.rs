@@ -1,13 +1,13 @@
 //! Fitting effects beside a polynomial or a network, everything together.
 //!
 //! The base is linear in its factors (a network with its hidden layer kept), so it is eliminated exactly: the effects are fitted to
-//! what the base cannot follow ([`aside`]), by the same search for shapes as effects alone, and the base then follows what
+//! what the base cannot follow ([`projection`]), by the same search for shapes as effects alone, and the base then follows what
 //! they leave. The penalty on the base is the one that `identify` puts on it; its strength is chosen anew, because a base with
 //! an effect beside it has less to bend for. The effects go free.
 
-mod aside;
 mod blocks;
 mod functions;
+mod nuisance;
 
 use super::effects::columns::Records;
 use super::effects::{
@@ -21,17 +21,17 @@ use crate::model::file::{AxisError, Base, ModelFile};
 use crate::signal::motion::Motion;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};
-use aside::{AxisAside, mean_gram};
 use blocks::{Folds, held_out};
 use faer::Mat;
 use functions::Functions;
+use nuisance::{NuisanceProjection, mean_gram};
 
 /// How often the effects and the strength of the penalty are found anew.
 const ROUNDS: usize = 2;
 /// The strengths that are tried lie this far about the one before, as powers of ten.
 const REACH: f64 = 2.1;
 /// An effect of which less than this part of the power is left beside the base is none beside it.
-const LEAST_NEW: f64 = 1e-4;
+const MIN_NEW: f64 = 1e-4;
 
 /// A base with effects beside it, as fitted.
 pub(crate) struct WithBase {
@@ -91,10 +91,12 @@ impl<'a> OnRecords<'a> {
         })
     }
 
-    fn asides(&self, ridge: &[f64]) -> Result<Vec<AxisAside>> {
+    fn projections(&self, ridge: &[f64]) -> Result<Vec<NuisanceProjection>> {
         let axes = ridge.iter().enumerate();
-        axes.map(|(axis, &lambda)| AxisAside::new(&self.functions, &self.gram, axis, lambda))
-            .collect()
+        axes.map(|(axis, &lambda)| {
+            NuisanceProjection::new(&self.functions, &self.gram, axis, lambda)
+        })
+        .collect()
     }
 
     /// Per axis, the part of a term's force (its power about the mean) that the base can follow at these strengths of the
@@ -107,15 +109,15 @@ impl<'a> OnRecords<'a> {
         terms: &[(Bound, Vec<f64>)],
         ridge: &[f64],
     ) -> Result<Vec<Vec<Option<f64>>>> {
-        let asides = self.asides(ridge)?;
+        let projections = self.projections(ridge)?;
         let rows = self.records.rows_per_axis().max(1);
         let part = |(bound, values): &(Bound, Vec<f64>)| {
             let force = self.records.force(bound, values);
-            let axes = force.chunks_exact(rows).zip(&asides);
-            axes.map(|(force, aside)| {
+            let axes = force.chunks_exact(rows).zip(&projections);
+            axes.map(|(force, projection)| {
                 let mean = force.iter().sum::<f64>() / rows as f64;
                 let whole: f64 = force.iter().map(|f| (f - mean) * (f - mean)).sum();
-                let followed = aside.follow(&aside.factors(force));
+                let followed = projection.follow(&projection.factors(force));
                 let left = force.iter().zip(&followed);
                 let left: f64 = left.map(|(f, g)| (f - g) * (f - g)).sum();
                 (whole > 0.0).then(|| (1.0 - left / whole).clamp(0.0, 1.0))
@@ -233,13 +235,14 @@ impl<'a> OnRecords<'a> {
         let mut ridge = ridge.to_vec();
         let mut from = None;
         for round in 1.. {
-            let asides = self.asides(&ridge)?;
+            let projections = self.projections(&ridge)?;
             let rows = self.records.rows_per_axis().max(1);
             let take_out = |column: &mut [f64]| {
-                let parts = column.chunks_exact_mut(rows).zip(&asides);
-                parts.for_each(|(part, aside)| aside.take_out(part));
+                let parts = column.chunks_exact_mut(rows).zip(&projections);
+                parts.for_each(|(part, projection)| projection.take_out(part));
             };
-            let records = Records::new(&self.axes, self.motions, self.low_pass).beside(&take_out);
+            let records =
+                Records::new(&self.axes, self.motions, self.low_pass).orthogonal_to(&take_out);
             let fit = match from.take() {
                 None => solve_also_from(&records, &self.axes, terms, another)?,
                 known => solve(&records, &self.axes, terms, known)?,
@@ -260,8 +263,8 @@ impl<'a> OnRecords<'a> {
             let inputs = super::polynomial::input_ranges(self.motions);
             effects.inertia = inertias(axes, self.motions, &inputs, low_pass)?;
             return Ok(WithBase {
-                base: self.base_beside(terms, &fit, &asides),
-                effective_parameters: asides.iter().map(|a| a.effective).collect(),
+                base: self.base_of_remainder(terms, &fit, &projections),
+                effective_parameters: projections.iter().map(|a| a.effective).collect(),
                 effects,
                 ridge,
             });
@@ -277,7 +280,7 @@ impl<'a> OnRecords<'a> {
         for (bound, values) in terms.iter().zip(&fit.solved.values) {
             for whole in self.records.columns(bound, values) {
                 let left = left.next().map_or(0.0, |column| power(column));
-                if left < LEAST_NEW * power(&whole) {
+                if left < MIN_NEW * power(&whole) {
                     return Err(Error::data(format!(
                         "the model's base does all that {} can do, so the two could not be told apart: leave it out, or add it to a \
                          physical model",
@@ -290,7 +293,12 @@ impl<'a> OnRecords<'a> {
     }
 
     /// The base that follows what the effects leave.
-    fn base_beside(&self, terms: &[Bound], fit: &Solution, asides: &[AxisAside]) -> Base {
+    fn base_of_remainder(
+        &self,
+        terms: &[Bound],
+        fit: &Solution,
+        projections: &[NuisanceProjection],
+    ) -> Base {
         let mut left = self.records.measured.clone();
         for (bound, values) in terms.iter().zip(&fit.solved.values) {
             let force = self.records.force(bound, values);
@@ -298,8 +306,8 @@ impl<'a> OnRecords<'a> {
         }
         let axes = left.chunks_exact(self.records.rows_per_axis().max(1));
         let factors: Vec<Vec<f64>> = axes
-            .zip(asides)
-            .map(|(left, aside)| aside.factors(left))
+            .zip(projections)
+            .map(|(left, projection)| projection.factors(left))
             .collect();
         self.functions.base(&factors)
     }

@@ -5,10 +5,10 @@ use super::contents::{Candidate, Packed, Value};
 use super::samples;
 use super::version::Version;
 use crate::diagnose::Ranked;
-use crate::model::course::{Course, add_forces};
 use crate::model::effects::is_correction;
+use crate::model::time_history::{TimeHistory, add_forces};
 use crate::model::{EffectTerm, ParameterValue};
-use crate::report::course;
+use crate::report::axis_history;
 use crate::signal::motion::{self, Motion, low_pass};
 use crate::text::error::Result;
 use jointwatch_shared::effect::Entry;
@@ -62,8 +62,8 @@ pub(super) fn gather(asked: &Asked<'_>, version: &Version<'_>) -> Result<Candida
         .and_then(|r| axes.iter().position(|a| *a == r.axis));
     let moves = |record: usize| {
         let figures = &version.comparison.records[record].axes;
-        let rests = |axis: usize| figures.get(axes[axis]).is_some_and(|f| f.rests);
-        asked.study.records[record].role == judged && !rests(wanted.unwrap_or(0))
+        let at_rest = |axis: usize| figures.get(axes[axis]).is_some_and(|f| f.at_rest);
+        asked.study.records[record].role == judged && !at_rest(wanted.unwrap_or(0))
     };
     let record = (0..asked.study.records.len()).find(|r| moves(*r));
     let forces = match record {
@@ -76,10 +76,10 @@ pub(super) fn gather(asked: &Asked<'_>, version: &Version<'_>) -> Result<Candida
                 &study.records[record],
                 &version.model.filters,
             )?;
-            let courses = &version.courses[record];
+            let histories = &version.histories[record];
             let forces = ranked.iter();
             forces
-                .map(|r| force(r, version, &axes, &motion, courses))
+                .map(|r| force(r, version, &axes, &motion, histories))
                 .collect()
         }
     };
@@ -129,7 +129,7 @@ fn force(
     version: &Version<'_>,
     axes: &[&str],
     motion: &Motion,
-    courses: &[course::Course],
+    histories: &[axis_history::AxisHistory],
 ) -> Option<(usize, Vec<f64>)> {
     let axis = axes.iter().position(|a| *a == ranked.axis)?;
     if is_correction(&ranked.effect) {
@@ -149,18 +149,18 @@ fn force(
     let law = term.in_si(&version.model.axes).ok()?;
     let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
     let mut forces = vec![vec![0.0; motion.rows()]; axes.len()];
-    let along = Course::of_states(&states, 1.0 / motion.sample_rate_hz);
+    let along = TimeHistory::of_states(&states, 1.0 / motion.sample_rate_hz);
     add_forces(&[law], &along, &mut forces);
     let mut force = low_pass(&forces[axis], &version.model.filters.band);
-    let course = &courses[axis];
-    if force.len() < course.measured.len() || !force.iter().all(|f| f.is_finite()) {
+    let history = &histories[axis];
+    if force.len() < history.measured.len() || !force.iter().all(|f| f.is_finite()) {
         return None;
     }
-    force.truncate(course.measured.len());
+    force.truncate(history.measured.len());
     let constant = vec![1.0; force.len()];
     remove(
         &mut force,
-        &[&constant, &course.displacement, &course.velocity],
+        &[&constant, &history.displacement, &history.velocity],
     );
     Some((axis, force))
 }

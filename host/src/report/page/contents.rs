@@ -57,7 +57,8 @@ pub struct ResponseAxis {
     /// 100·Σ(x−x̂)²/(N·var x).
     pub nmse_percent: f64,
     /// The axis rests in this record.
-    pub rests: bool,
+    #[serde(rename = "rests")]
+    pub at_rest: bool,
 }
 
 /// One axis: its errors, its model, its residual over all judged rows.
@@ -228,7 +229,8 @@ pub struct RecordContents {
 #[derive(Clone, Debug, Serialize)]
 pub struct SampleAxis {
     /// The axis rests in this record.
-    pub rests: bool,
+    #[serde(rename = "rests")]
+    pub at_rest: bool,
     /// Relative displacement.
     pub displacement: Packed,
     /// Relative velocity.

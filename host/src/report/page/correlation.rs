@@ -6,7 +6,7 @@
 //! order with random signs. A surrogate has nothing to do with the force any more; 99 of 100 of its coefficients set the bound.
 
 use super::contents::{Correlation, SpectrumContents};
-use crate::report::course::Course;
+use crate::report::axis_history::AxisHistory;
 use crate::signal::spectrum::Accumulator;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
@@ -32,17 +32,17 @@ const LINES: f64 = 150.0;
 const SPECTRUM_OVER_BAND: f64 = 2.0;
 
 /// The residual's correlations with itself and with what drives the joint, all records together.
-pub(super) fn correlations(courses: &[Course], rate: f64, band_hz: f64) -> Vec<Correlation> {
+pub(super) fn correlations(histories: &[AxisHistory], rate: f64, band_hz: f64) -> Vec<Correlation> {
     let step = ((rate / (RATE_OVER_BAND * band_hz)) as usize).max(1);
-    let records: Vec<Vec<Vec<f64>>> = courses
+    let records: Vec<Vec<Vec<f64>>> = histories
         .iter()
-        .map(|course| {
-            let residual = course.residual();
+        .map(|history| {
+            let residual = history.residual();
             let series = [
                 &residual,
-                &course.measured,
-                &course.displacement,
-                &course.velocity,
+                &history.measured,
+                &history.displacement,
+                &history.velocity,
             ];
             series.map(|s| thinned(s, step)).to_vec()
         })
@@ -145,16 +145,20 @@ fn surrogate(series: &[f64], block: usize, rng: &mut ChaCha8Rng) -> Vec<f64> {
 }
 
 /// Amplitude densities of residual and measured force, all records together.
-pub(super) fn spectrum(courses: &[Course], rate: f64, band_hz: f64) -> SpectrumContents {
-    let shortest = courses.iter().map(|c| c.measured.len()).min().unwrap_or(0);
+pub(super) fn spectrum(histories: &[AxisHistory], rate: f64, band_hz: f64) -> SpectrumContents {
+    let shortest = histories
+        .iter()
+        .map(|c| c.measured.len())
+        .min()
+        .unwrap_or(0);
     let segment = ((LINES * rate / band_hz) as usize).clamp(16, (shortest / 2).max(16));
     let (mut residual, mut force) = (
         Accumulator::new(rate, segment),
         Accumulator::new(rate, segment),
     );
-    for course in courses {
-        residual.add(&course.residual());
-        force.add(&course.measured);
+    for history in histories {
+        residual.add(&history.residual());
+        force.add(&history.measured);
     }
     let (residual, force) = (residual.finish(), force.finish());
     let lines = (SPECTRUM_OVER_BAND * band_hz / residual.resolution_hz) as usize + 1;
@@ -175,7 +179,7 @@ mod tests {
     use crate::study::AxisKind;
 
     /// A coloured residual: noise through a first-order low-pass; it holds `share` times the force besides.
-    fn course(share: f64, seed: u64) -> Course {
+    fn history(share: f64, seed: u64) -> AxisHistory {
         println!("seed {seed}");
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut coloured = |rows: usize| {
@@ -189,7 +193,7 @@ mod tests {
         let (force, noise) = (coloured(8_000), coloured(8_000));
         let residual = force.iter().zip(&noise).map(|(f, n)| share * f + n);
         let predicted = force.iter().zip(residual).map(|(f, e)| f - e).collect();
-        Course {
+        AxisHistory {
             axis: "x".into(),
             kind: AxisKind::Translation,
             time_s: (0..8_000).map(|i| 1e-2 * f64::from(i)).collect(),
@@ -203,7 +207,7 @@ mod tests {
     #[test]
     fn a_coloured_residual_is_not_guilty_and_a_share_of_the_force_is() {
         let outside = |share: f64, with: usize| {
-            let all = correlations(&[course(share, 5)], 100.0, 25.0);
+            let all = correlations(&[history(share, 5)], 100.0, 25.0);
             let bound = all[with].bound;
             let beyond = all[with].coefficient.iter();
             let beyond = beyond.filter(|c| f64::from(c.abs()) > bound).count();
@@ -215,24 +219,24 @@ mod tests {
         // The formula for white residuals would be 2.58/√8000 = 0.029, and find many more outside.
         assert!((0.05..0.15).contains(&bound), "{bound}");
         assert!(outside(0.3, 1).0 > 0.02);
-        let all = correlations(&[course(0.0, 5)], 100.0, 25.0);
+        let all = correlations(&[history(0.0, 5)], 100.0, 25.0);
         assert_eq!(all[0].coefficient[0], 1.0);
         assert!((f64::from(all[0].coefficient[1]) - 0.9).abs() < 0.02);
     }
 
     #[test]
     fn a_late_residual_is_correlated_at_a_positive_lag() {
-        let mut course = course(0.0, 9);
+        let mut history = history(0.0, 9);
         let late: Vec<f64> = (0..8_000)
-            .map(|row: usize| row.checked_sub(7).map_or(0.0, |r| course.velocity[r]))
+            .map(|row: usize| row.checked_sub(7).map_or(0.0, |r| history.velocity[r]))
             .collect();
-        course.predicted = course
+        history.predicted = history
             .measured
             .iter()
             .zip(late)
             .map(|(m, e)| m - e)
             .collect();
-        let all = correlations(&[course], 100.0, 25.0);
+        let all = correlations(&[history], 100.0, 25.0);
         let velocity = &all[3].coefficient;
         let most = (0..velocity.len()).max_by(|a, b| velocity[*a].total_cmp(&velocity[*b]));
         assert_eq!(most, Some(velocity.len() / 2 + 7));
@@ -240,15 +244,15 @@ mod tests {
 
     #[test]
     fn a_short_record_has_no_correlations() {
-        let mut course = course(0.0, 1);
+        let mut history = history(0.0, 1);
         for series in [
-            &mut course.displacement,
-            &mut course.velocity,
-            &mut course.measured,
-            &mut course.predicted,
+            &mut history.displacement,
+            &mut history.velocity,
+            &mut history.measured,
+            &mut history.predicted,
         ] {
             series.truncate(6);
         }
-        assert!(correlations(&[course], 100.0, 25.0).is_empty());
+        assert!(correlations(&[history], 100.0, 25.0).is_empty());
     }
 }

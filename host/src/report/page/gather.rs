@@ -8,10 +8,10 @@ use super::contents::{
 use super::version::{Version, align};
 use super::{candidates, correlation, handling, plane, response, samples, words};
 use crate::assess::compare::AxisFigures;
-use crate::assess::where_it_fails::{Extent, Place};
+use crate::assess::where_it_fails::{Extent, FailingRegion};
 use crate::diagnose::PerAxis;
 use crate::diagnose::add;
-use crate::report::course::Course;
+use crate::report::axis_history::AxisHistory;
 use crate::report::staircase::Step;
 use crate::study::{Role, Study};
 use crate::text::date;
@@ -113,21 +113,22 @@ fn axis_contents(
 
 /// The residual of every version, over the same cells and bins.
 fn residuals(study: &Study, versions: &[Version<'_>], axis: usize) -> Vec<ResidualContents> {
-    let courses: Vec<Vec<Course>> = versions
+    let histories: Vec<Vec<AxisHistory>> = versions
         .iter()
         .map(|v| v.judged_courses(study, axis))
         .collect();
-    let all =
-        |series: fn(&Course) -> &Vec<f64>| plane::range(courses.iter().flatten().flat_map(series));
+    let all = |series: fn(&AxisHistory) -> &Vec<f64>| {
+        plane::range(histories.iter().flatten().flat_map(series))
+    };
     let displacement = all(|c| &c.displacement);
     let velocity = all(|c| &c.velocity);
     let rate = study.sample_rate_hz;
-    let one = |(version, courses): (&Version<'_>, &Vec<Course>)| {
-        let residual: Vec<f64> = courses.iter().flat_map(Course::residual).collect();
-        let together = |series: fn(&Course) -> &Vec<f64>| -> Vec<f64> {
-            courses.iter().flat_map(series).copied().collect()
+    let one = |(version, histories): (&Version<'_>, &Vec<AxisHistory>)| {
+        let residual: Vec<f64> = histories.iter().flat_map(AxisHistory::residual).collect();
+        let together = |series: fn(&AxisHistory) -> &Vec<f64>| -> Vec<f64> {
+            histories.iter().flat_map(series).copied().collect()
         };
-        let since: Vec<f64> = courses
+        let since: Vec<f64> = histories
             .iter()
             .flat_map(|c| plane::since_reversal(&c.velocity, rate))
             .collect();
@@ -137,7 +138,7 @@ fn residuals(study: &Study, versions: &[Version<'_>], axis: usize) -> Vec<Residu
         let longest = last.copied().unwrap_or(1.0).max(1.0 / rate);
         let band_hz = version.model.filters.band_hz;
         ResidualContents {
-            plane: plane::plane(courses, displacement, velocity),
+            plane: plane::plane(histories, displacement, velocity),
             over: BTreeMap::from([
                 (
                     "displacement",
@@ -152,11 +153,11 @@ fn residuals(study: &Study, versions: &[Version<'_>], axis: usize) -> Vec<Residu
                     plane::curve(&since, &residual, [0.0, longest]),
                 ),
             ]),
-            spectrum: correlation::spectrum(courses, rate, band_hz),
-            correlation: correlation::correlations(courses, rate, band_hz),
+            spectrum: correlation::spectrum(histories, rate, band_hz),
+            correlation: correlation::correlations(histories, rate, band_hz),
         }
     };
-    versions.iter().zip(&courses).map(one).collect()
+    versions.iter().zip(&histories).map(one).collect()
 }
 
 /// Every record's samples, as many as the page has room for.
@@ -167,16 +168,25 @@ fn records(
 ) -> Vec<RecordContents> {
     let axes = study.axes.len();
     let series = 1 + axes * (2 + 2 * versions.len());
-    let rows: usize = versions[0].courses.iter().map(|c| c[0].time_s.len()).sum();
+    let rows: usize = versions[0]
+        .histories
+        .iter()
+        .map(|c| c[0].time_s.len())
+        .sum();
     let room = SAMPLE_CHARACTERS / (samples::CHARACTERS_PER_ROW * series as f64);
     let share = (room / rows.max(1) as f64).min(1.0);
     let one = |index: usize| {
         let record = &study.records[index];
         let residuals: Vec<Vec<Vec<f64>>> = versions
             .iter()
-            .map(|v| v.courses[index].iter().map(Course::residual).collect())
+            .map(|v| {
+                v.histories[index]
+                    .iter()
+                    .map(AxisHistory::residual)
+                    .collect()
+            })
             .collect();
-        let first = &versions[0].courses[index];
+        let first = &versions[0].histories[index];
         let measured = first.iter().map(|c| c.measured.as_slice());
         let extremes: Vec<&[f64]> = measured
             .chain(residuals.iter().flatten().map(Vec::as_slice))
@@ -185,11 +195,11 @@ fn records(
         let kept = samples::kept_rows(all, &extremes, (share * all as f64).ceil() as usize);
         let sample_axis = |axis: usize| {
             let name = &study.axes[axis].name;
-            let course = &first[axis];
+            let history = &first[axis];
             let version = |(at, version): (usize, &Version<'_>)| {
                 let figures = version.comparison.records[index].axes.get(name);
                 sample_version(
-                    &version.courses[index][axis],
+                    &version.histories[index][axis],
                     &residuals[at][axis],
                     figures,
                     &kept,
@@ -197,9 +207,9 @@ fn records(
             };
             let figures = versions[0].comparison.records[index].axes.get(name);
             SampleAxis {
-                rests: figures.is_some_and(|f| f.rests),
-                displacement: samples::packed(&course.displacement, &kept),
-                velocity: samples::packed(&course.velocity, &kept),
+                at_rest: figures.is_some_and(|f| f.at_rest),
+                displacement: samples::packed(&history.displacement, &kept),
+                velocity: samples::packed(&history.velocity, &kept),
                 versions: versions.iter().enumerate().map(version).collect(),
                 candidates: candidates.packed(index, axis, &kept),
             }
@@ -220,7 +230,7 @@ fn records(
 }
 
 fn sample_version(
-    course: &Course,
+    history: &AxisHistory,
     residual: &[f64],
     figures: Option<&AxisFigures>,
     kept: &[usize],
@@ -228,7 +238,7 @@ fn sample_version(
     let figure = |of: fn(&AxisFigures) -> f64| figures.map_or(0.0, of);
     let nmse_percent = figure(|f| f.nmse_percent);
     SampleVersion {
-        measured: samples::packed(&course.measured, kept),
+        measured: samples::packed(&history.measured, kept),
         residual: samples::packed(residual, kept),
         nmse_percent,
         fit_percent: 100.0 * (1.0 - (0.01 * nmse_percent).sqrt()),
@@ -240,7 +250,7 @@ fn sample_version(
 
 /// The places of every version, those left out that are everywhere.
 fn regions(study: &Study, versions: &[Version<'_>]) -> Vec<Region> {
-    let region = |version: usize, place: &Place| {
+    let region = |version: usize, place: &FailingRegion| {
         let axis = study.axes.iter().position(|a| a.name == place.axis)?;
         let mut region = Region {
             axis,

@@ -1,7 +1,7 @@
 //! Means over the cells of the state plane, and the residual bin by bin over one quantity.
 
 use super::contents::{Curve, Plane};
-use crate::report::course::Course;
+use crate::report::axis_history::AxisHistory;
 
 /// Cells across and up.
 const CELLS: [usize; 2] = [40, 26];
@@ -41,14 +41,18 @@ struct Sums {
 }
 
 /// The means of an axis over its state plane, all records together.
-pub(super) fn plane(courses: &[Course], displacement: [f64; 2], velocity: [f64; 2]) -> Plane {
+pub(super) fn plane(
+    histories: &[AxisHistory],
+    displacement: [f64; 2],
+    velocity: [f64; 2],
+) -> Plane {
     let mut cells = vec![Sums::default(); CELLS[0] * CELLS[1]];
-    for course in courses {
-        for row in 0..course.measured.len() {
-            let across = part(course.displacement[row], displacement, CELLS[0]);
-            let up = part(course.velocity[row], velocity, CELLS[1]);
+    for history in histories {
+        for row in 0..history.measured.len() {
+            let across = part(history.displacement[row], displacement, CELLS[0]);
+            let up = part(history.velocity[row], velocity, CELLS[1]);
             let cell = &mut cells[up * CELLS[0] + across];
-            let (measured, predicted) = (course.measured[row], course.predicted[row]);
+            let (measured, predicted) = (history.measured[row], history.predicted[row]);
             cell.rows += 1;
             cell.error += measured - predicted;
             cell.squares += (measured - predicted).powi(2);
@@ -137,13 +141,13 @@ mod tests {
     use super::*;
     use crate::study::AxisKind;
 
-    fn course() -> Course {
+    fn history() -> AxisHistory {
         let time_s: Vec<f64> = (0..8_000).map(|i| 1e-3 * f64::from(i)).collect();
         let phase = |t: &f64| std::f64::consts::TAU * t;
         let displacement = time_s.iter().map(|t| phase(t).sin()).collect();
         let velocity: Vec<f64> = time_s.iter().map(|t| phase(t).cos()).collect();
         let measured: Vec<f64> = velocity.iter().map(|v| 3.0 * v.signum()).collect();
-        Course {
+        AxisHistory {
             axis: "x".into(),
             kind: AxisKind::Translation,
             predicted: vec![1.0; time_s.len()],
@@ -156,9 +160,9 @@ mod tests {
 
     #[test]
     fn dry_friction_is_seen_as_it_is() {
-        let course = course();
+        let history = history();
         let range = [-1.0, 1.0];
-        let plane = plane(std::slice::from_ref(&course), range, range);
+        let plane = plane(std::slice::from_ref(&history), range, range);
         let rows: u32 = plane.rows.iter().sum();
         assert_eq!(rows, 8_000);
         let cell = part(0.0, range, CELLS[0]);
@@ -167,21 +171,21 @@ mod tests {
         assert_eq!(plane.mean[cell], Some(-4.0));
         assert_eq!(plane.rms[cell], Some(4.0));
         assert_eq!(plane.mean[13 * CELLS[0] + cell], None);
-        let curve = curve(&course.velocity, &course.residual(), range);
+        let curve = curve(&history.velocity, &history.residual(), range);
         assert_eq!(curve.mean.first(), Some(&-4.0));
         assert_eq!(curve.high.last(), Some(&2.0));
     }
 
     #[test]
     fn time_since_reversal_counts_up_and_starts_anew() {
-        let course = course();
-        let since = since_reversal(&course.velocity, 1_000.0);
+        let history = history();
+        let since = since_reversal(&history.velocity, 1_000.0);
         assert!(since[100].is_nan());
         assert!((since[300] - 0.05).abs() < 2e-3, "{}", since[300]);
         assert!((since[1_000] - 0.25).abs() < 2e-3, "{}", since[1_000]);
         let most = since.iter().copied().fold(0.0, f64::max);
         assert!((most - 0.5).abs() < 2e-3, "{most}");
-        let mut noisy = course.velocity.clone();
+        let mut noisy = history.velocity.clone();
         noisy[250] = 1e-3;
         noisy[251] = -1e-3;
         let since = since_reversal(&noisy, 1_000.0);

@@ -48,7 +48,7 @@ fn one(record: &RecordResponse, study: &Study, against: &'static str) -> Respons
                 measured: samples::packed(measured, &kept),
                 simulated: samples::packed(simulated, &kept),
                 nmse_percent: figures.map_or(0.0, |f| f.displacement_nmse_percent),
-                rests: figures.is_some_and(|f| f.rests),
+                at_rest: figures.is_some_and(|f| f.at_rest),
             })
             .collect(),
     }

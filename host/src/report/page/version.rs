@@ -3,7 +3,7 @@
 use crate::assess::compare::{self, Comparison};
 use crate::diagnose::PerAxis;
 use crate::model::file::ModelFile;
-use crate::report::course::{Course, courses};
+use crate::report::axis_history::{AxisHistory, histories};
 use crate::signal::motion;
 use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
@@ -17,27 +17,27 @@ pub(super) struct Version<'a> {
     /// Its errors.
     pub(super) comparison: Comparison,
     /// Record by record, axis by axis.
-    pub(super) courses: Vec<Vec<Course>>,
+    pub(super) histories: Vec<Vec<AxisHistory>>,
 }
 
 impl<'a> Version<'a> {
     pub(super) fn new(label: &str, study: &Study, model: &'a ModelFile) -> Result<Self> {
         let comparison = compare::compare(study, model)?;
         let motions = motion::motions(&*model.corrected(study)?, &model.filters)?;
-        let courses: Vec<Vec<Course>> = motions
+        let histories: Vec<Vec<AxisHistory>> = motions
             .iter()
-            .map(|motion| courses(model, motion))
+            .map(|motion| histories(model, motion))
             .collect::<Result<_>>()?;
-        for (record, axes) in study.records.iter().zip(&courses) {
-            for course in axes {
-                check_finite(&record.file, course)?;
+        for (record, axes) in study.records.iter().zip(&histories) {
+            for history in axes {
+                check_finite(&record.file, history)?;
             }
         }
         Ok(Self {
             label: label.into(),
             model,
             comparison,
-            courses,
+            histories,
         })
     }
 
@@ -60,34 +60,34 @@ impl<'a> Version<'a> {
     }
 
     /// The judged records of an axis in which it moves.
-    pub(super) fn judged_courses(&self, study: &Study, axis: usize) -> Vec<Course> {
+    pub(super) fn judged_courses(&self, study: &Study, axis: usize) -> Vec<AxisHistory> {
         let records = study
             .records
             .iter()
-            .zip(&self.courses)
+            .zip(&self.histories)
             .zip(&self.comparison.records);
         records
-            .filter(|((record, courses), figures)| {
-                let figures = figures.axes.get(&courses[axis].axis);
-                record.role == self.judged() && figures.is_some_and(|f| !f.rests)
+            .filter(|((record, histories), figures)| {
+                let figures = figures.axes.get(&histories[axis].axis);
+                record.role == self.judged() && figures.is_some_and(|f| !f.at_rest)
             })
-            .map(|((_, courses), _)| courses[axis].clone())
+            .map(|((_, histories), _)| histories[axis].clone())
             .collect()
     }
 }
 
-fn check_finite(file: &str, course: &Course) -> Result<()> {
+fn check_finite(file: &str, history: &AxisHistory) -> Result<()> {
     let series = [
-        &course.displacement,
-        &course.velocity,
-        &course.measured,
-        &course.predicted,
+        &history.displacement,
+        &history.velocity,
+        &history.measured,
+        &history.predicted,
     ];
     match series.iter().all(|s| s.iter().all(|v| v.is_finite())) {
-        true if !course.measured.is_empty() => Ok(()),
+        true if !history.measured.is_empty() => Ok(()),
         _ => Err(Error::data(format!(
             "{file}: axis {} has no rows to draw, or a number that is not finite; compare the model on this record to see why",
-            course.axis
+            history.axis
         ))),
     }
 }
@@ -97,7 +97,7 @@ pub(super) fn align(versions: &mut [Version<'_>]) {
     let [before, after] = versions else {
         return;
     };
-    for (old, new) in before.courses.iter_mut().zip(&mut after.courses) {
+    for (old, new) in before.histories.iter_mut().zip(&mut after.histories) {
         let (Some(a), Some(b)) = (old.first(), new.first()) else {
             continue;
         };
@@ -110,16 +110,16 @@ pub(super) fn align(versions: &mut [Version<'_>]) {
         ) else {
             continue;
         };
-        for course in old.iter_mut().chain(new.iter_mut()) {
-            let half_row = 0.5 * (course.time_s.get(1).unwrap_or(&0.0) - course.time_s[0]);
-            let first = course.time_s.partition_point(|t| *t < from - half_row);
-            let end = course.time_s.partition_point(|t| *t <= to + half_row);
+        for history in old.iter_mut().chain(new.iter_mut()) {
+            let half_row = 0.5 * (history.time_s.get(1).unwrap_or(&0.0) - history.time_s[0]);
+            let first = history.time_s.partition_point(|t| *t < from - half_row);
+            let end = history.time_s.partition_point(|t| *t <= to + half_row);
             for series in [
-                &mut course.time_s,
-                &mut course.displacement,
-                &mut course.velocity,
-                &mut course.measured,
-                &mut course.predicted,
+                &mut history.time_s,
+                &mut history.displacement,
+                &mut history.velocity,
+                &mut history.measured,
+                &mut history.predicted,
             ] {
                 series.truncate(end);
                 series.drain(..first);

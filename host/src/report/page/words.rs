@@ -87,7 +87,7 @@ fn contrast(error: f64, rows: f64) -> f64 {
 /// `With the model in place of the joint the displacement of x differs by 3.1 % NMSE in valid.csv …`.
 fn of_response(response: &Response) -> String {
     let records = response.records.iter().flat_map(|record| {
-        let moving = record.axes.iter().filter(|(_, figures)| !figures.rests);
+        let moving = record.axes.iter().filter(|(_, figures)| !figures.at_rest);
         moving.map(|(axis, figures)| {
             let nmse = significant(figures.displacement_nmse_percent);
             format!("{axis} in {} by {nmse} % NMSE", record.file)

@@ -2,8 +2,8 @@
 
 mod cells;
 
-use crate::assess::where_it_fails::{Condition, Extent, Place, significant};
-use crate::report::course::Course;
+use crate::assess::where_it_fails::{Condition, Extent, FailingRegion, significant};
+use crate::report::axis_history::AxisHistory;
 use crate::report::figure::{failed, limits};
 use crate::report::quantity::{Quantity, tick};
 use crate::report::style;
@@ -24,11 +24,11 @@ const SCALE_WIDTH: u32 = 250;
 /// The map of one axis.
 pub struct StatePlane<'a> {
     /// The axis over the records whose error is judged, one course each.
-    pub courses: &'a [Course],
+    pub histories: &'a [AxisHistory],
     /// Which axis of the study it is, from 0.
     pub axis: usize,
     /// Where the error of this axis sits.
-    pub places: &'a [Place],
+    pub places: &'a [FailingRegion],
 }
 
 /// A rectangle of the plane, in the units of the drawing.
@@ -78,14 +78,18 @@ impl StatePlane<'_> {
 
     /// The plane that holds every row of the records, and its points: displacement and velocity as drawn, and the residual.
     fn plane(&self) -> Result<(Plane, Vec<[f64; 3]>)> {
-        let Some(first) = self.courses.first() else {
+        let Some(first) = self.histories.first() else {
             return Err(Error::data("a map of the residual needs a record"));
         };
-        let all = |series: fn(&Course) -> &Vec<f64>| -> Vec<f64> {
-            self.courses.iter().flat_map(series).copied().collect()
+        let all = |series: fn(&AxisHistory) -> &Vec<f64>| -> Vec<f64> {
+            self.histories.iter().flat_map(series).copied().collect()
         };
         let (x, v) = (all(|c| &c.displacement), all(|c| &c.velocity));
-        let residuals: Vec<f64> = self.courses.iter().flat_map(Course::residual).collect();
+        let residuals: Vec<f64> = self
+            .histories
+            .iter()
+            .flat_map(AxisHistory::residual)
+            .collect();
         let mut values = residuals.iter().chain(&x).chain(&v);
         if residuals.is_empty() || !values.all(|value| value.is_finite()) {
             return Err(Error::data(format!(
@@ -330,12 +334,12 @@ mod tests {
     use super::*;
     use crate::study::AxisKind;
 
-    fn course(rows: u32) -> Course {
+    fn history(rows: u32) -> AxisHistory {
         let x: Vec<f64> = (0..rows)
             .map(|i| 2e-3 * (f64::from(i) * 0.37).sin())
             .collect();
         let measured = x.iter().map(|x| 10.0 * (x.abs() - 1e-3).max(0.0));
-        Course {
+        AxisHistory {
             axis: "x".into(),
             kind: AxisKind::Translation,
             time_s: (0..rows).map(|i| 1e-3 * f64::from(i)).collect(),
@@ -348,8 +352,8 @@ mod tests {
         }
     }
 
-    fn place(conditions: Vec<Condition>) -> Place {
-        Place {
+    fn place(conditions: Vec<Condition>) -> FailingRegion {
+        FailingRegion {
             axis: "x".into(),
             kind: "state",
             region: "|x| above 1.00 mm".into(),
@@ -375,11 +379,11 @@ mod tests {
         };
         // A condition on another axis frames nothing here.
         let other = Condition { state: 2, ..beyond };
-        let courses = [course(4000)];
+        let histories = [history(4000)];
         let frames = |conditions: Vec<Condition>| {
             let places = [place(conditions)];
             let plane = StatePlane {
-                courses: &courses,
+                histories: &histories,
                 axis: 0,
                 places: &places,
             };
@@ -403,7 +407,7 @@ mod tests {
         );
         let places = [place(vec![beyond])];
         let plane = StatePlane {
-            courses: &courses,
+            histories: &histories,
             axis: 0,
             places: &places,
         };
@@ -428,15 +432,15 @@ mod tests {
     #[test]
     fn nothing_to_draw_is_refused() {
         let empty = StatePlane {
-            courses: &[course(0)],
+            histories: &[history(0)],
             axis: 0,
             places: &[],
         };
         assert_eq!(empty.svg().unwrap_err().exit_code(), 3);
-        let mut broken = course(100);
+        let mut broken = history(100);
         broken.predicted[7] = f64::NAN;
         let plane = StatePlane {
-            courses: &[broken],
+            histories: &[broken],
             axis: 0,
             places: &[],
         };

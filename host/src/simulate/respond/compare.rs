@@ -1,7 +1,7 @@
 //! A simulated motion held against the measured one: errors in the states, and octave by octave.
 
-use super::course::{Course, Simulated};
-use crate::fit::errors::RESTS_BELOW;
+use super::run::{MeasuredMotion, Simulated};
+use crate::fit::errors::AT_REST_BELOW;
 use crate::model::file::ModelFile;
 use crate::signal::spectrum::Spectrum;
 use crate::study::Study;
@@ -36,7 +36,8 @@ pub struct AxisResponse {
     /// The same part of the measured motion's rows.
     pub measured_outside_range: f64,
     /// True when the axis rests in this record, so that errors relative to its motion say nothing.
-    pub rests: bool,
+    #[serde(rename = "rests")]
+    pub at_rest: bool,
     /// Octave bands of the displacement; empty when the axis rests, when the simulation diverged in the first half, and with
     /// restarts, whose jumps would be in every band.
     pub spectrum: Vec<Band>,
@@ -99,13 +100,13 @@ fn nmse_percent(measured: &[f64], simulated: &[f64]) -> f64 {
 pub(super) fn figures(
     study: &Study,
     model: &ModelFile,
-    course: &Course,
+    motion: &MeasuredMotion,
     simulated: &Simulated,
     largest: &[f64],
 ) -> BTreeMap<String, AxisResponse> {
     let axis = |index: usize| {
         let [d, v] = [2 * index, 2 * index + 1];
-        let (measured, moved) = (&course.states, &simulated.states);
+        let (measured, moved) = (&motion.states, &simulated.states);
         let ranges = &model.base.inputs()[d..=v];
         let outside = |states: &[Vec<f64>], row: usize| {
             ranges
@@ -113,14 +114,14 @@ pub(super) fn figures(
                 .zip(&states[d..=v])
                 .any(|(range, series)| range.normalise(series[row]).abs() > 1.0 + 1e-9)
         };
-        let rows = course.rows();
+        let rows = motion.rows();
         // A row that was not simulated holds no number, and is not outside of anything.
         let left: Vec<usize> = (0..rows).filter(|&row| outside(moved, row)).collect();
         let measured_left = (0..rows).filter(|&row| outside(measured, row)).count();
         let went = moved[d].iter().filter(|x| x.is_finite()).count();
         let errors = measured[d].iter().zip(&moved[d]).map(|(x, y)| x - y);
         let rms_displacement = spread(&measured[d]);
-        let rests = rms_displacement < RESTS_BELOW * largest[index];
+        let at_rest = rms_displacement < AT_REST_BELOW * largest[index];
         let figures = AxisResponse {
             displacement_nmse_percent: nmse_percent(&measured[d], &moved[d]),
             velocity_nmse_percent: nmse_percent(&measured[v], &moved[v]),
@@ -130,16 +131,16 @@ pub(super) fn figures(
             outside_range: left.len() as f64 / went.max(1) as f64,
             first_outside_s: left
                 .first()
-                .map(|&row| course.start_s + row as f64 / course.sample_rate_hz),
+                .map(|&row| motion.start_s + row as f64 / motion.sample_rate_hz),
             measured_outside_range: measured_left as f64 / rows as f64,
-            rests,
-            spectrum: if rests || simulated.restarted {
+            at_rest,
+            spectrum: if at_rest || simulated.restarted {
                 Vec::new()
             } else {
                 octaves(
                     &measured[d],
                     &moved[d],
-                    course.sample_rate_hz,
+                    motion.sample_rate_hz,
                     model.filters.band_hz,
                 )
             },

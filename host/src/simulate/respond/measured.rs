@@ -5,8 +5,8 @@
 //! the relative displacement alone the far side rests, as it does in the equation of motion from which the model was learnt.
 
 use super::compare::{self, Drift};
-use super::course::{Course, Follower, Mechanism};
-use crate::fit::errors::RESTS_BELOW;
+use super::run::{Follower, MeasuredMotion, Mechanism};
+use crate::fit::errors::AT_REST_BELOW;
 use crate::model::file::ModelFile;
 use crate::signal::fir::apply;
 use crate::signal::motion::{Motion, low_pass};
@@ -41,7 +41,7 @@ struct DrivenAxis {
 pub(super) struct DrivenBody {
     axes: Vec<DrivenAxis>,
     /// The joint's measured motion.
-    pub(super) course: Course,
+    pub(super) motion: MeasuredMotion,
 }
 
 /// What acts on the body at one instant, per axis.
@@ -88,7 +88,7 @@ impl DrivenBody {
         }
         Ok(Self {
             axes,
-            course: Course {
+            motion: MeasuredMotion {
                 states: motion.states.clone(),
                 sample_rate_hz: study.sample_rate_hz,
                 start_s: (record.first_row + motion.first_row) as f64 / study.sample_rate_hz,
@@ -144,8 +144,8 @@ impl DrivenBody {
         let mut follower = Follower::new(law);
         let mut exerted = vec![Vec::with_capacity(motion.rows()); self.axes.len()];
         for row in 0..motion.rows() {
-            let law = follower.at(row, &self.course);
-            let state = self.course.state(row);
+            let law = follower.at(row, &self.motion);
+            let state = self.motion.state(row);
             let force = law.force(state, law.contacts(state));
             for (series, force) in exerted.iter_mut().zip(force) {
                 series.push(force);
@@ -153,9 +153,9 @@ impl DrivenBody {
         }
         let mut drifts = Vec::new();
         for (i, axis) in self.axes.iter().enumerate() {
-            let [d, v] = [2 * i, 2 * i + 1].map(|input| self.course.states[input].as_slice());
+            let [d, v] = [2 * i, 2 * i + 1].map(|input| self.motion.states[input].as_slice());
             let displacement = compare::spread(d);
-            if displacement < RESTS_BELOW * largest[i] {
+            if displacement < AT_REST_BELOW * largest[i] {
                 continue;
             }
             // In the equation of the relative motion the joint stands as side·force.
@@ -303,20 +303,20 @@ impl<L: JointLaw> Equations<4> for MovingBody<'_, L> {
 
 impl<L: JointLaw + Clone> Mechanism for MovingBody<'_, L> {
     fn place(&mut self, row: usize) {
-        let course = &self.driven.course;
-        let acting = self.driven.acting(row as f64 / course.sample_rate_hz);
-        let state = course.state(row);
+        let motion = &self.driven.motion;
+        let acting = self.driven.acting(row as f64 / motion.sample_rate_hz);
+        let state = motion.state(row);
         for (i, axis) in self.driven.axes.iter().enumerate() {
             self.y[i] = acting.far[i] + axis.side * state[2 * i];
             self.y[i + 2] = acting.far_velocity[i] + axis.side * state[2 * i + 1];
         }
-        self.law = self.follower.at(row, course);
+        self.law = self.follower.at(row, motion);
     }
 
     fn next_row(&mut self, row: usize) {
-        let step_s = 1.0 / (self.driven.course.sample_rate_hz * self.steps as f64);
+        let step_s = 1.0 / (self.driven.motion.sample_rate_hz * self.steps as f64);
         for sub in 0..self.steps {
-            let time_s = row as f64 / self.driven.course.sample_rate_hz + sub as f64 * step_s;
+            let time_s = row as f64 / self.driven.motion.sample_rate_hz + sub as f64 * step_s;
             let mut y = self.y;
             simulate::advance(self, &mut y, time_s, step_s);
             self.y = y;
@@ -327,7 +327,7 @@ impl<L: JointLaw + Clone> Mechanism for MovingBody<'_, L> {
     }
 
     fn joint_state(&self, row: usize) -> [f64; 4] {
-        let time_s = row as f64 / self.driven.course.sample_rate_hz;
+        let time_s = row as f64 / self.driven.motion.sample_rate_hz;
         self.driven.relative(&self.y, &self.driven.acting(time_s))
     }
 }

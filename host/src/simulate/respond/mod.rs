@@ -8,16 +8,16 @@
 //!   the measured motion.
 
 mod compare;
-mod course;
 mod measured;
 mod report;
 mod response;
 mod rig;
+mod run;
 
 pub use compare::{AxisResponse, Band, Drift};
-pub use course::Divergence;
 pub use report::{as_csv, in_words};
 pub use response::{Against, Options, RecordResponse, Response};
+pub use run::Divergence;
 
 use crate::model::Evaluator;
 use crate::model::file::ModelFile;
@@ -95,34 +95,34 @@ pub fn respond_with<L: JointLaw + Clone + Sync>(
         rig::read_truth(study)?
     };
     let one = |&index: &usize| -> Result<(RecordResponse, Vec<Drift>)> {
-        let (course, simulated, drifts) = if let Some(truth) = &truth {
+        let (motion, simulated, drifts) = if let Some(truth) = &truth {
             let record = rig::ShakenRecord::new(study, index, truth)?;
-            let simulated = course::settled(&record.course, restart_rows, &model.base, |steps| {
+            let simulated = run::settled(&record.motion, restart_rows, &model.base, |steps| {
                 record.moving(law.clone(), steps)
             });
-            (record.course, simulated, Vec::new())
+            (record.motion, simulated, Vec::new())
         } else {
             let body = measured::DrivenBody::new(study, model, &motions[index])?;
-            let simulated = course::settled(&body.course, restart_rows, &model.base, |steps| {
+            let simulated = run::settled(&body.motion, restart_rows, &model.base, |steps| {
                 body.moving(law.clone(), steps)
             });
             let drifts = body.drifts(model, &motions[index], law.clone(), &largest);
-            (body.course, simulated, drifts)
+            (body.motion, simulated, drifts)
         };
         let record = &study.records[index];
-        let figures = compare::figures(study, model, &course, &simulated, &largest);
+        let figures = compare::figures(study, model, &motion, &simulated, &largest);
         let response = RecordResponse {
             file: record.file.clone(),
             role: record.role,
-            rows: course.rows(),
+            rows: motion.rows(),
             simulated: simulated.share(),
-            diverged: simulated.divergences(&course, model),
+            diverged: simulated.divergences(&motion, model),
             steps_per_row: simulated.steps_per_row,
             step_error: simulated.step_error,
             axes: figures,
-            start_s: course.start_s,
+            start_s: motion.start_s,
             states: simulated.states,
-            measured: course.states,
+            measured: motion.states,
         };
         Ok((response, drifts))
     };

@@ -1,7 +1,7 @@
 //! What a simulated response comes to, in words, tables and CSV.
 
 use super::compare::{Band, Drift};
-use super::course::{DIVERGED, SETTLED};
+use super::run::{DIVERGED, SETTLED};
 use super::{Against, Options, RecordResponse, Response};
 use crate::assess::where_it_fails::significant;
 use crate::study::{Role, Study};
@@ -64,7 +64,7 @@ pub(super) fn notes(
         let left: Vec<String> = records
             .iter()
             .filter_map(|record| {
-                let figures = record.axes.get(&axis.name).filter(|f| !f.rests)?;
+                let figures = record.axes.get(&axis.name).filter(|f| !f.at_rest)?;
                 Some(format!(
                     "{} % of the time in {}, first at {:.3} s",
                     significant(100.0 * figures.outside_range),
@@ -149,7 +149,7 @@ fn table(response: &Response, study: &Study) -> Table {
             };
             let unit = axis.kind.displacement_unit();
             let percent = |value: f64| {
-                if figures.rests {
+                if figures.at_rest {
                     "rests".into()
                 } else if value < 1e6 {
                     format!("{value:.3} %")

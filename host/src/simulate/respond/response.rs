@@ -1,7 +1,7 @@
 //! What is asked of a simulated response, and what it answers.
 
 use super::compare::AxisResponse;
-use super::course::Divergence;
+use super::run::Divergence;
 use crate::study::Role;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! The whole simulated rig with a law in place of its joint, shaken by the drive with which the study was simulated.
 
-use super::course::{Course, Follower, Mechanism};
+use super::run::{Follower, MeasuredMotion, Mechanism};
 use crate::model::EffectTerm;
 use crate::simulate::{
     Bodies, BodyState, Excitation, HiddenJoint, JointLaw, RigParameters, SUBSTEPS,
@@ -64,7 +64,7 @@ pub(super) struct ShakenRecord<'a> {
     /// The row of the file at which the record begins.
     first_row: usize,
     /// The joint's true motion.
-    pub(super) course: Course,
+    pub(super) motion: MeasuredMotion,
 }
 
 impl<'a> ShakenRecord<'a> {
@@ -145,7 +145,7 @@ impl<'a> ShakenRecord<'a> {
             drive,
             bodies,
             first_row,
-            course: Course {
+            motion: MeasuredMotion {
                 states,
                 sample_rate_hz: study.sample_rate_hz,
                 start_s: first_row as f64 / study.sample_rate_hz,
@@ -180,7 +180,7 @@ pub(super) struct MovingRig<'a, L> {
 impl<L: JointLaw + Clone> Mechanism for MovingRig<'_, L> {
     fn place(&mut self, row: usize) {
         self.y = self.record.bodies[self.record.first_row + row];
-        self.bodies.joint = self.follower.at(row, &self.record.course);
+        self.bodies.joint = self.follower.at(row, &self.record.motion);
     }
 
     fn next_row(&mut self, row: usize) {
@@ -188,7 +188,7 @@ impl<L: JointLaw + Clone> Mechanism for MovingRig<'_, L> {
             &mut self.y,
             &self.record.drive,
             self.record.first_row + row,
-            self.record.course.sample_rate_hz,
+            self.record.motion.sample_rate_hz,
             self.steps,
         );
     }

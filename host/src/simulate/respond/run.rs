@@ -10,10 +10,10 @@ pub(super) const DIVERGED: f64 = 10.0;
 /// Steps are fine enough when twice as many change the displacements by at most this part of their RMS.
 pub(super) const SETTLED: f64 = 1e-4;
 /// Most steps per row; a motion that still changes then is told as such.
-const MOST_STEPS: usize = 64;
+const MAX_STEPS: usize = 64;
 
 /// The motion that a simulation is held against, and from which it starts.
-pub(super) struct Course {
+pub(super) struct MeasuredMotion {
     /// [x, ẋ] or [x, ẋ, φ, φ̇], SI.
     pub(super) states: Vec<Vec<f64>>,
     pub(super) sample_rate_hz: f64,
@@ -21,7 +21,7 @@ pub(super) struct Course {
     pub(super) start_s: f64,
 }
 
-impl Course {
+impl MeasuredMotion {
     pub(super) fn rows(&self) -> usize {
         self.states[0].len()
     }
@@ -58,11 +58,11 @@ impl<L: JointLaw + Clone> Follower<L> {
     }
 
     /// The law as it is at a row, which lies no earlier than the last one asked for.
-    pub(super) fn at(&mut self, row: usize, course: &Course) -> L {
+    pub(super) fn at(&mut self, row: usize, motion: &MeasuredMotion) -> L {
         while self.row < row {
             self.row += 1;
             self.law
-                .advance(course.state(self.row), 1.0 / course.sample_rate_hz);
+                .advance(motion.state(self.row), 1.0 / motion.sample_rate_hz);
         }
         self.law.clone()
     }
@@ -88,7 +88,7 @@ pub struct Divergence {
 /// A run at one step.
 #[derive(Clone)]
 pub(super) struct Simulated {
-    /// As [`Course::states`]; NaN from a divergence to the next start.
+    /// As [`MeasuredMotion::states`]; NaN from a divergence to the next start.
     pub(super) states: Vec<Vec<f64>>,
     /// Row, row of its start, input and value of every divergence.
     diverged: Vec<(usize, usize, usize, f64)>,
@@ -106,10 +106,14 @@ impl Simulated {
         rows.filter(|x| x.is_finite()).count() as f64 / self.states[0].len() as f64
     }
 
-    pub(super) fn divergences(&self, course: &Course, model: &ModelFile) -> Vec<Divergence> {
+    pub(super) fn divergences(
+        &self,
+        motion: &MeasuredMotion,
+        model: &ModelFile,
+    ) -> Vec<Divergence> {
         let told = |&(row, start, input, value): &(usize, usize, usize, f64)| Divergence {
-            time_s: course.start_s + row as f64 / course.sample_rate_hz,
-            after_s: (row - start) as f64 / course.sample_rate_hz,
+            time_s: motion.start_s + row as f64 / motion.sample_rate_hz,
+            after_s: (row - start) as f64 / motion.sample_rate_hz,
             axis: model.axes[input / 2].name.clone(),
             state: ["displacement", "velocity"][input % 2],
             value,
@@ -142,14 +146,14 @@ impl Simulated {
 /// One run.
 fn run<M: Mechanism>(
     mut mechanism: M,
-    course: &Course,
+    motion: &MeasuredMotion,
     restart_rows: Option<usize>,
     inputs: &[InputRange],
     steps_per_row: usize,
 ) -> Simulated {
-    let rows = course.rows();
+    let rows = motion.rows();
     let mut simulated = Simulated {
-        states: vec![vec![f64::NAN; rows]; course.states.len()],
+        states: vec![vec![f64::NAN; rows]; motion.states.len()],
         diverged: Vec::new(),
         steps_per_row,
         step_error: 0.0,
@@ -184,12 +188,12 @@ fn run<M: Mechanism>(
 /// Runs with ever finer steps until halving them changes nothing that matters; the coarser of the last two is returned,
 /// or, when nothing settles, the finest.
 pub(super) fn settled<M: Mechanism>(
-    course: &Course,
+    motion: &MeasuredMotion,
     restart_rows: Option<usize>,
     base: &Base,
     make: impl Fn(usize) -> M,
 ) -> Simulated {
-    let at = |steps| run(make(steps), course, restart_rows, base.inputs(), steps);
+    let at = |steps| run(make(steps), motion, restart_rows, base.inputs(), steps);
     let mut steps = SUBSTEPS;
     let mut coarse = at(steps);
     loop {
@@ -200,7 +204,7 @@ pub(super) fn settled<M: Mechanism>(
             return coarse;
         }
         steps *= 2;
-        if steps >= MOST_STEPS {
+        if steps >= MAX_STEPS {
             fine.step_error = change;
             return fine;
         }
@@ -233,7 +237,7 @@ mod tests {
 
     #[test]
     fn what_a_law_remembers_has_seen_the_motion_before_each_start_and_every_step_after_it() {
-        let course = Course {
+        let motion = MeasuredMotion {
             states: vec![(0..100).map(f64::from).collect(), vec![0.0; 100]],
             sample_rate_hz: 200.0,
             start_s: 0.0,
@@ -243,14 +247,14 @@ mod tests {
             last: 0.0,
         });
         for row in [0, 40, 80] {
-            let law = follower.at(row, &course);
+            let law = follower.at(row, &motion);
             assert!((law.time_s - row as f64 / 200.0).abs() < 1e-12);
             assert_eq!(law.last, row as f64);
         }
         let parameters = RigParameters::default();
         let mut bodies = Bodies {
             parameters: &parameters,
-            joint: follower.at(80, &course),
+            joint: follower.at(80, &motion),
         };
         let still = [0, 1].map(|_| Excitation::logged(vec![0.0; 100], 200.0));
         let mut y = BodyState::zeros();
@@ -281,7 +285,7 @@ mod tests {
 
     #[test]
     fn a_run_stops_where_it_leaves_ten_half_ranges_and_goes_on_at_the_next_start() {
-        let course = Course {
+        let motion = MeasuredMotion {
             states: vec![vec![1.0; 12]; 2],
             sample_rate_hz: 10.0,
             start_s: 3.0,
@@ -297,12 +301,12 @@ mod tests {
                 half_range: 1.0,
             },
         ];
-        let once = run(Doubling { value: 0.0 }, &course, None, &inputs, 4);
+        let once = run(Doubling { value: 0.0 }, &motion, None, &inputs, 4);
         assert_eq!(once.states[0][..4], [1.0, 2.0, 4.0, 8.0]);
         assert!(once.states[0][4..].iter().all(|x| x.is_nan()));
         assert_eq!(once.diverged, [(4, 0, 0, 16.0)]);
         assert!((once.share() - 4.0 / 12.0).abs() < 1e-12);
-        let again = run(Doubling { value: 0.0 }, &course, Some(6), &inputs, 4);
+        let again = run(Doubling { value: 0.0 }, &motion, Some(6), &inputs, 4);
         assert_eq!(again.states[0][6..10], [1.0, 2.0, 4.0, 8.0]);
         assert_eq!(again.diverged, [(4, 0, 0, 16.0), (10, 6, 0, 16.0)]);
         assert!(!once.restarted && again.restarted);

@@ -7,7 +7,7 @@ use crate::text::error::Result;
 
 /// One axis over one record; all series have the same length.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Course {
+pub struct AxisHistory {
     /// The axis's name.
     pub axis: String,
     /// Translation or rotation.
@@ -24,7 +24,7 @@ pub struct Course {
     pub predicted: Vec<f64>,
 }
 
-impl Course {
+impl AxisHistory {
     /// What the model leaves of the measured force, row by row, N or N·m.
     pub fn residual(&self) -> Vec<f64> {
         let forces = self.measured.iter().zip(&self.predicted);
@@ -38,18 +38,18 @@ impl Course {
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the states are not those of the model's inputs.
-pub fn courses(model: &ModelFile, motion: &Motion) -> Result<Vec<Course>> {
+pub fn histories(model: &ModelFile, motion: &Motion) -> Result<Vec<AxisHistory>> {
     let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
     let predicted = model.predict(&states)?;
     let band = &model.filters.band;
     let half = band.len() / 2;
     let axes = model.axes.iter().zip(predicted).enumerate();
-    let courses = axes.map(|(index, (axis, predicted))| {
+    let histories = axes.map(|(index, (axis, predicted))| {
         let force = motion.restoring_force(index, axis.inertia, axis.restoring_force);
         let measured = low_pass(&force, band);
         let rows = half..half + measured.len();
         let seconds = |row: usize| (motion.first_row + row) as f64 / motion.sample_rate_hz;
-        Course {
+        AxisHistory {
             axis: axis.name.clone(),
             kind: axis.kind,
             time_s: rows.clone().map(seconds).collect(),
@@ -59,5 +59,5 @@ pub fn courses(model: &ModelFile, motion: &Motion) -> Result<Vec<Course>> {
             predicted: low_pass(&predicted, band),
         }
     });
-    Ok(courses.collect())
+    Ok(histories.collect())
 }

@@ -13,7 +13,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par, Side};
 
 /// One axis's functions at one λ.
-pub(super) struct AxisAside {
+pub(super) struct NuisanceProjection {
     /// The columns of the axis.
     design: Mat<f64>,
     factor: Cholesky,
@@ -38,7 +38,7 @@ pub(super) fn mean_gram(functions: &Functions) -> Mat<f64> {
     gram
 }
 
-impl AxisAside {
+impl NuisanceProjection {
     /// # Errors
     /// Records that leave the functions undetermined.
     pub(super) fn new(

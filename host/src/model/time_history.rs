@@ -9,7 +9,7 @@ use std::borrow::Cow;
 
 /// What laws are evaluated along: a record, row by row, in SI.
 #[derive(Clone, Debug)]
-pub struct Course<'a> {
+pub struct TimeHistory<'a> {
     /// Displacement and velocity of each axis.
     states: Vec<&'a [f64]>,
     /// Time between rows, s.
@@ -30,7 +30,7 @@ struct Instruments<'a> {
     signs: Vec<f64>,
 }
 
-impl<'a> Course<'a> {
+impl<'a> TimeHistory<'a> {
     /// A motion of the joint, of whose instruments nothing is known.
     pub fn of_states(states: &[&'a [f64]], period_s: f64) -> Self {
         Self {
@@ -139,7 +139,7 @@ impl<'a> Course<'a> {
         let instruments = self
             .instruments
             .as_ref()
-            .map(|said| said.beside(axis, rows));
+            .map(|said| said.of_axis(axis, rows));
         let mut memory: States<S> = [S::zero(); _];
         let mut before = None;
         for row in 0..rows {
@@ -170,7 +170,7 @@ impl<'a> Course<'a> {
 
 impl Instruments<'_> {
     /// The channels that matter to an axis.
-    fn beside(&self, axis: usize, rows: usize) -> Channels<'_> {
+    fn of_axis(&self, axis: usize, rows: usize) -> Channels<'_> {
         Channels {
             sign: self.signs[axis],
             acceleration: &self.acceleration[axis][..rows],
@@ -236,11 +236,11 @@ fn rate(force: &[f64], period_s: f64) -> Vec<f64> {
 ///
 /// `forces` has one series per axis, as long as the record. An effect whose size and phase are the record's own is left out:
 /// it is found in what the others leave (`crate::model::mains_hum`).
-pub fn add_forces(terms: &[InSi], course: &Course<'_>, forces: &mut [Vec<f64>]) {
+pub fn add_forces(terms: &[InSi], history: &TimeHistory<'_>, forces: &mut [Vec<f64>]) {
     for term in terms.iter().filter(|term| !term.entry.is_per_record()) {
         let parameters = law_parameters(term.entry, &term.values);
         let axis = usize::from(term.axis);
-        course.along(
+        history.along(
             term.entry.real,
             &parameters,
             axis,
