@@ -21,7 +21,7 @@ impl Source {
     }
 }
 
-/// The processor's clock.
+/// The processor's clock: source and frequency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Clock {
     /// Where it comes from.

@@ -34,7 +34,7 @@ const POINTS_PER_SAMPLE: u32 = 50;
 
 /// What the suite is to know of a board.
 pub struct Board<'a> {
-    /// Its name.
+    /// The name under which results are printed.
     pub name: &'a str,
     /// What the processor is clocked by.
     pub clock: Clock,

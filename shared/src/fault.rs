@@ -10,7 +10,7 @@ pub enum Error {
     OutOfRange {
         /// The quantity, in words.
         quantity: &'static str,
-        /// The value seen.
+        /// The value that was found.
         seen: f64,
         /// The smallest value allowed.
         least: f64,
@@ -125,9 +125,9 @@ pub enum Error {
     },
     /// A blob has another length than [`BLOB_LEN`](crate::wire::blob::BLOB_LEN).
     BlobLength {
-        /// Bytes seen.
+        /// Bytes that were found.
         seen: usize,
-        /// Bytes wanted.
+        /// Bytes that a blob has.
         wanted: usize,
     },
     /// The first bytes are not those of a model blob: an erased flash slot, or another file.
@@ -137,7 +137,7 @@ pub enum Error {
     },
     /// The blob's format has another version than this program reads.
     BlobVersion {
-        /// The version seen.
+        /// The format version that was found.
         seen: u16,
         /// The version that this program reads and writes.
         wanted: u16,
@@ -153,14 +153,14 @@ pub enum Error {
     BlobField {
         /// The field, in words.
         field: &'static str,
-        /// The value seen.
+        /// The value that was found.
         seen: u8,
     },
     /// A byte that has to be zero is not.
     BlobReserved {
         /// Where it stands, in bytes from the blob's start.
         offset: usize,
-        /// The value seen.
+        /// The value that was found.
         seen: u8,
     },
 }

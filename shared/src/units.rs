@@ -10,13 +10,13 @@ use core::fmt;
 /// and not that of the displacement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dimension {
-    /// N or N·m.
+    /// Exponent of force: N or N·m.
     pub force: i8,
-    /// m or rad.
+    /// Exponent of displacement: m or rad.
     pub displacement: i8,
-    /// m/s or rad/s.
+    /// Exponent of velocity: m/s or rad/s.
     pub velocity: i8,
-    /// s.
+    /// Exponent of time: s.
     pub time: i8,
     /// N or N·m of the other axis.
     pub other_force: i8,
@@ -29,13 +29,13 @@ pub struct Dimension {
 /// What the joint's quantities are measured against: each is positive, in SI, `[own, other]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct References {
-    /// N or N·m.
+    /// Reference force of the own and the other axis, N or N·m.
     pub force: [f64; 2],
-    /// m or rad.
+    /// Reference displacement of the own and the other axis, m or rad.
     pub displacement: [f64; 2],
-    /// m/s or rad/s.
+    /// Reference velocity of the own and the other axis, m/s or rad/s.
     pub velocity: [f64; 2],
-    /// s.
+    /// Reference time, s.
     pub time: f64,
 }
 
@@ -61,7 +61,7 @@ impl References {
 }
 
 impl Dimension {
-    /// No unit.
+    /// A number without unit.
     pub const NONE: Self = Self {
         force: 0,
         displacement: 0,
@@ -71,27 +71,27 @@ impl Dimension {
         other_displacement: 0,
         other_velocity: 0,
     };
-    /// N or N·m.
+    /// A force or torque, N or N·m.
     pub const FORCE: Self = Self {
         force: 1,
         ..Self::NONE
     };
-    /// m or rad.
+    /// A displacement or angle, m or rad.
     pub const DISPLACEMENT: Self = Self {
         displacement: 1,
         ..Self::NONE
     };
-    /// m/s or rad/s.
+    /// A velocity, m/s or rad/s.
     pub const VELOCITY: Self = Self {
         velocity: 1,
         ..Self::NONE
     };
-    /// s.
+    /// A time, s.
     pub const TIME: Self = Self {
         time: 1,
         ..Self::NONE
     };
-    /// N/m or N·m/rad.
+    /// A stiffness, N/m or N·m/rad.
     pub const STIFFNESS: Self = Self {
         force: 1,
         displacement: -1,
@@ -104,7 +104,7 @@ impl Dimension {
         time: 2,
         ..Self::NONE
     };
-    /// N·s/m or N·m·s/rad.
+    /// A coefficient of viscous damping, N·s/m or N·m·s/rad.
     pub const DAMPING: Self = Self {
         force: 1,
         velocity: -1,

@@ -438,8 +438,8 @@ fn what_cannot_be_added_is_refused_and_nothing_is_overwritten() {
             assert!(fail(folder, &["diagnose", "study.toml", model], 3).contains(part));
         }
     }
-    // Too short for blocks.
-    let short = good.replace("role = \"train\"", "role = \"train\"\nrows = [0, 2400]");
+    // Too short for the filters.
+    let short = good.replace("role = \"train\"", "role = \"train\"\nrows = [0, 300]");
     fs::write(&path, &short).unwrap();
     let error = fail(
         folder,
@@ -453,7 +453,7 @@ fn what_cannot_be_added_is_refused_and_nothing_is_overwritten() {
         ],
         3,
     );
-    assert!(error.contains("blocks of a second"), "{error}");
+    assert!(error.contains("too few"), "{error}");
     assert_eq!(
         fs::read_to_string(folder.join("kept.json")).unwrap(),
         "kept"

@@ -21,22 +21,6 @@ const STILL_THERE: &[(&str, &[&str])] = &[
             "device/replay.rs",
         ],
     ),
-    (
-        "host",
-        &[
-            "diagnose/absorbed.rs",
-            "diagnose/add.rs",
-            "diagnose/answer.rs",
-            "diagnose/missing.rs",
-            "diagnose/rivals.rs",
-            "diagnose/start.rs",
-            "diagnose/verdict.rs",
-        ],
-    ),
-    (
-        "host",
-        &["diagnose/linear_memory.rs", "diagnose/patterns.rs"],
-    ),
 ];
 
 fn source(package: &str) -> PathBuf {

@@ -10,7 +10,7 @@ use jointwatch_shared::wire::wiring::{AxisWiring, Signed, SignedDirection, Wirin
 pub struct Places {
     /// A place in [`CHIP_NAMES`](crate::sensor::acquire::CHIP_NAMES) per axis and channel.
     pub chips: [[Option<u8>; CHANNELS]; 2],
-    /// One or two.
+    /// Axes of the rig: 1 or 2.
     pub axes: u8,
 }
 

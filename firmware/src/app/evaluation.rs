@@ -9,18 +9,18 @@ use jointwatch_shared::chain::{Chain, ChainState, Output};
 /// The chain of the rig and the model behind it, with what both remember.
 #[derive(Debug)]
 pub struct Evaluator {
-    /// Counts to forces.
+    /// Turns raw counts into states, measured force and residual.
     pub chain: Chain,
-    /// The joint.
+    /// Predicts the force of the joint.
     pub model: Model,
-    /// What moves.
+    /// The state of the chain and of the model's effects.
     pub state: &'static mut ChainState,
 }
 
 /// A frame with what the chain made of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Evaluated {
-    /// The instant.
+    /// The sample, with its number and what went wrong with it.
     pub frame: Frame,
     /// What the chain says of the instant its delay ago; `None` without model and rig block, and until its filters are full.
     pub output: Option<Output>,

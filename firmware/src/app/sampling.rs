@@ -34,7 +34,7 @@ impl Frame {
     }
 }
 
-/// Takes the samples.
+/// Reads every chip at each sampling instant.
 pub struct Sampler<L, C: SpiDevice, A: SpiDevice, X: SpiDevice> {
     sensors: Sensors<L, C, A, X>,
     wiring: Wiring,

@@ -10,7 +10,7 @@ use jointwatch_shared::wire::telemetry::{
     encode,
 };
 
-/// The serial line.
+/// What a board offers to send frames over its serial line.
 pub trait SerialPort {
     /// Bits per second that it carries; `None` when it always keeps up.
     const BAUD: Option<u32>;
@@ -54,7 +54,7 @@ impl<F: NorFlash, V: Verifier, O: SerialPort> Server<F, V, O> {
         }
     }
 
-    /// The line.
+    /// The serial line that frames go out over.
     pub fn line_mut(&mut self) -> &mut O {
         &mut self.line
     }

@@ -59,9 +59,9 @@ pub struct Begun {
 /// What a device brings to a restart.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup {
-    /// The processor's clock.
+    /// The processor's clock source and its frequency.
     pub clock: Clock,
-    /// Why it restarted.
+    /// Why the device restarted.
     pub why: Restart,
     /// Whether every model in use was signed.
     pub signed: bool,

@@ -32,7 +32,7 @@ pub struct Streamed {
 }
 
 impl Streamed {
-    /// As a message.
+    /// The sample as a message of the telemetry.
     pub fn report(&self) -> Report {
         let axes = usize::from(self.axes);
         Report::Sample(Sample::new(

@@ -9,7 +9,7 @@ use jointwatch_shared::base::network::Neuron;
 use jointwatch_shared::base::polynomial::{BLOCKS, Block, Blocks};
 use jointwatch_shared::base::tanh::{LAST, Row, TABLE};
 
-/// In assembly.
+/// The loops in assembly, for a Cortex-M4.
 #[derive(Clone, Copy, Debug)]
 pub struct Assembly;
 

@@ -14,11 +14,11 @@ pub(crate) mod script;
 /// Why a chip could not be set up or read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault<E> {
-    /// The bus failed.
+    /// A transfer on the bus failed.
     Bus(E),
     /// Another chip answers, or none: a line that nothing drives reads 0x00 or 0xFF.
     WrongIdentity {
-        /// What was read.
+        /// The identity that was read.
         seen: u32,
         /// What this chip says of itself.
         wanted: u32,
@@ -36,9 +36,9 @@ pub enum Fault<E> {
     ConfigNotKept {
         /// Its address; for the LS7366R the instruction that reads it.
         register: u8,
-        /// What it holds.
+        /// The value that was read back.
         seen: u16,
-        /// What was written.
+        /// The value that was written.
         wanted: u16,
     },
     /// The chip lost its supply or was reset: its settings, and a counter's count, are gone.
@@ -69,7 +69,7 @@ pub enum Found {
 
 /// What every driver does. Nothing in it waits: where a chip needs time after a reset, the caller comes back later.
 pub trait Sensor {
-    /// Of the bus.
+    /// The error of the bus.
     type Error;
     /// The code, or the codes, of one reading.
     type Value: Copy + Default;

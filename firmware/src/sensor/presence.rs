@@ -39,7 +39,7 @@ pub enum Health {
     Starting = 2,
     /// A code at a rail of its converter.
     Saturated = 3,
-    /// The bus failed.
+    /// A transfer on the bus failed.
     Bus = 4,
     /// A frame was damaged, on either way.
     Crc = 5,
@@ -113,7 +113,7 @@ enum Phase {
     Running { failures: u8, stale: u8 },
 }
 
-/// One visit's result.
+/// What one attempt to set up or read a chip gave.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Visit<T> {
     /// The code, or the codes: the last good ones where there are no new ones.
@@ -149,7 +149,7 @@ impl<S: Sensor> Watched<S> {
         }
     }
 
-    /// The driver.
+    /// The driver of the chip.
     pub fn sensor_mut(&mut self) -> &mut S {
         &mut self.sensor
     }

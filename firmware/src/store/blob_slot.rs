@@ -25,7 +25,7 @@ impl SlotName {
         }
     }
 
-    /// The other one.
+    /// The slot that this one is not.
     pub fn other(self) -> SlotName {
         match self {
             SlotName::A => SlotName::B,

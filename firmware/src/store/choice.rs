@@ -12,7 +12,7 @@ pub enum Fault {
     Seal,
     /// Model and rig block do not have the CRC that the seal states.
     Checksum,
-    /// Nobody signed it.
+    /// It has no signature where one is required.
     Unsigned,
     /// The signature is not by the key in the firmware.
     Signature,

@@ -87,7 +87,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         }
     }
 
-    /// The flash driver.
+    /// The flash driver that the store writes with.
     pub fn flash(&self) -> &F {
         &self.flash
     }

@@ -44,7 +44,7 @@ impl Verifier for Key {
     }
 }
 
-/// See [`Check`].
+/// A signature check in progress: the signed bytes go in piece by piece.
 pub struct Ed25519Check(VerifyingState);
 
 impl Check for Ed25519Check {

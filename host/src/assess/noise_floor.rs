@@ -190,18 +190,6 @@ impl<'a> Band<'a> {
     }
 }
 
-/// Whether each axis rests in some record, by its displacement and velocity.
-pub(crate) fn rested(axes: usize, motions: &[&Motion]) -> Vec<bool> {
-    let at_rest = |axis: usize| {
-        let activity: Vec<[f64; 2]> = motions
-            .iter()
-            .map(|m| [2 * axis, 2 * axis + 1].map(|input| spread(&m.states[input])))
-            .collect();
-        resting(&activity).contains(&true)
-    };
-    (0..axes).map(at_rest).collect()
-}
-
 /// The records in which an axis rests, by how much its displacement, its velocity and, where it is given, its force vary in each.
 fn resting<const N: usize>(activity: &[[f64; N]]) -> Vec<bool> {
     let largest: [f64; N] =

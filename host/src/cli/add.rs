@@ -79,7 +79,7 @@ pub(super) fn output_beside(model: &Path) -> PathBuf {
     model.with_file_name(format!("{}-added.json", stem.to_string_lossy()))
 }
 
-/// By axis.
+/// The noise floor of every axis, by its name.
 fn noise_floor(added: &Added) -> PerAxis {
     let axes = added.errors.after.iter().zip(&added.noise_floor);
     axes.map(|(e, floor)| (e.axis.clone(), *floor)).collect()

@@ -25,7 +25,7 @@ pub(crate) struct Compare {
     report: Report,
 }
 
-/// What scripts read.
+/// The output of `compare --json`.
 #[derive(Serialize)]
 struct Compared {
     #[serde(flatten)]

@@ -5,7 +5,6 @@
 
 use super::console::Console;
 use crate::device::export;
-use crate::diagnose::LAST_PROPOSED;
 use crate::emulate::selftest::{self, Board};
 use crate::text::error::{Error, Result};
 use crate::text::table::quantity;
@@ -173,11 +172,14 @@ fn line(words: &[&str]) -> String {
     format!("jointwatch {}", words.join(" "))
 }
 
+/// Effects with a larger tag hold simpler ones as special cases: hidden with drawn strengths they would be those.
+const LAST_SHOWN: u8 = 24;
+
 /// Which effect of the joint a seed hides, on which axis, and its share of the RMS force.
 fn chosen(seed: u64) -> (String, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let may = |entry: &&Entry| {
-        let proposed = entry.tag <= LAST_PROPOSED && !LISTED.contains(&entry.about.name);
+        let proposed = entry.tag <= LAST_SHOWN && !LISTED.contains(&entry.about.name);
         entry.subsystem == Subsystem::Plant && proposed
     };
     let names: Vec<&str> = EFFECTS.iter().filter(may).map(|e| e.about.name).collect();

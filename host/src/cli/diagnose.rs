@@ -5,13 +5,14 @@ use super::plots::Plots;
 use super::report::Report;
 use super::staircase;
 use crate::diagnose::apply::{self, Applied};
-use crate::diagnose::{self, Diagnosis, Ranked, Verdict};
+use crate::diagnose::{self, Asked, Diagnosis, Ranked, Verdict};
 use crate::model::effects;
 use crate::model::file::ModelFile;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, quantity};
 use clap::Args;
+use jointwatch_shared::effect::{EFFECTS, Entry};
 use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch diagnose`.
@@ -27,6 +28,12 @@ pub(crate) struct Diagnose {
     /// Where --apply writes the model; the model's own name with -added when left out.
     #[arg(short, long, value_name = "FILE", requires = "apply")]
     output: Option<PathBuf>,
+    /// An effect that is not to be thought of; may be given several times.
+    #[arg(long, value_name = "EFFECT")]
+    without: Vec<String>,
+    /// List every set of effects that was looked at, how well it predicts, and why it was not chosen.
+    #[arg(long)]
+    explain: bool,
     #[command(flatten)]
     plots: Plots,
     #[command(flatten)]
@@ -48,9 +55,10 @@ impl Diagnose {
             .collect();
         console.check_outputs(&written, &study, Some(&self.model))?;
         working.set_message("searching for missing effects");
+        let asked = asked(self.without, self.explain)?;
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));
-            let applied = apply::apply(&study, &model, &each)?;
+            let applied = apply::apply(&study, &model, &asked, &each)?;
             let drawings = self.plots.of_applied(&study, &applied)?;
             let page = self.report.of_applied(&study, &model, &applied)?;
             working.finish_and_clear();
@@ -60,7 +68,7 @@ impl Diagnose {
             self.report.write(console, page)?;
             return write_json(console, &output, &applied);
         }
-        let diagnosis = diagnose::diagnose(&study, &model)?;
+        let diagnosis = diagnose::diagnose_asked(&study, &model, &asked)?;
         let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
         let page = self.report.of_diagnosis(&study, &model, &diagnosis)?;
         working.finish_and_clear();
@@ -70,6 +78,20 @@ impl Diagnose {
         self.report.write(console, page)?;
         console.json(&diagnosis)
     }
+}
+
+/// What is asked, with the names of effects checked.
+fn asked(without: Vec<String>, explain: bool) -> Result<Asked> {
+    for name in &without {
+        if Entry::named(name).is_none() {
+            let names: Vec<&str> = EFFECTS.iter().map(|e| e.about.name).collect();
+            return Err(Error::usage(format!(
+                "--without {name}: there is no such effect; `jointwatch effects` lists them: {}",
+                names.join(", ")
+            )));
+        }
+    }
+    Ok(Asked { without, explain })
 }
 
 /// Shows what was done and writes the model.
@@ -118,6 +140,12 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
             candidates(diagnosis)
         ))?;
     }
+    if !diagnosis.looked_at.is_empty() {
+        console.say(format!(
+            "Everything that was looked at:\n{}\n",
+            looked_at(diagnosis)
+        ))?;
+    }
     let mut table = Table::new(&["axis", "error before", "after", "noise floor"]);
     for (axis, before) in &diagnosis.relative_error_before {
         table.row(vec![
@@ -137,7 +165,7 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
         .map(|f| format!("{}@{}", f.effect, f.axis))
         .collect();
     let verdict = match diagnosis.verdict {
-        Verdict::Effect => format!("Missing: {}.", found.join(", ")),
+        Verdict::Effect => format!("Missing: {}.{}", found.join(", "), beside(diagnosis)),
         Verdict::None => "Nothing is missing.".into(),
         Verdict::Unknown => "Something is missing that is not in the library.".into(),
         Verdict::Data => "The data are at fault: what is said above of effects means nothing before they are put right.".into(),
@@ -161,19 +189,71 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
     Ok(())
 }
 
-/// A row per candidate, without its values: those of laws with five would fill the screen.
-fn candidates(diagnosis: &Diagnosis) -> Table {
-    let mut table = Table::new(&["effect", "score", "error without", "with", "like"]);
-    for candidate in &diagnosis.ranked {
+/// What is left beside what was found, in a sentence.
+fn beside(diagnosis: &Diagnosis) -> String {
+    let most = diagnosis.remainder.iter();
+    let most = most.max_by(|a, b| a.relative_error.total_cmp(&b.relative_error));
+    most.map_or_else(String::new, |left| {
+        format!(
+            " Something smaller besides: relative error {:.4} is left on axis {}, of whose power {:.0} % follows {}.",
+            left.relative_error,
+            left.axis,
+            100.0 * left.explainable,
+            left.follows
+        )
+    })
+}
+
+/// A row per set of effects that was looked at, the best of each axis first.
+fn looked_at(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new(&[
+        "axis",
+        "effects",
+        "mean log error",
+        "error",
+        "numbers",
+        "outcome",
+    ]);
+    for looked in &diagnosis.looked_at {
         table.row(vec![
-            format!("{}@{}", candidate.effect, candidate.axis),
-            format!("{:.1}", candidate.score),
-            format!("{:.4}", candidate.error_before),
-            format!("{:.4}", candidate.error_after),
-            candidate.equivalent.join(", "),
+            looked.axis.clone(),
+            if looked.effects.is_empty() {
+                "the base alone".into()
+            } else {
+                looked.effects.join(" + ")
+            },
+            format!("{:.3}", looked.mean_log_error),
+            format!("{:.4}", looked.error),
+            looked.numbers.to_string(),
+            looked.outcome.clone(),
         ]);
     }
     table
+}
+
+/// A row per candidate, without its values: those of laws with five would fill the screen.
+fn candidates(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new(&["effect", "probability", "error without", "with", "like"]);
+    for candidate in &diagnosis.ranked {
+        table.row(vec![
+            format!("{}@{}", candidate.effect, candidate.axis),
+            format!("{:.2}", candidate.probability),
+            format!("{:.4}", candidate.error_before),
+            format!("{:.4}", candidate.error_after),
+            first_few(&candidate.equivalent),
+        ]);
+    }
+    table
+}
+
+/// The first names of a list that a row has room for, and how many more there are.
+fn first_few(names: &[String]) -> String {
+    const ROOM: usize = 3;
+    if names.len() <= ROOM + 1 {
+        return names.join(", ");
+    }
+    let more = names.len() - ROOM;
+    format!("{} and {more} more", names[..ROOM].join(", "))
 }
 
 /// The values of a candidate, in words.

@@ -36,7 +36,7 @@ const POINTS: u32 = 100_000;
 /// What fixed point costs one axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisExport {
-    /// The axis.
+    /// Name of the axis.
     pub axis: String,
     /// N or N·m per unit of the device's 32-bit force.
     pub force_per_lsb: f64,
@@ -52,7 +52,7 @@ pub struct AxisExport {
 pub struct Exported {
     /// The model in fixed point.
     pub model: Model,
-    /// The blob.
+    /// The model blob, as the device reads it.
     pub blob: [u8; BLOB_LEN],
     /// What fixed point costs, per axis.
     pub axes: Vec<AxisExport>,

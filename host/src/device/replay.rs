@@ -50,7 +50,7 @@ pub struct AxisReplay {
 /// What the chain said of one record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordReplay {
-    /// The record's file.
+    /// The record's file, as study.toml names it.
     pub file: String,
     /// Outputs of the chain: the rows less those that fill its filters.
     pub outputs: usize,
@@ -245,7 +245,7 @@ fn raw_axis(channels: &Channels, axis: &RigAxis, row: usize) -> RawAxis {
 
 /// A record after the chain.
 pub struct Replayed {
-    /// The figures.
+    /// Errors per axis and what the chain saw.
     pub summary: RecordReplay,
     /// Every output, in order; the first belongs to row [`Replayed::first_row`].
     pub outputs: Vec<Output>,

@@ -70,7 +70,7 @@ impl Wired {
         Ok(wired)
     }
 
-    /// The wiring.
+    /// Which chip measures what.
     pub fn wiring(&self) -> &Wiring {
         &self.converters.wiring
     }

@@ -1,8 +1,12 @@
 //! What a diagnosis answers, as it is printed and as scripts read it (`diagnose --json`).
 
-use super::judge::Judged;
-use super::missing::Round;
+use super::decide::Decision;
+use super::errors::shapes_of;
+use super::learner::Knows;
+use super::rank::Looked as LookedAt;
 use crate::assess::where_it_fails::FailingRegion;
+use crate::fit::effects::columns::Records;
+use crate::fit::effects::{assemble, solved_at};
 use crate::model::effects::Bound;
 use crate::model::file::JudgedOn;
 use crate::study::Study;
@@ -45,6 +49,8 @@ pub struct CandidateParameter {
     pub value: f64,
     /// The SI unit.
     pub unit: String,
+    /// The interval that covers the true value in 95 of 100 such experiments; none when the records do not say.
+    pub interval: Option<[f64; 2]>,
 }
 
 /// A candidate for the first missing effect.
@@ -56,6 +62,8 @@ pub struct Ranked {
     pub axis: String,
     /// Effects that these records cannot tell from it.
     pub equivalent: Vec<String>,
+    /// How likely it is that it acts, by the records: 0 to 1.
+    pub probability: f64,
     /// Held-out drop of the squared residual, in units of its variance.
     pub score: f64,
     /// Relative error on its axis without it, on held-out blocks.
@@ -81,6 +89,36 @@ pub struct Absorbed {
     pub share: f64,
 }
 
+/// What is left beside what was found, and what it follows.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Remainder {
+    /// The axis.
+    pub axis: String,
+    /// RMS of what the effects found leave, over the RMS force; on blocks of the training records that were not learnt from.
+    pub relative_error: f64,
+    /// Part of its power that a learner without physics still takes away; 0 to 1.
+    pub explainable: f64,
+    /// What it follows: `states`, `memory`, `delays` or `time`.
+    pub follows: String,
+}
+
+/// A set of effects that was looked at (`--explain`).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Looked {
+    /// The axis.
+    pub axis: String,
+    /// The effects beside the base.
+    pub effects: Vec<String>,
+    /// Mean log error power on blocks that were not learnt from.
+    pub mean_log_error: f64,
+    /// RMS error over RMS force on the same blocks.
+    pub error: f64,
+    /// Strengths and shapes that it chooses.
+    pub numbers: usize,
+    /// What became of it.
+    pub outcome: String,
+}
+
 /// The answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Diagnosis {
@@ -98,6 +136,14 @@ pub struct Diagnosis {
     pub found: Vec<Found>,
     /// Candidates for the first of them, best first.
     pub ranked: Vec<Ranked>,
+    /// How likely it is that nothing is missing (`none`), something without a name (`unknown`), that the data are at fault (`data`), and that
+    /// each effect acts.
+    pub probabilities: BTreeMap<String, f64>,
+    /// What is left beside what was found, where a learner without physics could still take some of it away.
+    pub remainder: Vec<Remainder>,
+    /// Every set of effects that was looked at, when asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub looked_at: Vec<Looked>,
     /// How much of what was found the polynomial or network that was brought follows already.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub absorbed: Vec<Absorbed>,
@@ -134,33 +180,51 @@ pub(super) fn in_words_found(added: &[Bound], axes: &[&str]) -> Vec<Found> {
 }
 
 /// Candidates for the first missing effect, best first; one that is missing on each axis stands once, for both.
-pub(super) fn in_words_ranked(first: &Round, found: &[Found], study: &Study) -> Vec<Ranked> {
-    let judged = first.ranked.iter();
-    let mut all: Vec<Ranked> = judged.map(|judged| ranked(judged, first, study)).collect();
-    // What was kept in the end knows more than what came first.
-    let kept = |r: &Ranked| {
-        let same = found
-            .iter()
-            .any(|f| f.effect == r.effect && (f.axis == r.axis || f.axis == "both"));
-        !same
-    };
-    all.sort_by_key(kept);
-    for twin in found.iter().filter(|f| f.axis == "both") {
-        let mut seen = false;
-        all.retain_mut(|candidate| {
-            if candidate.effect != twin.effect {
-                return true;
-            }
-            candidate.axis = "both".into();
-            !std::mem::replace(&mut seen, true)
-        });
+pub(super) fn in_words_ranked(
+    decisions: &[Decision],
+    first: (&Records<'_>, &[Bound], &[Vec<f64>]),
+    found: &[Found],
+    study: &Study,
+) -> Vec<Ranked> {
+    let mut all: Vec<(f64, Ranked)> = Vec::new();
+    for decision in decisions {
+        for (looked, equivalent) in &decision.singles {
+            let ranked = ranked(decision, looked, equivalent, first, study);
+            all.push((looked.score.rank - decision.base_rank, ranked));
+        }
     }
+    let place = |r: &Ranked| {
+        let same = |f: &Found| f.effect == r.effect && (f.axis == r.axis || f.axis == "both");
+        found.iter().position(same).unwrap_or(found.len())
+    };
+    all.sort_by(|a, b| place(&a.1).cmp(&place(&b.1)).then(a.0.total_cmp(&b.0)));
+    let mut all: Vec<Ranked> = all.into_iter().map(|(_, ranked)| ranked).collect();
+    let mut seen: Vec<(String, String)> = Vec::new();
+    all.retain_mut(|candidate| {
+        if found
+            .iter()
+            .any(|f| f.axis == "both" && f.effect == candidate.effect)
+        {
+            candidate.axis = "both".into();
+        }
+        let name = (candidate.effect.clone(), candidate.axis.clone());
+        let new = !seen.contains(&name);
+        seen.push(name);
+        new
+    });
     all
 }
 
 /// A candidate in words and relative figures.
-fn ranked(judged: &Judged, round: &Round, study: &Study) -> Ranked {
-    let bound = judged.candidate.bound;
+fn ranked(
+    decision: &Decision,
+    looked: &LookedAt,
+    equivalent: &[&str],
+    (records, base, values): (&Records<'_>, &[Bound], &[Vec<f64>]),
+    study: &Study,
+) -> Ranked {
+    let bound = looked.hypothesis.added()[0];
+    let own = &looked.hypothesis.values[looked.hypothesis.base];
     let both = bound.entry.acts == Acts::BothAxes;
     let kind = |axis: usize| {
         let axis = study.axes.get(axis).or(study.axes.first());
@@ -168,28 +232,19 @@ fn ranked(judged: &Judged, round: &Round, study: &Study) -> Ranked {
             a.kind.into()
         })
     };
-    let listed = bound
-        .entry
-        .parameters()
-        .iter()
-        .zip(&judged.candidate.values);
-    let parameters = listed.map(|(parameter, value)| CandidateParameter {
+    let intervals = intervals(records, base, values, (&bound, own), study);
+    let listed = bound.entry.parameters().iter().zip(own).enumerate();
+    let parameters = listed.map(|(index, (parameter, value))| CandidateParameter {
         name: parameter.name.into(),
         value: *value,
         unit: parameter
             .dimension
             .unit(kind(bound.axis), kind(1 - bound.axis))
             .to_string(),
+        interval: intervals.get(index).copied().flatten(),
     });
-    let rows = round.solution.solved.residual.len() / study.axes.len();
-    let weight = round.solution.weights[bound.axis];
-    let force = judged.reference_force;
-    let relative = |power: f64| (power.max(0.0) / rows as f64).sqrt() / weight / force;
-    let (before, after) = (judged.power_before, judged.power_after);
-    let low = before - (judged.gain.sum - 1.96 * judged.gain.error);
-    let high = before - (judged.gain.sum + 1.96 * judged.gain.error);
-    let drop =
-        |after: f64| (before / after.max(1e-3 * judged.power_after.max(f64::MIN_POSITIVE))).sqrt();
+    let (before, after) = (decision.errors[0], looked.score.error);
+    let chance = decision.chances.iter().find(|(b, _)| *b == bound);
     Ranked {
         effect: bound.entry.about.name.into(),
         axis: if both {
@@ -197,12 +252,102 @@ fn ranked(judged: &Judged, round: &Round, study: &Study) -> Ranked {
         } else {
             study.axes[bound.axis].name.clone()
         },
-        equivalent: judged.equivalent.iter().map(|e| (*e).to_string()).collect(),
-        score: judged.gain.sum,
-        error_before: relative(before),
-        error_after: relative(after),
-        error_drop_interval: [drop(low), drop(high)],
+        equivalent: equivalent.iter().map(|e| (*e).to_string()).collect(),
+        probability: chance.map_or(0.0, |(_, chance)| *chance),
+        score: decision.rows as f64 * (1.0 - (after / before).powi(2)),
+        error_before: before,
+        error_after: after,
+        error_drop_interval: decision.drop_interval(looked),
         parameters: parameters.collect(),
         separating_experiment: bound.entry.about.separated_by.into(),
     }
+}
+
+/// Intervals of a candidate's parameters beside the base.
+fn intervals(
+    records: &Records<'_>,
+    base: &[Bound],
+    values: &[Vec<f64>],
+    (bound, own): (&Bound, &[f64]),
+    study: &Study,
+) -> Vec<Option<[f64; 2]>> {
+    let (mut terms, mut values) = (base.to_vec(), values.to_vec());
+    terms.push(*bound);
+    values.push(own.to_vec());
+    let found = solved_at(records, &terms, &shapes_of(records, &terms, &values));
+    let fit = found.and_then(|solution| {
+        let problem = solution.problem(records, &terms);
+        assemble(
+            &study.axes,
+            &problem,
+            solution.solved.clone(),
+            solution.stopped,
+        )
+    });
+    let fit = fit.ok().and_then(|fit| fit.terms.into_iter().next_back());
+    fit.map_or_else(Vec::new, |term| term.intervals)
+}
+
+/// What is left on every axis where motion explains some of it.
+pub(super) fn in_words_remainder(decisions: &[Decision], axes: &[&str]) -> Vec<Remainder> {
+    let left = decisions.iter().filter(|d| d.unnamed() > 0.0);
+    left.map(|decision| {
+        let [before, _] = decision.taken.power;
+        Remainder {
+            axis: axes[decision.axis].into(),
+            relative_error: decision.errors[1],
+            explainable: (decision.unnamed() / before.max(f64::MIN_POSITIVE)).min(1.0),
+            follows: decision.follows.map_or("states", Knows::word).into(),
+        }
+    })
+    .collect()
+}
+
+/// Probabilities of all axes together.
+pub(super) fn in_words_probabilities(
+    decisions: &[Decision],
+    axes: &[&str],
+    data: f64,
+) -> BTreeMap<String, f64> {
+    let mut out = BTreeMap::new();
+    let nothing: f64 = decisions.iter().map(|d| d.nothing).product();
+    let known: f64 = decisions.iter().map(|d| 1.0 - d.unknown).product();
+    out.insert("none".into(), nothing * (1.0 - data));
+    out.insert("unknown".into(), (1.0 - known) * (1.0 - data));
+    out.insert("data".into(), data);
+    for (bound, chance) in decisions.iter().flat_map(|d| &d.chances) {
+        let other: &mut f64 = out.entry(bound.name(axes)).or_insert(0.0);
+        *other = other.max(*chance);
+    }
+    out
+}
+
+/// Everything that was looked at, the best first, and what became of it.
+pub(super) fn in_words_looked(decisions: &[Decision], axes: &[&str]) -> Vec<Looked> {
+    let mut all = Vec::new();
+    for decision in decisions {
+        let mut looked: Vec<&LookedAt> = decision.looked.iter().collect();
+        looked.sort_by(|a, b| a.score.rank.total_cmp(&b.score.rank));
+        let best = looked.first().map_or(f64::NAN, |l| l.score.rank);
+        all.extend(looked.into_iter().map(|l| {
+            let added = l.hypothesis.added();
+            let mean =
+                l.score.log_errors.iter().sum::<f64>() / l.score.log_errors.len().max(1) as f64;
+            Looked {
+                axis: axes[decision.axis].into(),
+                effects: added.iter().map(|b| b.name(axes)).collect(),
+                mean_log_error: mean,
+                error: l.score.error,
+                numbers: l.score.numbers,
+                outcome: if l.hypothesis.key() == decision.hypothesis.key() {
+                    "chosen".into()
+                } else if !l.sound && !added.is_empty() {
+                    "a value that is not physical, or at the edge of what was searched".into()
+                } else {
+                    format!("behind the best by {:.3}", l.score.rank - best)
+                },
+            }
+        }));
+    }
+    all
 }

@@ -1,7 +1,8 @@
 //! Diagnose, add what is missing, diagnose again, until nothing is missing: the staircase of errors.
 
 use crate::diagnose::add::{self, Added};
-use crate::diagnose::{self, Diagnosis, Found, PerAxis, Verdict};
+use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::{self, Asked, Diagnosis, Found, PerAxis, Verdict};
 use crate::model::effects::Bound;
 use crate::model::file::{AxisError, JudgedOn, ModelFile};
 use crate::study::Study;
@@ -51,9 +52,14 @@ pub struct Applied {
 /// `each` is told what was added.
 ///
 /// # Errors
-/// As [`diagnose::diagnose`] and [`add::add`].
-pub fn apply(study: &Study, model: &ModelFile, each: &dyn Fn(&str)) -> Result<Applied> {
-    let first = diagnose::diagnose(study, model)?;
+/// As [`diagnose::diagnose_asked`] and [`add::add`].
+pub fn apply(
+    study: &Study,
+    model: &ModelFile,
+    asked: &Asked,
+    each: &dyn Fn(&str),
+) -> Result<Applied> {
+    let first = diagnose::diagnose_asked(study, model, asked)?;
     let judged_on = first.judged_on;
     let mut staircase = Staircase {
         judged_on,
@@ -74,13 +80,17 @@ pub fn apply(study: &Study, model: &ModelFile, each: &dyn Fn(&str)) -> Result<Ap
             _ if last.found.is_empty() => {
                 Some("what is left is nothing that the library knows".into())
             }
+            _ if is_little(&first, &last) => Some(format!(
+                "what else has a name takes away less than {:.0} % of what is explained so far",
+                100.0 * CRITERIA.least_importance
+            )),
             _ => add_all(study, &mut model, &last.found, &mut staircase, each)?,
         };
         if let Some(ended) = ended {
             staircase.ended = ended;
             break;
         }
-        last = diagnose::diagnose(study, &model)?;
+        last = diagnose::diagnose_asked(study, &model, asked)?;
         staircase.noise_floor.clone_from(&last.noise_floor);
     }
     Ok(Applied {
@@ -91,7 +101,17 @@ pub fn apply(study: &Study, model: &ModelFile, each: &dyn Fn(&str)) -> Result<Ap
     })
 }
 
-/// Adds what was found, one after the other; says why when it has to stop.
+/// Whether what was found last explains next to nothing of all that is explained beside the model that was brought.
+fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
+    let power = |errors: &PerAxis| errors.values().map(|e| e * e).sum::<f64>();
+    let after = power(&last.relative_error_after);
+    let found = power(&last.relative_error_before) - after;
+    found < CRITERIA.least_importance * (power(&first.relative_error_before) - after)
+}
+
+/// Adds what was found, one after the other; says why when nothing could be added.
+///
+/// An effect that does not help by itself waits for the others: of two that act together the smaller one may help only beside the larger.
 fn add_all(
     study: &Study,
     model: &mut ModelFile,
@@ -99,8 +119,18 @@ fn add_all(
     staircase: &mut Staircase,
     each: &dyn Fn(&str),
 ) -> Result<Option<String>> {
-    for effect in found {
-        let names = names(effect, study);
+    let before = model.effects.len();
+    let mut waiting: Vec<String> = Vec::new();
+    let mut left_out: Option<String> = None;
+    let mut tries: Vec<Vec<String>> = found.iter().map(|f| names(f, study)).collect();
+    tries.reverse();
+    loop {
+        let last_try = tries.is_empty() || found.len() == 1;
+        let names = match tries.pop() {
+            Some(names) => names,
+            None if !waiting.is_empty() => std::mem::take(&mut waiting),
+            None => break,
+        };
         let listed = names.join(", ");
         if model.effects.len() + names.len() > MAX_EFFECTS {
             return Ok(Some(format!(
@@ -114,19 +144,22 @@ fn add_all(
             helps,
             ..
         } = add::add(study, model, &names)?;
-        if !helps {
-            return Ok(Some(format!(
+        if helps {
+            *model = wider;
+            staircase.steps.push(Step {
+                added: names,
+                relative_error: per_axis(&errors.after),
+            });
+        } else if last_try {
+            left_out = Some(format!(
                 "{listed} was found on the training records but lowers no error on the {}, so it was left out",
                 errors.judged_on.words()
-            )));
+            ));
+        } else {
+            waiting.extend(names);
         }
-        *model = wider;
-        staircase.steps.push(Step {
-            added: names,
-            relative_error: per_axis(&errors.after),
-        });
     }
-    Ok(None)
+    Ok(left_out.filter(|_| model.effects.len() == before))
 }
 
 /// What was found, as `add` takes it: once per axis where it was found on both.

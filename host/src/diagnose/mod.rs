@@ -1,21 +1,26 @@
-//! Where a model fails, and why.
+//! Where a model fails, and why: candidates are collected, sets of them ranked, and a decision taken.
 
 mod absorbed;
 pub mod add;
 mod answer;
 pub mod apply;
 mod base;
-mod candidates;
-mod held_out;
-mod judge;
-mod linear_memory;
-mod missing;
-mod patterns;
-mod rivals;
+mod bench;
+mod blocks;
+mod bounded;
+mod collect;
+mod criteria;
+mod decide;
+mod descend;
+mod errors;
+mod hypothesis;
+mod learner;
+mod rank;
+mod search;
 pub(crate) mod start;
-mod tolerances;
 mod verdict;
 
-pub use answer::{Absorbed, CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict};
-pub(crate) use candidates::LAST_PROPOSED;
-pub use verdict::diagnose;
+pub use answer::{
+    Absorbed, CandidateParameter, Diagnosis, Found, Looked, PerAxis, Ranked, Remainder, Verdict,
+};
+pub use verdict::{Asked, diagnose, diagnose_asked};

@@ -1,11 +1,16 @@
 //! Where the fit of a model with named effects may start: at what the search for exactly these effects finds.
 
-use super::candidates::Beside;
-use super::missing::shapes_of;
+use super::bench::Bench;
+use super::collect::Library;
+use super::errors::shapes_of;
+use super::hypothesis::Hypothesis;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::solved_at;
 use crate::model::effects::Bound;
 use crate::text::error::Result;
+
+/// Steps in which the shapes of an effect settle before the whole model is fitted.
+const STEPS: usize = 8;
 
 /// Starting values of every shape of the `known` terms, which have these `values`, and of the `added` ones, in the order of
 /// their unknowns: each is searched for beside the model with those before it. Nothing where one explains nothing.
@@ -21,13 +26,29 @@ pub(crate) fn start(
     let mut terms = known.to_vec();
     let mut values = values.to_vec();
     for bound in added {
-        let solution = solved_at(records, &terms, &shapes_of(records, &terms, &values))?;
-        let beside = Beside::new(records, &terms, &solution, Vec::new());
-        let Some(candidate) = beside.and_then(|beside| beside.found(bound)) else {
+        let own = terms
+            .iter()
+            .zip(&values)
+            .filter(|(term, _)| term.acts_on(bound.axis));
+        let (members, own): (Vec<Bound>, Vec<Vec<f64>>) = own.map(|(t, v)| (*t, v.clone())).unzip();
+        let base = Hypothesis {
+            base: members.len(),
+            members,
+            values: own,
+        };
+        let bench = Bench::new(records, bound.axis, &base, false);
+        let residual = solved_at(records, &terms, &shapes_of(records, &terms, &values))?;
+        let residual = residual.solved.residual;
+        let library = Library::new(&bench, &[*bound], &terms, &values, &residual);
+        let design = bench.design(&base, &bench.parts(&base, &[]));
+        let Some(promise) = library.scan(&bench, &base, &design).into_iter().next() else {
             return Ok(None);
         };
-        values.clone_from(&solution.solved.values);
-        values.push(candidate.values);
+        let with = bench.refined(&base.with(*bound, promise.values), false, STEPS);
+        let Some(found) = with.values.last() else {
+            return Ok(None);
+        };
+        values.push(found.clone());
         terms.push(*bound);
     }
     Ok(Some(shapes_of(records, &terms, &values)))

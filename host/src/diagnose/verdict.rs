@@ -1,61 +1,180 @@
 //! What is wrong with a model, in one answer: the data, a missing effect, something unknown, or nothing.
 
 use super::absorbed::absorbed;
-use super::answer::{Diagnosis, PerAxis, Verdict, in_words_found, in_words_ranked};
+use super::answer::{
+    Absorbed, Diagnosis, PerAxis, Verdict, in_words_found, in_words_looked, in_words_probabilities,
+    in_words_ranked, in_words_remainder,
+};
 use super::base::base_of;
-use super::missing::{self, Refuted, Round};
+use super::criteria::CRITERIA;
+use super::errors::{held_out_errors, relative_errors};
+use super::learner::Knows;
+use super::search::{Given, Search, search};
 use crate::assess::compare;
 use crate::assess::data_checks;
-use crate::assess::noise_floor;
+use crate::assess::noise_floor::{self, Floor};
 use crate::diagnose::add;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
-use crate::fit::with_base::OnRecords;
 use crate::model::effects::Bound;
-use crate::model::file::{AxisError, Base, JudgedOn, ModelFile, NoBase};
+use crate::model::file::{AxisError, Base, JudgedOn, ModelFile};
 use crate::signal::mixed_acceleration;
 use crate::signal::motion::Motion;
-use crate::study::Study;
-use crate::text::error::{Error, Result};
+use crate::study::{AxisKind, Study};
+use crate::text::error::Result;
 
-/// What is left above the floor, as a multiple of it, may be this much before something must be missing.
-const ABOVE_FLOOR: f64 = 2.0;
-/// where an axis rests and the floor is known, only so much, if it is
-const ABOVE_KNOWN_FLOOR: f64 = 1.4;
-/// this part of the force more than the floor.
-const BESIDE_FLOOR: f64 = 0.02;
-/// Relative errors below this are those of any model of a real joint.
-pub(super) const DISCREPANCY: f64 = 0.012;
-/// Of the error's power before, this part may be left above the floor.
-const LEFT_OVER: f64 = 0.1;
-
-/// Beside an effect that is named this much above the floor counts,
-const NEAR_FLOOR: f64 = 1.15;
-/// or this much where the axis never rests and the floor is a guess,
-const NEAR_GUESSED_FLOOR: f64 = 1.6;
-/// when this part of the error's power that was above it before is left,
-const BESIDE: f64 = 0.05;
-/// or this part on records that were not learnt from,
-const NOT_BORNE_OUT: f64 = 0.2;
-/// and it is more than instruments within their tolerances make, as a part of the applied force.
-const ALWAYS_WRONG: f64 = 0.003;
-/// Relative errors from here on are more than a sound model's own where their spectrum ends with the motion's.
-const ENDS_ABOVE: f64 = 0.02;
-
-/// Relative error before and after everything that was found is added, and the noise floor beside the same force.
-type Errors = (f64, f64, f64);
+/// What is asked beside the question.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Asked {
+    /// Effects that are not to be thought of.
+    pub without: Vec<String>,
+    /// Whether to tell every set of effects that was looked at.
+    pub explain: bool,
+}
 
 /// Diagnoses a model on a study.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the study does not fit the model, or its records are too short.
 pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
+    diagnose_asked(study, model, &Asked::default())
+}
+
+/// The same with more asked.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result<Diagnosis> {
     model.check_fits(study)?;
     let prepared = Prepared::with_filters(study, model.filters.clone())?;
     model.check_motion(study, &prepared.motions)?;
-    let low_pass = &model.filters.band;
     let mut notes = Vec::new();
-    // The search listens to the better of two instruments; errors are told of the accelerations that were logged, as everywhere.
+    let judged = mixed(study, model, &prepared, &mut notes);
+    let training = judged.training(study);
+    let validation = judged.validation(study);
+    let (base, values) = base_of(study, model, &mut notes)?;
+    let motions = if validation.is_empty() {
+        &training
+    } else {
+        &validation
+    };
+    let held = Records::new(&study.axes, motions, &model.filters.band);
+    let logged = prepared.validation(study);
+    let unseen = Records::new(&study.axes, &logged, &model.filters.band);
+    let given = Given {
+        axes: &study.axes,
+        motions: &training,
+        unseen: (!logged.is_empty()).then_some(&unseen),
+        low_pass: &model.filters.band,
+        without: &asked.without,
+    };
+    let mut search = search(&given, &base, values)?;
+    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    let (judged_on, before, after) = errors(study, &prepared, model, &search, &mut notes)?;
+    let floors =
+        [&judged.motions, &prepared.motions].map(|motions| floors(study, model, &search, motions));
+    let [floors, as_logged] = floors;
+    notes.extend(never_rests(study, &floors));
+    let learnt = Records::new(&study.axes, &training, &model.filters.band);
+    let unmeasured: Vec<f64> = (0..study.axes.len())
+        .map(|axis| unmeasured(&search, axis, (&floors[axis], &as_logged[axis]), &learnt))
+        .collect();
+    for decision in &mut search.decisions {
+        // No draw of blocks takes away what stands above the noise.
+        if unmeasured[decision.axis] > CRITERIA.unknown * decision.named() {
+            (decision.unknown, decision.nothing) = (1.0, 0.0);
+        }
+    }
+    notes.extend(in_notes(&search, &names, &unmeasured, study));
+    let found = in_words_found(&search.found, &names);
+    let wrong = data_checks::check(study, &model.filters);
+    let serious = wrong.iter().any(|finding| finding.serious);
+    let verdict = verdict(&search, &unmeasured, serious, found.is_empty());
+    let per_axis = |values: &[f64]| -> PerAxis {
+        let pairs = names.iter().zip(values);
+        pairs.map(|(name, v)| ((*name).to_string(), *v)).collect()
+    };
+    let noise: Vec<f64> = as_logged
+        .iter()
+        .zip(&held.references.force)
+        .map(|(floor, force)| floor.rms / force)
+        .collect();
+    let comparison = compare::compare_motions(study, model, &prepared.motions)?;
+    let new = search
+        .last
+        .terms
+        .iter()
+        .zip(&search.last.solution.solved.values);
+    let new: Vec<(Bound, Vec<f64>)> = new
+        .filter(|(term, _)| search.found.contains(term))
+        .map(|(term, values)| (*term, values.clone()))
+        .collect();
+    let (before, after) = match model.base {
+        Base::None(_) => (before, after),
+        _ => errors_of_the_model(study, &prepared, model, &new, &mut notes)?,
+    };
+    let absorbed = absorbed(study, &prepared, model, &new)?;
+    notes.extend(absorbed.iter().map(|a| follows_already(model, a)));
+    let decisions = &search.decisions;
+    let first = (
+        &learnt,
+        base.as_slice(),
+        search.first.solution.solved.values.as_slice(),
+    );
+    Ok(Diagnosis {
+        verdict,
+        judged_on,
+        relative_error_before: per_axis(&before),
+        relative_error_after: per_axis(&after),
+        absorbed,
+        noise_floor: per_axis(&noise),
+        ranked: in_words_ranked(decisions, first, &found, study),
+        found,
+        probabilities: in_words_probabilities(decisions, &names, f64::from(u8::from(serious))),
+        remainder: in_words_remainder(decisions, &names),
+        looked_at: if asked.explain {
+            in_words_looked(decisions, &names)
+        } else {
+            Vec::new()
+        },
+        places: comparison.places,
+        data_problems: data_checks::sentences(wrong),
+        notes,
+    })
+}
+
+/// A sentence for every axis whose noise was not seen at rest.
+fn never_rests(study: &Study, floors: &[Floor]) -> Vec<String> {
+    let axes = study.axes.iter().zip(floors);
+    let axes = axes.filter(|(_, floor)| !floor.at_rest);
+    axes.map(|(axis, _)| {
+        format!(
+            "axis {} rests in no record, so its noise floor is taken from high frequencies and may be too low",
+            axis.name
+        )
+    })
+    .collect()
+}
+
+/// What a polynomial or a network makes of an effect already, in a sentence.
+fn follows_already(model: &ModelFile, absorbed: &Absorbed) -> String {
+    format!(
+        "the {} already reproduces {:.0} % of {}@{}",
+        model.base.name(),
+        100.0 * absorbed.share,
+        absorbed.effect,
+        absorbed.axis
+    )
+}
+
+/// The records as the search listens to them: to the better of two instruments. Errors are told of the accelerations that were logged, as
+/// everywhere.
+fn mixed(
+    study: &Study,
+    model: &ModelFile,
+    prepared: &Prepared,
+    notes: &mut Vec<String>,
+) -> Prepared {
     let mut judged = Prepared {
         filters: model.filters.clone(),
         motions: prepared.motions.clone(),
@@ -70,202 +189,136 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
             ));
         }
     }
-    let training = judged.training(study);
-    let validation = judged.validation(study);
-    let (base, values) = base_of(study, model, &mut notes)?;
+    judged
+}
 
-    let held = Records::new(
-        &study.axes,
-        if validation.is_empty() {
-            &training
-        } else {
-            &validation
-        },
-        low_pass,
-    );
-    let unseen = (!validation.is_empty()).then_some(&held);
-    let missing::Search {
-        rounds,
-        refuted,
-        patterns,
-    } = missing::search(&study.axes, &training, unseen, low_pass, &base, values)?;
-    let (Some(first), Some(last)) = (rounds.first(), rounds.last()) else {
-        return Err(Error::failed("the diagnosis ended before it began"));
-    };
-    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
-    let (before, after);
-    let judged_on = if validation.is_empty() {
-        notes.push(
-            "the study has no validation records, so errors are those on blocks of the training records, each predicted from the \
-             rest: give a record of another run the role \"validate\" for an error that counts"
-                .into(),
-        );
-        let training = prepared.training(study);
-        before = held_out_errors(study, &training, model, first)?;
-        after = held_out_errors(study, &training, model, last)?;
-        JudgedOn::HeldOutBlocks
-    } else {
-        let validation = prepared.validation(study);
-        let held = Records::new(&study.axes, &validation, low_pass);
-        before = errors(&held, first);
-        after = errors(&held, last);
-        JudgedOn::Validation
-    };
-
-    let (terms, inertia) = last.solution.in_si(&last.terms, &study.axes);
-    let floors_of = |motions: &[Motion]| -> (Vec<noise_floor::Floor>, Vec<f64>) {
-        let all: Vec<&Motion> = motions.iter().collect();
-        let floors = noise_floor::floors(&study.axes, &all, low_pass, &terms, &inertia);
-        let shares = floors.iter().zip(&held.references.force);
-        let shares = shares.map(|(floor, force)| floor.rms / force).collect();
-        (floors, shares)
-    };
-    let (floors, floor) = floors_of(&judged.motions);
-    let (as_logged, floor_as_logged) = floors_of(&prepared.motions);
-    for (axis, floor) in study.axes.iter().zip(&floors) {
-        if !floor.at_rest {
-            notes.push(format!(
-                "axis {} rests in no record, so its noise floor is taken from high frequencies and may be too low",
-                axis.name
-            ));
-        }
+/// What the errors are measured on, and the errors per axis of the base and of it with everything that was found.
+fn errors(
+    study: &Study,
+    prepared: &Prepared,
+    model: &ModelFile,
+    search: &Search,
+    notes: &mut Vec<String>,
+) -> Result<(JudgedOn, Vec<f64>, Vec<f64>)> {
+    let validation = prepared.validation(study);
+    if !validation.is_empty() {
+        let held = Records::new(&study.axes, &validation, &model.filters.band);
+        let of = |m: &super::search::Model| relative_errors(&held, &m.terms, &m.solution.solved);
+        return Ok((JudgedOn::Validation, of(&search.first), of(&search.last)));
     }
+    notes.push(
+        "the study has no validation records, so errors are those on blocks of the training records, each predicted from the rest: give a \
+         record of another run the role \"validate\" for an error that counts"
+            .into(),
+    );
+    let training = prepared.training(study);
+    let of =
+        |m: &super::search::Model| held_out_errors(study, &training, model, &m.terms, &m.solution);
+    Ok((
+        JudgedOn::HeldOutBlocks,
+        of(&search.first)?,
+        of(&search.last)?,
+    ))
+}
 
-    let found = in_words_found(&last.terms[base.len()..], &names);
-    // Records learnt from say whether the effects found are the ones that act; other records also ask whether their values
-    // hold there. Something unknown shows in both.
-    let learnt = Records::new(&study.axes, &training, low_pass);
-    let [learnt_before, learnt_after] = [first, last].map(|r| errors_within(&learnt, r, last));
-    let [held_before, held_after] = [first, last].map(|r| errors_within(&held, r, last));
-    let above = |e: f64, floor: f64| (e * e - floor * floor).max(0.0);
-    let left_over = |axis: usize, (before, after, floor): Errors| {
-        let known = floor.hypot(BESIDE_FLOOR).max(ABOVE_KNOWN_FLOOR * floor);
-        let limit = (ABOVE_FLOOR * floor).max(DISCREPANCY);
-        (after > limit || (floors[axis].at_rest && after > known))
-            && above(after, floor) > LEFT_OVER * above(before, floor)
+/// The noise floor of every axis under everything that was found.
+fn floors(study: &Study, model: &ModelFile, search: &Search, motions: &[Motion]) -> Vec<Floor> {
+    let last = &search.last;
+    let (terms, inertia) = last.solution.in_si(&last.terms, &study.axes);
+    let all: Vec<&Motion> = motions.iter().collect();
+    noise_floor::floors(&study.axes, &all, &model.filters.band, &terms, &inertia)
+}
+
+/// Power, beside that of the force, of a force on an axis that nobody measured: what stands above the sensors' noise though neither effects
+/// nor a learner without physics take it away.
+fn unmeasured(
+    search: &Search,
+    axis: usize,
+    (floor, as_logged): (&Floor, &Floor),
+    learnt: &Records<'_>,
+) -> f64 {
+    let Some(decision) = search.decisions.iter().find(|d| d.axis == axis) else {
+        return 0.0;
     };
-    let near = |axis: usize| {
-        if floors[axis].at_rest {
-            NEAR_FLOOR
-        } else {
-            NEAR_GUESSED_FLOOR
-        }
-    };
-    let stands_out = |axis: usize, after: f64, floor: f64| after > near(axis) * floor;
-    // An effect that is named explains nearly everything that can be seen. Gains are wrong by a part of the applied force, which
-    // can be many times what the joint gives back.
-    let left_beside = |axis: usize, records: &Records<'_>, (before, after, floor): Errors, part| {
-        let applied = records.applied_rms(axis) / records.references.force[axis];
-        let wrong = ALWAYS_WRONG * applied.max(1.0);
-        last.terms[base.len()..].iter().any(|t| t.acts_on(axis))
-            && stands_out(axis, after, floor)
-            && above(after, floor.hypot(wrong)) > part * above(before, floor)
-    };
-    let learnt_floor = |axis: usize| floors[axis].rms / learnt.references.force[axis];
-    let nobody_measures = |axis: usize| {
-        // An accelerometer's noise is flat, but only half of it is in the mix.
-        let at_rest =
-            as_logged[axis].acts_at_rest && floor[axis].min(learnt_floor(axis)) > DISCREPANCY;
-        let ends = floors[axis].ends
-            && found.is_empty()
-            && held_after[axis].min(learnt_after[axis]) > ENDS_ABOVE;
-        if at_rest {
-            Some(
-                "while the axis rests the force channel shows more than noise: a force that nobody measures acts there",
-            )
-        } else {
-            ends.then_some(
-                "the spectrum of what is left ends, as a force's does and noise's does not: a force that nobody measures, or a law that the \
-                 library does not have",
-            )
-        }
-    };
-    let unexplained = (0..study.axes.len()).any(|axis| {
-        let learnt_floor = learnt_floor(axis);
-        let unseen = (held_before[axis], held_after[axis], floor[axis]);
-        let seen = (learnt_before[axis], learnt_after[axis], learnt_floor);
-        [unseen, seen].iter().all(|&errors| left_over(axis, errors))
-            // Where the noise is known, also of what is small; and what is right on the records learnt from is right on others.
-            || (floors[axis].at_rest
-                && left_beside(axis, &held, unseen, BESIDE)
-                && left_beside(axis, &learnt, seen, BESIDE))
-            || (left_beside(axis, &held, unseen, NOT_BORNE_OUT)
-                && stands_out(axis, seen.1, seen.2))
-            || nobody_measures(axis).is_some()
-    });
-    // What other records speak against is something all the same, unless it was in the noise.
-    let spoken_against = refuted.as_ref().is_some_and(|refuted| {
-        let axis = refuted.axis;
-        found.is_empty()
-            && stands_out(axis, held_after[axis], floor[axis])
-            && stands_out(axis, learnt_after[axis], learnt_floor(axis))
-    });
-    let follows = patterns.iter().any(|pattern| pattern.decides);
-    let unexplained = unexplained || spoken_against || follows;
-    if let Some(Refuted {
-        bound,
-        axis,
-        errors,
-    }) = refuted
-    {
+    let noise = floor.rms / learnt.references.force[axis];
+    let left = decision.left;
+    let above = (left * left - noise * noise).max(0.0);
+    let share = CRITERIA.zero.hypot(CRITERIA.gain);
+    if as_logged.acts_at_rest && noise > share {
+        return noise * noise;
+    }
+    let stands_out = left > CRITERIA.above_noise * noise && above.sqrt() > share;
+    if stands_out && (floor.at_rest || floor.ends) {
+        above
+    } else {
+        0.0
+    }
+}
+
+/// The verdict: an effect where what has a name explains most of what can be explained.
+fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool) -> Verdict {
+    let named: f64 = search
+        .decisions
+        .iter()
+        .map(super::decide::Decision::named)
+        .sum();
+    let unnamed = search
+        .decisions
+        .iter()
+        .map(|decision| decision.unnamed().max(unmeasured[decision.axis]));
+    let unnamed: f64 = unnamed.sum();
+    let unknown = unnamed > CRITERIA.unknown * named && unnamed > 0.0;
+    match (unknown, none_found) {
+        _ if serious => Verdict::Data,
+        (true, _) => Verdict::Unknown,
+        (false, true) => Verdict::None,
+        (false, false) => Verdict::Effect,
+    }
+}
+
+/// What is to be said beside the verdict.
+fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) -> Vec<String> {
+    let mut notes = Vec::new();
+    for (bound, axis, errors) in &search.refuted {
         notes.push(format!(
             "{} explains the training records better, but on the validation records the relative error of axis {} would go from {:.4} \
-             to {:.4} with it, so it is not added: what it does there is not this effect",
-            bound.name(&names),
-            names[axis],
+             to {:.4} with it, so it is not added",
+            bound.name(names),
+            names[*axis],
             errors[0],
             errors[1]
         ));
     }
-    notes.extend(names.iter().enumerate().filter_map(|(axis, name)| {
-        let pattern = patterns.iter().find(|p| p.axis == axis);
-        let words = pattern.map_or_else(|| nobody_measures(axis), |p| Some(p.words.as_str()));
-        words.map(|words| format!("axis {name}: {words}"))
-    }));
-    let wrong = data_checks::check(study, &model.filters);
-    let verdict = match (unexplained, found.is_empty()) {
-        _ if wrong.iter().any(|finding| finding.serious) => Verdict::Data,
-        (true, _) => Verdict::Unknown,
-        (false, true) => Verdict::None,
-        (false, false) => Verdict::Effect,
-    };
-    let per_axis = |values: &[f64]| -> PerAxis {
-        let pairs = names.iter().zip(values);
-        pairs.map(|(name, v)| ((*name).to_string(), *v)).collect()
-    };
-    let comparison = compare::compare_motions(study, model, &prepared.motions)?;
-    let new = last.terms.iter().zip(&last.solution.solved.values);
-    let new: Vec<(Bound, Vec<f64>)> = new
-        .skip(base.len())
-        .map(|(term, values)| (*term, values.clone()))
-        .collect();
-    let (before, after) = match model.base {
-        Base::None(_) => (before, after),
-        _ => errors_of_the_model(study, &prepared, model, &new, &mut notes)?,
-    };
-    let absorbed = absorbed(study, &prepared, model, &new)?;
-    notes.extend(absorbed.iter().map(|a| {
-        format!(
-            "the {} already reproduces {:.0} % of {}@{}",
-            model.base.name(),
-            100.0 * a.share,
-            a.effect,
-            a.axis
-        )
-    }));
-    Ok(Diagnosis {
-        verdict,
-        judged_on,
-        relative_error_before: per_axis(&before),
-        relative_error_after: per_axis(&after),
-        absorbed,
-        noise_floor: per_axis(&floor_as_logged),
-        ranked: in_words_ranked(first, &found, study),
-        found,
-        places: comparison.places,
-        data_problems: data_checks::sentences(wrong),
-        notes,
-    })
+    for (axis, zeros) in search.zeros.iter().enumerate() {
+        if let Some(apart) = zeros {
+            let unit = match study.axes[axis].kind {
+                AxisKind::Translation => "N",
+                AxisKind::Rotation => "N·m",
+            };
+            notes.push(format!(
+                "axis {}: the zero of force differs by {apart:.3} {unit} between training records",
+                names[axis]
+            ));
+        }
+    }
+    for decision in &search.decisions {
+        let axis = names[decision.axis];
+        let unnamed = decision.unnamed();
+        if unnamed > 0.0 {
+            let follows = decision.follows.map_or("the motion", Knows::in_words);
+            notes.push(format!(
+                "axis {axis}: of the relative error {:.4} that is left, a learner without physics takes away {:.0} % of the power: it \
+                 follows {follows}",
+                decision.errors[1],
+                100.0 * (unnamed / decision.taken.power[0].max(f64::MIN_POSITIVE)).min(1.0)
+            ));
+        } else if unmeasured[decision.axis] > 0.0 {
+            notes.push(format!(
+                "axis {axis}: what is left stands above the noise of the sensors and follows no motion: a force that nobody measures acts there"
+            ));
+        }
+    }
+    notes
 }
 
 /// RMS error over RMS force per axis of a polynomial or a network, and of the same with effects added to it.
@@ -296,37 +349,4 @@ fn errors_of_the_model(
         compare::compare_motions(study, model, &prepared.motions)?.validation
     };
     Ok((relative(&errors), relative(&errors)))
-}
-
-/// RMS error over RMS force per axis on blocks of the training records, with the shapes that a round found.
-fn held_out_errors(
-    study: &Study,
-    training: &[&Motion],
-    model: &ModelFile,
-    round: &Round,
-) -> Result<Vec<f64>> {
-    let terms = round.terms.iter().zip(&round.solution.solved.values);
-    let terms: Vec<_> = terms
-        .map(|(term, values)| (*term, values.clone()))
-        .collect();
-    let alone = ModelFile {
-        base: Base::None(NoBase {
-            inputs: model.base.inputs().to_vec(),
-        }),
-        ..model.clone()
-    };
-    let errors = OnRecords::new(&study.axes, training, &alone)?
-        .held_out_errors(&terms, &vec![0.0; study.axes.len()])?;
-    Ok(errors.iter().map(|e| e.relative_error).collect())
-}
-
-/// RMS error over RMS force per axis on other records, with the values that a round found.
-fn errors(records: &Records<'_>, round: &Round) -> Vec<f64> {
-    missing::relative_errors(records, &round.terms, &round.solution.solved, &[])
-}
-
-/// The same without what instruments that were found to be within their tolerances make of it.
-fn errors_within(records: &Records<'_>, round: &Round, last: &Round) -> Vec<f64> {
-    let solved = &round.solution.solved;
-    missing::relative_errors(records, &round.terms, solved, &last.within)
 }

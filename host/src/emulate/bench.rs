@@ -22,7 +22,7 @@ const LINGER_S: f64 = 3600.0;
 /// What a test does to the device and its surroundings.
 #[derive(Default)]
 pub struct Scenario {
-    /// Chips that fail.
+    /// Chips that fail, and when.
     pub injections: Vec<Injection>,
     /// Transfers that do not take place.
     pub drop_outs: Option<DropOuts>,
@@ -47,11 +47,11 @@ pub struct Scenario {
 pub struct Instructions {
     /// Samples that were counted.
     pub samples: u64,
-    /// Sum over them.
+    /// Instructions of all samples together.
     pub sum: u64,
-    /// The fewest.
+    /// The fewest instructions of a sample.
     pub least: u32,
-    /// The most.
+    /// The most instructions of a sample.
     pub most: u32,
 }
 
@@ -81,7 +81,7 @@ impl Instructions {
         }
     }
 
-    /// Their mean.
+    /// Mean instructions per sample; 0 where none was counted.
     pub fn mean(&self) -> f64 {
         self.sum as f64 / self.samples.max(1) as f64
     }
@@ -90,17 +90,17 @@ impl Instructions {
 /// What came of a run.
 #[derive(Debug)]
 pub struct Run {
-    /// Sample instants.
+    /// Sampling instants of the run.
     pub instants: u64,
     /// Against the host's chain.
     pub comparison: Comparison,
     /// Messages, and what was lost or damaged of them.
     pub tally: Tally,
-    /// Introductions, in order.
+    /// Introductions of the device, in the order in which they came.
     pub hellos: Vec<Hello>,
     /// Status reports, in order.
     pub statuses: Vec<Status>,
-    /// Events, in order.
+    /// Events, in the order in which they came.
     pub events: Vec<Event>,
     /// Pieces of snapshots, in order.
     pub snapshots: Vec<Snapshot>,
@@ -118,7 +118,7 @@ pub struct Run {
     pub uploaded: Option<Result<Uploaded>>,
 }
 
-/// The bench.
+/// Chips, serial line and judge around one emulated device.
 pub struct Bench<'a> {
     board: Board,
     wiring: Wiring,

@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 pub enum BoardChip {
     /// A quadrature counter, from 0.
     Counter(usize),
-    /// The bridges' converter.
+    /// The analogue-to-digital converter of the strain bridges.
     Converter,
     /// An accelerometer, from 0.
     Accelerometer(usize),
@@ -39,11 +39,11 @@ pub enum Trouble {
 /// A trouble from one sample to another, counted from the device's first one; the last is no longer in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Injection {
-    /// Which chip.
+    /// Which chip fails.
     pub place: BoardChip,
     /// What is wrong with it.
     pub trouble: Trouble,
-    /// When.
+    /// The samples in which it happens.
     pub samples: std::ops::Range<u64>,
 }
 
@@ -52,7 +52,7 @@ pub struct Injection {
 pub struct DropOuts {
     /// The part of the transfers.
     pub part: f64,
-    /// When.
+    /// The samples in which it happens.
     pub samples: std::ops::Range<u64>,
 }
 

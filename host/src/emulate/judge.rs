@@ -28,13 +28,13 @@ pub struct Comparison {
     pub first_difference: Option<u64>,
     /// Outputs that were compared with `replay`'s of the record alone, and the bits in which they differ.
     pub replayed: u64,
-    /// See above.
+    /// Bits that differ between the device and `replay` of the record alone.
     pub different_replayed_bits: u64,
 }
 
 /// What `replay` says of the record that the chips are fed.
 pub struct Replayed {
-    /// Its outputs.
+    /// Outputs of `replay`, in order.
     pub outputs: Vec<SampleOutput>,
     /// The device's sample that the first of them comes with.
     pub first: u64,
@@ -45,7 +45,7 @@ pub struct Replayed {
 pub struct Known<'a> {
     /// The checksum that ends its blob.
     pub crc: u32,
-    /// The model.
+    /// The model on the device.
     pub model: &'a Model,
     /// The chain before it.
     pub chain: &'a Chain,
@@ -68,11 +68,11 @@ pub struct Judge<'a> {
     /// Only the record as it was logged is compared with `replay`; not what follows a restart.
     restarted: bool,
     comparison: Comparison,
-    /// Introductions, in order.
+    /// Introductions of the device, in the order in which they came.
     pub hellos: Vec<Hello>,
     /// Status reports, in order.
     pub statuses: Vec<Status>,
-    /// Events, in order.
+    /// Events, in the order in which they came.
     pub events: Vec<Event>,
     /// Pieces of snapshots, in order.
     pub snapshots: Vec<Snapshot>,

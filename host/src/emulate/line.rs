@@ -112,7 +112,7 @@ pub struct Uploading {
 pub type Talk = Box<dyn FnOnce(&mut Wire) -> Result<Uploaded> + Send>;
 
 impl Uploading {
-    /// Begins.
+    /// Starts the talk on a thread of its own.
     pub fn begin(talk: Talk) -> Self {
         let (out, to_device) = channel();
         let (from_device, heard) = channel();

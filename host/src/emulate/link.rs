@@ -30,7 +30,7 @@ pub enum Next {
     Sample,
     /// Take a sample so many instants late.
     Late(u8),
-    /// Restart.
+    /// Restart now, as after a reset.
     Restart,
     /// Come to the end.
     End,

@@ -8,7 +8,7 @@ use super::moments::{Moments, Summation};
 use crate::model::InputRange;
 use faer::MatRef;
 
-/// Blocks per record.
+/// Blocks that every record is cut into.
 pub const FOLDS: usize = 5;
 
 /// The moments of every block, its two edges apart.
@@ -48,7 +48,7 @@ impl FoldedMoments {
         }
     }
 
-    /// All rows.
+    /// The moments of all rows of all blocks.
     pub fn total(&self) -> Moments {
         self.sum(|_, _| true)
     }

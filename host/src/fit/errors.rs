@@ -35,11 +35,11 @@ pub struct AxisFigures {
 /// Error figures of one record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordFigures {
-    /// The record's file.
+    /// The record's file, as study.toml names it.
     pub file: String,
     /// Verification (`train`) or validation (`validate`).
     pub role: Role,
-    /// Rows compared.
+    /// Rows that were compared.
     pub rows: usize,
     /// Figures by axis name.
     pub axes: BTreeMap<String, AxisFigures>,

@@ -13,10 +13,10 @@ use crate::study::Axis;
 use crate::text::error::{Error, Result};
 use faer::Mat;
 
-/// An axis's inertia.
+/// The inertia of an axis, stated in the study or identified with the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertia {
-    /// kg or kg·m².
+    /// The inertia, kg or kg·m².
     pub value: f64,
     /// True when it was found from the records, false when the study stated it.
     pub identified: bool,

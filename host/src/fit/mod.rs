@@ -13,4 +13,5 @@ pub mod normal_equations;
 pub mod polynomial;
 mod ridge;
 mod select;
+pub(crate) mod trees;
 pub(crate) mod with_base;

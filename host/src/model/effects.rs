@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// One effect of a model, with the values that were found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EffectTerm {
-    /// The effect's name.
+    /// The effect's name, e.g. `coulomb`.
     pub effect: String,
     /// The axis that it is bound to; none for an effect on both.
     pub axis: Option<String>,
@@ -23,7 +23,7 @@ pub struct EffectTerm {
 /// One parameter of an effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterValue {
-    /// Its name.
+    /// The parameter's name.
     pub name: String,
     /// Its value, in `unit`.
     pub value: f64,
@@ -180,7 +180,7 @@ pub fn table_of_values(effects: &[EffectTerm]) -> Table {
 /// An effect bound to an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    /// The effect.
+    /// The effect as the table lists it.
     pub entry: &'static Entry,
     /// The axis, from 0; 0 for an effect on both.
     pub axis: usize,

@@ -96,7 +96,7 @@ impl Base {
 /// How one axis did on all records of one role together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisError {
-    /// The axis.
+    /// Name of the axis.
     pub axis: String,
     /// 100·Σ(r−r̂)²/(N·var r) in the common band, percent.
     pub nmse_percent: f64,
@@ -107,7 +107,7 @@ pub struct AxisError {
 /// How the coefficients of one axis were found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisFit {
-    /// The axis.
+    /// Name of the axis.
     pub axis: String,
     /// Terms that are not zero; of a network, its weights and biases.
     pub terms: usize,
@@ -143,7 +143,7 @@ pub enum JudgedOn {
 }
 
 impl JudgedOn {
-    /// In words.
+    /// As it stands in a sentence.
     pub fn words(self) -> &'static str {
         match self {
             Self::Validation => "validation records",
@@ -155,7 +155,7 @@ impl JudgedOn {
 /// One step in the model's life.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HistoryEntry {
-    /// What was done.
+    /// What was done to the model: identified, an effect added, …
     pub what: String,
     /// The day on which it was done, `2026-03-14` (UTC); none when that was not wanted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -167,10 +167,10 @@ pub struct HistoryEntry {
     pub validation: Vec<AxisError>,
 }
 
-/// A learnt model.
+/// A fitted model with everything that is needed to evaluate it: the content of model.json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModelFile {
-    /// [`FORMAT`].
+    /// Names the format and its version: [`FORMAT`].
     pub format: String,
     /// Name of the study it was learnt from.
     pub study: String,

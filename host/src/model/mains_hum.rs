@@ -6,7 +6,6 @@
 use crate::model::time_history::{TimeHistory, law_parameters};
 use jointwatch_shared::base::terms::InSi;
 use jointwatch_shared::effect::about::Shape;
-use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
 /// A quarter of a turn.
@@ -105,31 +104,6 @@ pub(crate) fn strongest(records: &[&[f64]], rate_hz: f64, shape: &Shape) -> f64 
         }
     }
     best.1
-}
-
-/// The frequency from `from_hz` to half the rate at which the records hold the strongest line, phases and sizes free.
-pub(crate) fn strongest_from(from_hz: f64, records: &[&[f64]], rate_hz: f64) -> f64 {
-    let longest = records.iter().map(|r| r.len()).max().unwrap_or(0);
-    let length = (POINTS_PER_LINE * longest.max(2) as f64) as usize;
-    let transform = RealFftPlanner::new().plan_fft_forward(length.next_power_of_two());
-    let mut input = transform.make_input_vec();
-    let mut output = transform.make_output_vec();
-    let mut power = vec![0.0; output.len()];
-    for record in records {
-        input.fill(0.0);
-        input[..record.len()].copy_from_slice(record);
-        transform
-            .process(&mut input, &mut output)
-            .expect("both buffers were made by this transform");
-        for (sum, line) in power.iter_mut().zip(&output) {
-            *sum += line.norm_sqr() / record.len().max(1) as f64;
-        }
-    }
-    let resolution = rate_hz / transform.len() as f64;
-    let first = (from_hz / resolution).ceil() as usize;
-    let lines = power.iter().enumerate().skip(first);
-    let best = lines.max_by(|a, b| a.1.total_cmp(b.1));
-    best.map_or(from_hz, |(line, _)| line as f64 * resolution)
 }
 
 /// Σ y·e^(−2πi·n·turns): the recurrence of a rotating pointer, set anew before its roundings add up.

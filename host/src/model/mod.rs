@@ -55,9 +55,9 @@ pub struct Polynomial {
 /// What the model knows about one axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModelAxis {
-    /// Name.
+    /// The axis's name, as in the study.
     pub name: String,
-    /// Translation or rotation.
+    /// Whether it is a translation or a rotation.
     pub kind: AxisKind,
     /// kg or kg·m²: as stated or identified, put right where the model holds an `inertia_error`.
     pub inertia: f64,

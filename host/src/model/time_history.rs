@@ -112,7 +112,7 @@ impl<'a> TimeHistory<'a> {
         self.period_s
     }
 
-    /// Rows.
+    /// Rows of the record.
     pub fn rows(&self) -> usize {
         self.states.first().map_or(0, |series| series.len())
     }

@@ -27,7 +27,7 @@ use std::path::Path;
 
 /// The page and its figures.
 pub struct Paper {
-    /// The numbers.
+    /// Every figure that the page states.
     pub results: Results,
     /// The page, in Markdown.
     pub page: String,

@@ -57,7 +57,7 @@ impl Errors {
 /// In which band an error is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Band {
-    /// All frequencies.
+    /// All frequencies up to half the sample rate.
     Whole,
     /// Up to the study's common band.
     Common,
@@ -95,7 +95,7 @@ pub struct SeedRun {
     pub seed: u64,
     /// In the order of [`Denominator::ALL`].
     pub polynomials: Vec<PolynomialRun>,
-    /// The network.
+    /// Training and errors of the network.
     pub network: NetworkRun,
 }
 
@@ -130,7 +130,7 @@ pub fn rms_error_ratio(
 /// Which part of the training is held against the polynomial's fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Share {
-    /// One training.
+    /// A single training, from one start.
     One,
     /// All restarts.
     All,

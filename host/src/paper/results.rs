@@ -6,7 +6,7 @@ use super::simulated::{BothOnlyRun, Drawn};
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// What to compute.
+/// Which of the paper's results to compute, and with how much effort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaperOptions {
     /// Simulated studies, with the seeds 1, 2, …; at least 1.
@@ -41,6 +41,6 @@ pub struct Results {
     pub rig: Vec<SeedRun>,
     /// Seed by seed, learnt from the record with both axes driven alone; perfect sensors.
     pub both_only: Vec<BothOnlyRun>,
-    /// The measured joints.
+    /// Results on measured joints.
     pub measured: Vec<MeasuredJoint>,
 }

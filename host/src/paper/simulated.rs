@@ -116,7 +116,7 @@ pub(super) fn learn_from_both_only(seed: u64, restarts: usize) -> Result<BothOnl
 /// Errors of a model that is drawn.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Drawn {
-    /// `polynomial` or `network`.
+    /// Which model: `polynomial` or `network`.
     pub model: &'static str,
     /// On the three training records together.
     pub verification: Vec<AxisError>,

@@ -9,9 +9,9 @@ use std::fmt;
 pub struct Spread {
     /// Half of the values lie below it.
     pub median: f64,
-    /// The least value.
+    /// The least of the values.
     pub least: f64,
-    /// The largest value.
+    /// The largest of the values.
     pub most: f64,
 }
 

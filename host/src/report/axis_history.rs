@@ -10,7 +10,7 @@ use crate::text::error::Result;
 pub struct AxisHistory {
     /// The axis's name.
     pub axis: String,
-    /// Translation or rotation.
+    /// Whether it is a translation or a rotation.
     pub kind: AxisKind,
     /// Since the record began, s.
     pub time_s: Vec<f64>,

@@ -8,9 +8,9 @@ use std::path::Path;
 /// A figure as it is written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
-    /// Its file's name.
+    /// Name of its file.
     pub file: String,
-    /// The SVG document.
+    /// The drawing as an SVG document.
     pub svg: String,
 }
 

@@ -21,7 +21,7 @@ const WIDEST_FALL: f64 = 1.25;
 /// The taps are those that integers times a power of two can hold, so host and device filter with the same numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Filters {
-    /// Samples per second.
+    /// Sample rate of the study, Hz.
     pub sample_rate_hz: f64,
     /// Pass band of `band`, Hz: what is compared with a model is low-passed to this on both sides.
     pub band_hz: f64,

@@ -27,7 +27,7 @@ pub struct Motion {
     pub record: usize,
     /// The record's row that became row 0 here.
     pub first_row: usize,
-    /// Samples per second.
+    /// Sample rate, Hz.
     pub sample_rate_hz: f64,
     /// [x, ẋ] or [x, ẋ, φ, φ̇]: relative displacement and velocity of each axis, SI, wide-band.
     pub states: Vec<Vec<f64>>,
@@ -49,7 +49,7 @@ impl Motion {
         }
     }
 
-    /// Rows.
+    /// Rows of every series.
     pub fn rows(&self) -> usize {
         self.force[0].len()
     }

@@ -20,7 +20,7 @@ use jointwatch_shared::effect::Subsystem;
 use jointwatch_shared::effect::about::{About, Parameter, Role};
 use jointwatch_shared::units::References;
 
-/// What to hide.
+/// Which effect to hide in a simulated joint, and how strongly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hide {
     /// `effect@axis`; the axes are x and phi.
@@ -29,7 +29,7 @@ pub struct Hide {
     pub share: f64,
 }
 
-/// What was hidden.
+/// The effect that was hidden, with its values and its share of the force.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hidden {
     /// The effect with its values.

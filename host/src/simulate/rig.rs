@@ -29,9 +29,9 @@ pub struct AxisParameters {
 /// The whole rig, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RigParameters {
-    /// Along x.
+    /// The axis along x.
     pub translation: AxisParameters,
-    /// About x.
+    /// The axis about x.
     pub rotation: AxisParameters,
     /// Between bodies 2 and 3.
     pub joint: Joint,

@@ -16,10 +16,10 @@ use std::path::PathBuf;
 /// Runge–Kutta steps per logged row; the test in `motion` shows that twice as many change nothing.
 pub(crate) const SUBSTEPS: usize = 4;
 
-/// What to simulate.
+/// The rig to simulate, how it is shaken and with which sensors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationOptions {
-    /// The rig.
+    /// Masses, springs and contacts of the rig.
     pub rig: RigParameters,
     /// 1 (x only) or 2.
     pub axes: usize,
@@ -31,7 +31,7 @@ pub struct SimulationOptions {
     pub seed: u64,
     /// Length of each record, s.
     pub duration_s: f64,
-    /// Rows per second.
+    /// Sample rate of the logs, Hz.
     pub sample_rate_hz: f64,
     /// The drive's band, Hz.
     pub band_hz: [f64; 2],
@@ -67,11 +67,11 @@ pub struct Simulation {
     pub study: Study,
     /// Per record, the channels as logged, in the order of [`COLUMNS`](super::COLUMNS); a one-axis log uses the first of each pair.
     pub columns: Vec<Vec<Vec<f64>>>,
-    /// Per record.
+    /// Per record, the joint's true force and motion.
     pub truth: Vec<Truth>,
     /// Noise per column, root mean square, SI.
     pub noise_rms: [f64; 10],
-    /// What was hidden.
+    /// The effect that was hidden in the joint; `None` where none was.
     pub hidden: Option<Hidden>,
 }
 

@@ -69,7 +69,7 @@ impl Convention {
 pub struct Axis {
     /// The name that stands behind the @ of an effect.
     pub name: String,
-    /// Translation or rotation.
+    /// Whether it is a translation or a rotation.
     pub kind: AxisKind,
     /// kg or kg·m²; `None` when it is to be identified, 0 when the force already is the restoring force.
     pub inertia: Option<f64>,
@@ -125,7 +125,7 @@ pub struct Record {
     /// The row of the file (from 0, heading not counted) that became row 0 here; where samples were dropped and
     /// bridged, later rows here run ahead of the file's.
     pub first_row: usize,
-    /// Rows.
+    /// Rows of the record.
     pub rows: usize,
     /// One entry per axis of the study.
     pub axes: Vec<Channels>,
@@ -134,11 +134,11 @@ pub struct Record {
 /// A study, read and checked.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// Its name.
+    /// The name under which the study is reported.
     pub name: String,
-    /// Where study.toml lies.
+    /// Where its study.toml lies.
     pub path: PathBuf,
-    /// Samples per second.
+    /// Sample rate of all records, Hz.
     pub sample_rate_hz: f64,
     /// The common band of fits and error figures, when the study states one, Hz.
     pub band_hz: Option<f64>,

@@ -30,11 +30,11 @@ pub struct SurveyedColumn {
 /// The times of a log.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct SurveyedTime {
-    /// The column.
+    /// Name of the column.
     pub column: String,
     /// How many seconds one of its units is.
     pub seconds_per_unit: f64,
-    /// Samples per second.
+    /// Sample rate, Hz.
     pub rate_hz: f64,
     /// Largest distance of a stamp from an even grid, in samples.
     pub jitter: f64,
@@ -51,7 +51,7 @@ pub struct Survey {
     pub format: String,
     /// Rows of the longest column.
     pub rows: usize,
-    /// All its columns.
+    /// Name of the column.
     pub columns: Vec<SurveyedColumn>,
     /// Its time column, when one can be told.
     pub time: Option<SurveyedTime>,

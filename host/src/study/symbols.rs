@@ -4,7 +4,7 @@ use crate::study::AxisKind;
 use jointwatch_shared::base::axis;
 
 impl AxisKind {
-    /// `m` or `rad`.
+    /// Unit of displacement: `m` or `rad`.
     pub fn displacement_unit(self) -> &'static str {
         match self {
             Self::Translation => "m",
@@ -12,7 +12,7 @@ impl AxisKind {
         }
     }
 
-    /// `m/s` or `rad/s`.
+    /// Unit of velocity: `m/s` or `rad/s`.
     pub fn velocity_unit(self) -> &'static str {
         match self {
             Self::Translation => "m/s",
@@ -20,7 +20,7 @@ impl AxisKind {
         }
     }
 
-    /// `N` or `N·m`.
+    /// Unit of force: `N` or `N·m`.
     pub fn force_unit(self) -> &'static str {
         match self {
             Self::Translation => "N",
@@ -28,7 +28,7 @@ impl AxisKind {
         }
     }
 
-    /// `kg` or `kg·m²`.
+    /// Unit of inertia: `kg` or `kg·m²`.
     pub fn inertia_unit(self) -> &'static str {
         match self {
             Self::Translation => "kg",

@@ -14,7 +14,7 @@ const DOTS: [[u32; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x
 pub struct TextPlot<'a> {
     /// Characters of a line.
     pub width: usize,
-    /// Lines.
+    /// Lines of text that the plot takes.
     pub height: usize,
     /// What is drawn to the right.
     pub x: &'a str,

@@ -58,7 +58,7 @@ pub struct Name {
 pub struct Axis {
     /// The name that stands behind the @ of an effect.
     pub name: Name,
-    /// Translation or rotation.
+    /// Whether it is a translation or a rotation.
     pub kind: AxisKind,
     /// Which way round the equation of motion gives the restoring force.
     pub convention: Convention,
@@ -105,7 +105,7 @@ impl Name {
         }
     }
 
-    /// The name.
+    /// The name as text.
     pub fn as_str(&self) -> &str {
         // Every way to make a Name has checked that it is UTF-8.
         core::str::from_utf8(filled(&self.bytes)).unwrap_or_default()

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Mains hum; both are 0 where there is none. Its phase is another one whenever a record or a device begins.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hum {
-    /// Frequency, Hz.
+    /// Frequency of the hum, Hz; 0 where there is none.
     #[serde(serialize_with = "crate::scalar::zero::plain_zero")]
     pub frequency_hz: f64,
     /// Amplitude in the restoring force, N or N·m.
@@ -15,7 +15,7 @@ pub struct Hum {
 }
 
 impl Hum {
-    /// No hum.
+    /// A force channel without hum.
     pub const NONE: Self = Self {
         frequency_hz: 0.0,
         amplitude: 0.0,

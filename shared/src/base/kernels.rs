@@ -7,7 +7,7 @@ use super::stored::{BLOCKS, Block, Blocks, Neuron};
 use super::tanh::tanh_scaled;
 use crate::scalar::fixed::{in_order, mul_high_add};
 
-/// The loops.
+/// The inner loops, which a board may have its own of.
 pub trait Kernels {
     /// `Σ weight·row` of both columns, modulo 2⁶⁴, over as many as there are of both.
     fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2];
@@ -29,7 +29,7 @@ pub trait Kernels {
     ) -> [i64; 2];
 }
 
-/// In Rust.
+/// The loops in Rust.
 #[derive(Clone, Copy, Debug)]
 pub struct Portable;
 

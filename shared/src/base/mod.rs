@@ -42,13 +42,13 @@ use terms::{Memory, Terms};
     reason = "there is no heap to put the larger one on"
 )]
 pub enum Base {
-    /// The paper's polynomial.
+    /// The paper's polynomial in powers of the states.
     Polynomial(PolynomialModel),
     /// The paper's network of tanh neurons.
     Network(NetworkModel),
     /// Nothing: the force is that of the effects alone.
     None {
-        /// 1 or 2.
+        /// Axes of the model: 1 or 2.
         axes: u8,
     },
 }

@@ -98,7 +98,7 @@ impl Term {
         })
     }
 
-    /// The effect.
+    /// The effect as the table lists it.
     pub fn entry(&self) -> &'static Entry {
         self.entry
     }
@@ -115,7 +115,7 @@ impl Term {
 }
 
 impl Terms {
-    /// No effects.
+    /// A model without effects.
     pub const NONE: Self = Self {
         list: Vec::new(),
         origins: [Q::from_raw(0); 4],

@@ -18,7 +18,7 @@ pub(super) const FULL_SCALE: f64 = (1_u64 << 31) as f64;
 /// An effect as the host knows it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InSi {
-    /// The effect.
+    /// The effect as the table lists it.
     pub entry: &'static Entry,
     /// The axis that it is bound to, from 0.
     pub axis: u8,

@@ -22,7 +22,7 @@ pub struct History<const LENGTH: usize, const CHANNELS: usize = 1> {
 }
 
 impl<const LENGTH: usize, const CHANNELS: usize> History<LENGTH, CHANNELS> {
-    /// All zeros.
+    /// Before the first value: all zeros.
     pub const NEW: Self = Self {
         rows: [[[[0; 2]; LENGTH]; 2]; CHANNELS],
         next: 0,
@@ -167,7 +167,7 @@ impl<const PLACES: usize> Delay<PLACES> {
     /// Values that are remembered.
     const LENGTH: usize = PLACES - DELAY_ENDS;
 
-    /// All zeros.
+    /// Before the first value: all zeros.
     pub const NEW: Self = Self {
         values: [0; PLACES],
         newest: 0,

@@ -187,7 +187,7 @@ impl Chain {
         })
     }
 
-    /// One or two.
+    /// Axes of the rig: 1 or 2.
     pub fn axes(&self) -> usize {
         self.axes.len()
     }
@@ -202,7 +202,7 @@ impl Chain {
         self.filter_delay() + self.settling.before
     }
 
-    /// D.
+    /// By how many samples the derivatives lag: D.
     fn filter_delay(&self) -> usize {
         self.velocity.len() / 2
     }

@@ -24,13 +24,13 @@ pub struct About {
 /// One parameter of an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
-    /// Its name.
+    /// The parameter's name on the command line and in files.
     pub name: &'static str,
     /// The symbol in the equation.
     pub symbol: &'static str,
-    /// What it is.
+    /// What the parameter is, in a few words.
     pub meaning: &'static str,
-    /// Its dimension.
+    /// Its dimension, from which its unit and its scale on the device follow.
     pub dimension: Dimension,
     /// How it is found.
     pub role: Role,
@@ -72,7 +72,7 @@ pub struct Shape {
 pub struct Tie {
     /// The other effect's name.
     pub effect: &'static str,
-    /// Its parameter's name.
+    /// Name of the parameter of the other effect.
     pub parameter: &'static str,
     /// Whether it is the effect on the other axis.
     pub other_axis: bool,

@@ -29,7 +29,7 @@ pub struct Kinematics<S> {
     pub other_displacement: S,
     /// Relative velocity of the other axis; 0 where there is none.
     pub other_velocity: S,
-    /// The sample period.
+    /// Time from one sample to the next.
     pub period: S,
     /// What the instruments say besides: for effects of the instrument, which only the host evaluates.
     pub instrument: Instrument<S>,
@@ -45,7 +45,7 @@ pub struct Instrument<S> {
     pub acceleration: S,
     /// s·F, the applied force.
     pub force: S,
-    /// s·dF/dt.
+    /// s·dF/dt, the rate of change of the applied force.
     pub force_rate: S,
     /// s·F of the other axis.
     pub other_force: S,
@@ -135,13 +135,13 @@ pub type States<S> = [S; MAX_STATES];
 /// A law for one kind of number: force on the own axis and on the other one.
 pub type Law<S> = fn(&Parameters<S>, &Kinematics<S>, &mut States<S>) -> [S; 2];
 
-/// A physical effect.
+/// A physical effect: a force law with named parameters.
 pub trait Effect {
     /// Its number in blobs: never changed, never used again.
     const TAG: u8;
     /// Which forces it contributes to.
     const ACTS: Acts = Acts::OwnAxis;
-    /// Where it belongs.
+    /// Whether it belongs to the joint or to an instrument.
     const SUBSYSTEM: Subsystem = Subsystem::Plant;
     /// Effects that a model cannot have on the same axis beside this one, because only their sum shows.
     const NEVER_WITH: &'static [&'static str] = &[];
@@ -150,7 +150,7 @@ pub trait Effect {
     const REPLACES: &'static [&'static str] = &[];
     /// Effects that measurements cannot tell from this one in general: naming one of them for it is not wrong.
     const LOOKS_LIKE: &'static [&'static str] = &[];
-    /// Pairs of parameters, by their places, of which the first is never less than the second in nature.
+    /// Pairs of parameters, by their places, of which the first is never less than the second in nature, and no more than three times it.
     const NEVER_LESS: &'static [(usize, usize)] = &[];
     /// Parameters, by their places, at whose largest value the law has become another one.
     const NOT_AT_MOST: &'static [usize] = &[];
@@ -287,7 +287,7 @@ impl Entry {
         places.any(|&place| self.about.parameters[place].name == parameter.name)
     }
 
-    /// Its parameters.
+    /// Its parameters, in the order in which the law takes them.
     #[cfg(feature = "fit")]
     pub fn parameters(&self) -> &'static [Parameter] {
         self.about.parameters

@@ -12,7 +12,7 @@ use core::ops::{Add, Mul, Neg, Sub};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual {
-    /// The value.
+    /// The value of the function.
     pub value: f64,
     /// d value / d (the chosen quantity).
     pub slope: f64,

@@ -42,7 +42,7 @@ pub trait Number:
 {
     /// The number `numerator/denominator`, for the small exact ratios that a law contains; the denominator is not 0.
     fn ratio(numerator: i32, denominator: i32) -> Self;
-    /// |a|.
+    /// The absolute value |a|.
     fn abs(self) -> Self;
     /// The smaller of two.
     fn min(self, other: Self) -> Self;
@@ -52,14 +52,14 @@ pub trait Number:
     fn heaviside(self, threshold: Self) -> Self;
     /// The same where `direction` ≥ 0, its opposite elsewhere.
     fn flip_sign(self, direction: Self) -> Self;
-    /// Half of it.
+    /// Half of the number.
     fn half(self) -> Self;
 
-    /// 0.
+    /// The number 0.
     fn zero() -> Self {
         Self::ratio(0, 1)
     }
-    /// 1.
+    /// The number 1.
     fn one() -> Self {
         Self::ratio(1, 1)
     }
@@ -91,7 +91,7 @@ pub trait Scalar: Number {
     /// A short one as this.
     fn long(short: Self::Short) -> Self;
 
-    /// Hyperbolic tangent.
+    /// The hyperbolic tangent of the number.
     fn tanh(self) -> Self;
     /// e⁻ᵃ; 1 where `self` is negative.
     fn decay(self) -> Self;
@@ -101,7 +101,7 @@ pub trait Scalar: Number {
         let [ahead, back] = [self.decay(), (-self).decay()];
         [ahead, back, ahead * back]
     }
-    /// e^(−a²).
+    /// The Gaussian e^(−a²).
     fn gaussian(self) -> Self {
         // From 5 on it is less than the device's last place, and so is the error of a large square.
         let held = self.within(Self::ratio(5, 1));

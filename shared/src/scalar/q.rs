@@ -38,7 +38,7 @@ impl Q {
         Self { raw }
     }
 
-    /// The bits.
+    /// The stored integer: the number times 2^[`PLACES`].
     #[inline]
     pub const fn raw(self) -> i64 {
         self.raw

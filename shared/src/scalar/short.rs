@@ -65,7 +65,7 @@ impl Short {
         }
     }
 
-    /// The bits.
+    /// The stored integer.
     #[inline]
     pub const fn raw(self) -> i32 {
         self.raw

@@ -83,7 +83,7 @@ pub struct ChannelDelays {
     /// The body's counter, in the same range; 0 where the rig has none.
     #[serde(serialize_with = "plain_zero")]
     pub body: f64,
-    /// The accelerometer.
+    /// The accelerometer; 0 where none is wired.
     #[serde(serialize_with = "plain_zero")]
     pub acceleration: f64,
 }
@@ -99,7 +99,7 @@ pub struct Rig {
     pub wiring: Wiring,
     /// One or two axes, as many as are wired.
     pub axes: Vec<RigAxis, 2>,
-    /// First derivative.
+    /// Filter that gives the first derivative of the displacement.
     pub velocity: Taps,
     /// Second derivative, of the same length.
     pub acceleration: Taps,

@@ -28,7 +28,7 @@ pub const CHECKSUM_OFFSET: usize = RIG_BLOCK_LEN - 4;
 pub enum Refusal {
     /// Another length than [`RIG_BLOCK_LEN`].
     Length {
-        /// Bytes seen.
+        /// Bytes that were found.
         seen: usize,
     },
     /// The first bytes are not those of a rig block: erased flash, or another file.
@@ -36,9 +36,9 @@ pub enum Refusal {
         /// The four bytes seen.
         seen: [u8; 4],
     },
-    /// Another format version.
+    /// The block has a format version that this program does not read.
     Version {
-        /// The version seen.
+        /// The format version that was found.
         seen: u16,
     },
     /// The block is damaged.
@@ -56,7 +56,7 @@ pub enum Refusal {
     Reserved {
         /// Where it stands, from the block's start.
         offset: usize,
-        /// The value seen.
+        /// The value that was found.
         seen: u8,
     },
     /// A quantity is not usable.

@@ -65,7 +65,7 @@ pub struct Seal {
 /// Why the bytes of a seal are none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SealFault {
-    /// Another beginning.
+    /// The seal does not begin as one does.
     Magic,
     /// Another version of the format.
     Version(u16),
@@ -88,7 +88,7 @@ impl SealFault {
 }
 
 impl Seal {
-    /// The seal's bytes.
+    /// The seal as it is written behind model and rig block.
     pub fn encode(&self) -> [u8; SEAL_LEN] {
         let mut bytes = [0; SEAL_LEN];
         let words = [

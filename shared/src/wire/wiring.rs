@@ -87,12 +87,12 @@ pub struct AxisWiring {
     pub pair_distance_m: f64,
 }
 
-/// The whole board.
+/// The chips of a board, and which of them measures what of which axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Wiring {
     /// The counters that are fitted.
     pub counters: [Option<Counter>; COUNTERS],
-    /// The converter.
+    /// How the converter of the strain bridges is set.
     pub converter: Converter,
     /// The accelerometers that are fitted.
     pub accelerometers: [Option<Accelerometer>; ACCELEROMETERS],

@@ -52,7 +52,7 @@ const fn coupling(name: &'static str, kind: Kind, acts_on_both: bool) -> Subject
 }
 
 /// Everything that can be hidden.
-pub const SUBJECTS: [Subject; 30] = [
+pub const SUBJECTS: [Subject; 31] = [
     subject("stiffness", Kind::BaseTerm),
     subject("viscous", Kind::BaseTerm),
     subject("clearance", Kind::BaseTerm),
@@ -77,7 +77,6 @@ pub const SUBJECTS: [Subject; 30] = [
     subject("time_delay", Kind::Instrument),
     coupling("crosstalk", Kind::Instrument, false),
     subject("mains_hum", Kind::Instrument),
-    subject("softening with the largest excursion", Kind::Outside),
     subject("friction that comes and goes", Kind::Outside),
     subject("delayed feedback of the displacement", Kind::Outside),
     subject("unmeasured force", Kind::Outside),
@@ -86,10 +85,12 @@ pub const SUBJECTS: [Subject; 30] = [
         "damping that grows with the displacement squared",
         Kind::Outside,
     ),
+    subject("spring of a random smooth shape", Kind::Outside),
+    subject("damping on one side of the middle", Kind::Outside),
 ];
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed and the list above.
-pub const BY_NAME: [Subject; 17] = [
+pub const BY_NAME: [Subject; 18] = [
     subject("coulomb_by_direction", Kind::Joint),
     subject("viscous_by_direction", Kind::Joint),
     subject("gap_jenkins", Kind::Joint),
@@ -107,6 +108,7 @@ pub const BY_NAME: [Subject; 17] = [
     coupling("damping_by_other", Kind::Joint, false),
     subject("position_friction", Kind::Joint),
     subject("load_friction", Kind::Joint),
+    subject("mullins", Kind::Joint),
 ];
 
 /// Effects of the library that the campaign has no independent law for, and so never hides.
@@ -244,9 +246,6 @@ impl Subject {
                     phase,
                 });
             }
-            "softening with the largest excursion" => Form::Softening {
-                excursion: scale.reach,
-            },
             "friction that comes and goes" => Form::FrictionInBouts {
                 edge,
                 period_s: within(0.8, 4.0),
@@ -261,6 +260,11 @@ impl Subject {
                 phase,
             },
             "damping that grows with the displacement squared" => Form::SqueezeFilm,
+            "spring of a random smooth shape" => Form::SmoothSpring {
+                length: x * within(0.5, 1.5),
+                phases: [phase, TAU * within(0.1, 1.0), TAU * within(0.1, 1.0)],
+            },
+            "damping on one side of the middle" => Form::HalfDamper { edge: 0.05 * x },
             name => unreachable!("{name} is in the list of subjects but has no form"),
         };
         Planted::Law(form)
@@ -278,6 +282,9 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
         1.0
     };
     match name {
+        "mullins" => Form::Softening {
+            excursion: scale.reach,
+        },
         "coulomb_by_direction" => Form::SidedDry { edge, back },
         "viscous_by_direction" => Form::SidedDamper { back },
         "gap_jenkins" | "gap_jenkins_by_direction" => Form::GapSlider {

@@ -202,7 +202,7 @@ pub enum Form {
         /// As in [`Form::Dry`].
         edge: f64,
     },
-    /// Outside the library: a spring lost in proportion to the largest excursion so far.
+    /// A spring lost in proportion to the largest excursion so far.
     Softening {
         /// Excursion at which its full strength is lost.
         excursion: f64,
@@ -232,6 +232,18 @@ pub enum Form {
     },
     /// Outside the library: damping that grows with the square of the displacement.
     SqueezeFilm,
+    /// Outside the library: three waves along the displacement, each half as long and half as strong as the one before.
+    SmoothSpring {
+        /// Displacement in which the longest wave turns by one radian.
+        length: f64,
+        /// Phases, rad.
+        phases: [f64; 3],
+    },
+    /// Outside the library: damping where the displacement is positive.
+    HalfDamper {
+        /// Displacement over which it sets in.
+        edge: f64,
+    },
 }
 
 /// A law at work on an axis.
@@ -348,6 +360,12 @@ impl Law {
                 phase,
             } => x * (std::f64::consts::TAU * frequency_hz * around.time_s + phase).sin(),
             Form::SqueezeFilm => x * x * v,
+            Form::SmoothSpring { length, phases } => [1.0, 2.0, 4.0]
+                .iter()
+                .zip(phases)
+                .map(|(k, phase)| (k * x / length + phase).sin() / k)
+                .sum(),
+            Form::HalfDamper { edge } => v * 0.5 * (1.0 + (x / edge).tanh()),
         };
         [self.strength * own, 0.0]
     }

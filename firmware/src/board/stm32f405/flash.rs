@@ -35,7 +35,7 @@ const ERRORS: u32 = 1 << 7 | 1 << 6 | 1 << 5 | 1 << 4 | 1 << 1;
 /// How often the busy flag is looked at: 3 s at least, where a look takes 5 cycles of 168 MHz.
 const LOOKS: u32 = 100_000_000;
 
-/// What went wrong.
+/// Why an operation on the flash failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashFault {
     /// An address outside the two sectors.

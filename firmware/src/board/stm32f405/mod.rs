@@ -144,7 +144,7 @@ fn start_counter(rcc: &RCC, timer: &TIM5) {
     timer.cr1().modify(|_, w| w.cen().enabled());
 }
 
-/// Reads the counter.
+/// The count of TIM5; under QEMU, instructions since its start.
 pub fn count() -> u32 {
     // SAFETY: reading the count of a timer that nothing writes to once `start_counter` has started it.
     unsafe { (*TIM5::PTR).cnt().read().cnt().bits() }

@@ -15,7 +15,7 @@ const ENABLED: u32 = 1 << 13 | 1 << 5 | 1 << 3 | 1 << 2;
 /// How often a flag is looked at: a byte takes 10 µs, a look at least 20 ns.
 const LOOKS: u32 = 10_000;
 
-/// The transmitter.
+/// The transmitter of the serial line: USART and its DMA.
 #[derive(Debug)]
 pub struct Serial(());
 

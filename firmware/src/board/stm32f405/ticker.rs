@@ -5,7 +5,7 @@ use crate::clock::{Clock, Rate, Source};
 use core::num::NonZeroU32;
 use stm32f4::stm32f405::{RCC, TIM2};
 
-/// The sampling clock.
+/// The timer that gives the sampling instants.
 #[derive(Debug)]
 pub struct Ticker {
     /// Counts of the timers' clock from one sample to the next.

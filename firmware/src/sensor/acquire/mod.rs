@@ -160,7 +160,7 @@ impl<L: SpiDevice, C: SpiDevice, A: SpiDevice, X: SpiDevice> Sensors<L, C, A, X>
         counter.map_or(0, Watched::restarts)
     }
 
-    /// Takes one sample.
+    /// Reads every chip that is wired, once, and sorts their codes into the chain's sample.
     pub fn acquire(&mut self, wiring: &Wiring) -> Acquired {
         let mut acquired = Acquired::default();
         let latched = self.latch.transfer_in_place(&mut [LOAD_OTR]);

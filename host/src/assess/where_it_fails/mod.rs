@@ -30,14 +30,14 @@ pub enum Extent {
     States(Vec<Condition>),
     /// A stretch of the record `file`, seconds since its beginning.
     Time {
-        /// The record's file.
+        /// The record's file, as study.toml names it.
         file: String,
         /// Where it begins, s.
         from_s: f64,
         /// Where it ends, s.
         to_s: f64,
     },
-    /// A band, Hz.
+    /// Lower and upper end of a band, Hz.
     Frequency([f64; 2]),
 }
 
@@ -70,7 +70,7 @@ pub struct ErrorRecord<'a> {
 pub struct StateName {
     /// As it stands in the sentence: `x`, `velocity of x`.
     pub name: String,
-    /// `mm`, `mrad/s`, …
+    /// The unit of the numbers: `mm`, `mrad/s`, …
     pub unit: String,
     /// SI value × this = value in `unit`.
     pub factor: f64,

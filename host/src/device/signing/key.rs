@@ -41,7 +41,7 @@ impl PrivateKey {
         Self(KeyPair::from_seed(Seed::new(DEVELOPMENT_SEED)))
     }
 
-    /// The public half.
+    /// The public half of the key.
     pub fn public(&self) -> [u8; 32] {
         *self.0.pk
     }

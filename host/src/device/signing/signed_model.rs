@@ -121,7 +121,7 @@ impl SignedModel {
         &self.content
     }
 
-    /// CRC-32/ISO-HDLC of [`content`](Self::content).
+    /// CRC-32/ISO-HDLC over all bytes of [`content`](Self::content).
     pub fn crc(&self) -> u32 {
         crc(&self.content)
     }

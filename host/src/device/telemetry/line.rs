@@ -24,16 +24,16 @@ pub enum Source {
     Port(String, u32),
     /// A file or a FIFO.
     File(PathBuf),
-    /// Standard input.
+    /// Bytes that come in over standard input.
     StandardInput,
 }
 
-/// What came next.
+/// What a wait for bytes ended with.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Piece {
-    /// Bytes.
+    /// Bytes that have arrived.
     Bytes(Vec<u8>),
-    /// Nothing yet.
+    /// No byte came within the wait.
     Nothing,
     /// There will be no more.
     End,

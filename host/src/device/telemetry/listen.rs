@@ -16,7 +16,7 @@ const LARGEST_GAP: u16 = u16::MAX / 2;
     reason = "one at a time is looked at, and dropped"
 )]
 pub enum Heard {
-    /// A message.
+    /// A message whose checksum holds.
     Message(Received<Report>),
     /// So many messages were sent between the last one and the next one, and did not arrive.
     Lost(u16),
@@ -29,9 +29,9 @@ pub enum Heard {
 /// What was heard, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Tally {
-    /// Bytes.
+    /// Bytes that arrived.
     pub bytes: u64,
-    /// Messages.
+    /// Messages that were decoded.
     pub messages: u64,
     /// Damaged frames. The rest of a frame that was under way when listening began is none.
     pub damaged: u64,

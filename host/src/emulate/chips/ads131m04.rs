@@ -7,7 +7,7 @@
 use super::{Chip, UNDRIVEN};
 use std::collections::VecDeque;
 
-/// Channels.
+/// Channels of the converter.
 pub const CHANNELS: usize = 4;
 /// Finest input unit: a code at gain 128. A code at gain g is 128/g of them.
 pub const UNITS_PER_CODE_AT_GAIN_1: i64 = 128;

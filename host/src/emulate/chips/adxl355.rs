@@ -5,7 +5,7 @@
 
 use super::{Chip, UNDRIVEN};
 
-/// Directions.
+/// Directions that the accelerometer measures: x, y, z.
 pub const DIRECTIONS: usize = 3;
 /// Codes per g in the finest unit, that of the ±2.048 g range; each wider range halves it.
 pub const RANGES: u8 = 3;

@@ -5,7 +5,7 @@
 pub struct Instructions {
     /// Over how many inputs they were counted.
     pub inputs: u32,
-    /// The fewest.
+    /// The fewest instructions over all inputs.
     pub least: u32,
     /// The most; the same as the fewest unless the time depends on the input.
     pub most: u32,
@@ -57,7 +57,7 @@ pub struct ChainReport {
 /// What a slot holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SlotState {
-    /// Nothing.
+    /// The slot holds no model.
     NoModel,
     /// A model, which has its own [`ModelReport`].
     Model,
@@ -65,16 +65,16 @@ pub enum SlotState {
     Refused(String),
 }
 
-/// One slot.
+/// What the self-test says of one slot of the flash.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SlotReport {
-    /// `a` or `b`.
+    /// The slot: `a` or `b`.
     pub name: String,
-    /// What it holds.
+    /// What the slot holds.
     pub state: SlotState,
 }
 
-/// A finished self-test.
+/// Everything that a finished self-test has printed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SelfTestReport {
     /// The board: `stm32f405` or `microbit`.

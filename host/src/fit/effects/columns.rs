@@ -29,8 +29,6 @@ pub(crate) struct Sample {
     pub(crate) displacement: f64,
     /// m/s or rad/s.
     pub(crate) velocity: f64,
-    /// The largest displacement of the record so far, either way.
-    pub(crate) largest: f64,
 }
 
 /// The training records, ready to hold force laws against.
@@ -166,18 +164,6 @@ impl<'a> Records<'a> {
         (sum / rows.max(1) as f64).sqrt()
     }
 
-    /// The displacement of an axis so many seconds earlier, as a column; before a record began, that of its first row.
-    pub(crate) fn delayed(&self, axis: usize, delay_s: f64) -> Vec<f64> {
-        let parts = self.histories.iter().flat_map(|history| {
-            let displacement = history.displacement(axis);
-            let rows = (delay_s / history.period_s()).round() as usize;
-            let at = |row: usize| displacement[row.saturating_sub(rows)];
-            let delayed: Vec<f64> = (0..displacement.len()).map(at).collect();
-            self.thinned(&delayed)
-        });
-        self.on_axis(axis, parts.collect())
-    }
-
     /// A function of an axis's motion as a column, in one record alone or in all.
     pub(crate) fn of_motion(
         &self,
@@ -189,18 +175,15 @@ impl<'a> Records<'a> {
             if only.is_some_and(|only| only != record) {
                 return vec![0.0; self.rows[record]];
             }
-            let mut largest = 0.0_f64;
             let states = history
                 .displacement(axis)
                 .iter()
                 .zip(history.velocity(axis));
             let values = states.enumerate().map(|(row, (&displacement, &velocity))| {
-                largest = largest.max(displacement.abs());
                 function(&Sample {
                     time_s: row as f64 * history.period_s(),
                     displacement,
                     velocity,
-                    largest,
                 })
             });
             self.thinned(&values.collect::<Vec<_>>())

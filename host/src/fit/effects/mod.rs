@@ -27,7 +27,7 @@ use projection::{Problem, Solved};
 pub struct FoundTerm {
     /// The effect and its axis.
     pub bound: Bound,
-    /// Its parameters, SI.
+    /// Its parameters, SI, in the order in which the effect lists them.
     pub values: Vec<f64>,
     /// Per parameter the interval that covers the true value in 95 of 100 experiments.
     pub intervals: Vec<Option<[f64; 2]>>,

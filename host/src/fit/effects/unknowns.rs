@@ -94,7 +94,10 @@ pub(crate) fn reference(bound: &Bound, parameter: &Parameter, references: &Refer
     parameter.dimension.scale(&seen)
 }
 
-/// Whether a law is what it is called: every parameter that has to be positive is, none is less than what it exceeds in nature, and it has
+/// Friction at rest is at most so many times that in motion, for any lubricated or dry pair of materials.
+const AT_REST: f64 = 3.0;
+
+/// Whether a law is what it is called: every parameter that has to be positive is, none is less than what it exceeds in nature or more than a few times that, and it has
 /// not become another one. One whose memory outlasts the records has: it is a spring about another zero, and follows the drift of an instrument.
 pub(crate) fn is_physical(bound: &Bound, values: &[f64], records: &Records<'_>) -> bool {
     let entry = bound.entry;
@@ -119,7 +122,7 @@ pub(crate) fn is_physical(bound: &Bound, values: &[f64], records: &Records<'_>) 
     });
     let mut pairs = entry.never_less.iter();
     positive
-        && pairs.all(|&(more, less)| values[more] >= values[less])
+        && pairs.all(|&(more, less)| (1.0..=AT_REST).contains(&(values[more] / values[less])))
         && !entry.not_at_most.iter().any(|&place| at_most(place))
         && !outlasts
 }

@@ -25,7 +25,7 @@ use crate::text::error::{Error, Result};
 
 /// A model, and what identification had to say about it.
 pub struct Identified {
-    /// The model.
+    /// The identified model with its history and warnings.
     pub model: ModelFile,
     /// How a network's training went; none for other kinds of model.
     pub training: Option<Training>,
@@ -74,7 +74,7 @@ pub fn identify(study: &Study, kind: Kind) -> Result<ModelFile> {
 
 /// A study's records after differentiation, ready for any kind of fit.
 pub struct Prepared {
-    /// Bands and taps.
+    /// Band and filter taps of the study.
     pub filters: Filters,
     /// Every record, in the study's order.
     pub motions: Vec<Motion>,

@@ -16,7 +16,7 @@ pub enum Neurons {
 /// The largest hidden layer: the time per step grows with the square of its size.
 pub const MAX_NEURONS: usize = 200;
 
-/// How to train.
+/// Size, regularisation and effort of a training.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkOptions {
     /// Neurons in the hidden layer.

@@ -18,7 +18,7 @@ pub enum Stop {
     GaveUp(GaveUp),
 }
 
-/// What converged.
+/// Which condition for the end of a training was met.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Converged {
     /// Steps gained less than the tolerance.
@@ -34,12 +34,12 @@ pub enum BadInput {
     NotFinite,
 }
 
-/// What ran out.
+/// Which limit ended a training before it converged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GaveUp {
     /// The steps of the last stage.
     StepLimit,
-    /// The user's patience.
+    /// The user stopped it.
     Interrupted,
 }
 
@@ -66,7 +66,7 @@ pub struct NetworkProgress {
     pub choosing_size: bool,
     /// Neurons of this training.
     pub neurons: usize,
-    /// Stage, from 0.
+    /// Stage of the training, from 0.
     pub stage: usize,
     /// How many there are.
     pub stages: usize,
@@ -118,9 +118,9 @@ pub struct TracePoint {
 pub struct Restart {
     /// Seed of its first weights.
     pub seed: u64,
-    /// What came out.
+    /// The network with the best weights.
     pub network: Network,
-    /// Why it ended.
+    /// Why the training ended.
     pub stop: Stop,
     /// CPU seconds it took, on one core.
     pub cpu_s: f64,
@@ -141,7 +141,7 @@ pub struct Restart {
 /// How well a network of some size did on records that were left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SizeError {
-    /// Neurons.
+    /// Neurons of the hidden layer.
     pub neurons: usize,
     /// Per axis the geometric mean over left-out records of the NMSE, percent, wide-band.
     pub held_out_nmse_percent: Vec<f64>,
@@ -184,7 +184,7 @@ pub struct NetworkFit {
     pub size_curve: Option<SizeCurve>,
     /// Per axis, stated or identified.
     pub inertia: Vec<Inertia>,
-    /// Training rows.
+    /// Rows that were trained on.
     pub rows: usize,
     /// Why the model may not generalise, one sentence each.
     pub warnings: Vec<String>,

@@ -32,12 +32,12 @@ impl Method {
     }
 }
 
-/// What to fit.
+/// Orders, method and ridge of a polynomial fit.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PolynomialOptions {
     /// Highest exponent of each input, 0 to 3; `None` is 3 for all, as in the paper.
     pub orders: Option<Vec<u8>>,
-    /// How.
+    /// How the terms are selected and regularised.
     pub method: Method,
 }
 
@@ -57,17 +57,17 @@ pub struct AxisFit {
 /// A fitted polynomial and what is to be known about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolynomialFit {
-    /// The model.
+    /// The fitted polynomial.
     pub polynomial: Polynomial,
     /// Per axis, stated or identified.
     pub inertia: Vec<Inertia>,
-    /// Per axis.
+    /// What was found per axis, in the study's order.
     pub axes: Vec<AxisFit>,
     /// Directions among the terms that the records determine; the number of terms when all are.
     pub rank: usize,
     /// Condition number of the terms over the training rows, each scaled to length 1.
     pub condition: f64,
-    /// Training rows.
+    /// Rows that were fitted to.
     pub rows: usize,
     /// Why the model may not generalise, one sentence each.
     pub warnings: Vec<String>,

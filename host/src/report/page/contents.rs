@@ -37,7 +37,7 @@ pub struct Contents {
 /// One record's motion, simulated with the model in place of the joint.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResponseContents {
-    /// Its file.
+    /// The record's file, as study.toml names it.
     pub file: String,
     /// `the measured motion` or `the rig's true motion`.
     pub against: &'static str,
@@ -92,7 +92,7 @@ pub struct Units {
 /// One step of the staircase.
 #[derive(Clone, Debug, Serialize)]
 pub struct Stair {
-    /// What was done.
+    /// What was done in this step.
     pub label: String,
     /// RMS error over RMS force.
     pub error: f64,
@@ -105,7 +105,7 @@ pub struct ModelWords {
     pub equation: String,
     /// Lines below the equation: what its symbols mean.
     pub notes: Vec<String>,
-    /// Terms with values.
+    /// The model's terms with their values.
     pub terms: Vec<Term>,
 }
 
@@ -116,24 +116,24 @@ pub struct Term {
     pub name: String,
     /// What it is.
     pub title: String,
-    /// Its law.
+    /// The law as an equation.
     pub law: String,
-    /// Its values.
+    /// The parameters with their values.
     pub values: Vec<Value>,
 }
 
-/// One parameter.
+/// A parameter with its value.
 #[derive(Clone, Debug, Serialize)]
 pub struct Value {
     /// The symbol in the law.
     pub symbol: String,
-    /// What it is.
+    /// What the parameter is.
     pub meaning: String,
-    /// Its value.
+    /// The parameter's value, in the unit beside it.
     pub value: f64,
     /// SI unit; – without one.
     pub unit: String,
-    /// 95 % interval.
+    /// 95 % confidence interval, in the same unit.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -144,7 +144,7 @@ pub struct ResidualContents {
     pub plane: Plane,
     /// Over velocity, displacement and the time since the last reversal.
     pub over: BTreeMap<&'static str, Curve>,
-    /// Power spectrum.
+    /// Power spectra of force and residual.
     pub spectrum: SpectrumContents,
     /// Correlations with itself, force, displacement and velocity.
     pub correlation: Vec<Correlation>,
@@ -161,13 +161,13 @@ pub struct Plane {
     pub velocity: [f64; 2],
     /// Rows per cell.
     pub rows: Vec<u32>,
-    /// Mean residual.
+    /// Mean residual per cell.
     pub mean: Vec<Option<f32>>,
-    /// RMS residual.
+    /// RMS residual per cell.
     pub rms: Vec<Option<f32>>,
-    /// Mean predicted force.
+    /// Mean predicted force per cell.
     pub predicted: Vec<Option<f32>>,
-    /// Mean measured force.
+    /// Mean measured force per cell.
     pub measured: Vec<Option<f32>>,
 }
 
@@ -184,7 +184,7 @@ pub struct Curve {
     pub high: Vec<f64>,
 }
 
-/// Densities over frequency.
+/// Power spectral densities over frequency.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SpectrumContents {
     /// Distance of two lines, Hz; the first stands at 0.
@@ -202,20 +202,20 @@ pub struct Correlation {
     pub with: &'static str,
     /// Distance of two lags, s; with itself from 0, else the middle one is 0. A positive lag: the residual comes later.
     pub step_s: f64,
-    /// Coefficients.
+    /// Coefficient of correlation at every lag, −1 to 1.
     pub coefficient: Vec<f32>,
     /// 99 of 100 coefficients of a residual of the same colour that has nothing to do with the other stay within ± this.
     pub bound: f64,
 }
 
-/// One record's samples.
+/// The samples of one record and its errors.
 #[derive(Clone, Debug, Serialize)]
 pub struct RecordContents {
-    /// Its file.
+    /// The record's file, as study.toml names it.
     pub file: String,
-    /// `train` or `validate`.
+    /// What the study uses it for: `train` or `validate`.
     pub role: &'static str,
-    /// Rows compared.
+    /// Rows that were compared.
     pub rows: usize,
     /// Rows on the page: fewer where the extremes of every stretch stand for it.
     pub kept: usize,
@@ -231,9 +231,9 @@ pub struct SampleAxis {
     /// The axis rests in this record.
     #[serde(rename = "rests")]
     pub at_rest: bool,
-    /// Relative displacement.
+    /// Relative displacement, m or rad.
     pub displacement: Packed,
-    /// Relative velocity.
+    /// Relative velocity, m/s or rad/s.
     pub velocity: Packed,
     /// One entry per version.
     pub versions: Vec<SampleVersion>,
@@ -246,7 +246,7 @@ pub struct SampleAxis {
 pub struct SampleVersion {
     /// Measured restoring force, as this version's inertia and corrections have it.
     pub measured: Packed,
-    /// Measured less predicted.
+    /// Measured minus predicted force, N or N·m.
     pub residual: Packed,
     /// 100·Σe²/(N·var r).
     pub nmse_percent: f64,
@@ -254,7 +254,7 @@ pub struct SampleVersion {
     pub fit_percent: f64,
     /// RMS error over RMS force.
     pub relative_error: f64,
-    /// Largest error.
+    /// Largest error, N or N·m.
     pub peak_error: f64,
     /// Part of the rows outside the model's training range.
     pub outside_range: f64,
@@ -265,7 +265,7 @@ pub struct SampleVersion {
 pub struct Packed {
     /// Middle of the range.
     pub middle: f64,
-    /// One count.
+    /// What one integer is worth, in the unit of the series.
     pub step: f64,
     /// Little-endian integers in base64.
     pub data: String,
@@ -280,7 +280,7 @@ pub struct Region {
     pub version: usize,
     /// `state`, `time` or `frequency`.
     pub kind: &'static str,
-    /// In words.
+    /// The region in words.
     pub words: String,
     /// Its part of the squared error.
     pub share_of_error: f64,
@@ -292,7 +292,7 @@ pub struct Region {
     /// The record and the seconds from and to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stretch: Option<(usize, f64, f64)>,
-    /// The band, Hz.
+    /// Lower and upper end of the band, Hz; `None` where it is no band.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub band_hz: Option<[f64; 2]>,
 }
@@ -304,9 +304,9 @@ pub struct StateCondition {
     pub state: usize,
     /// Whether it is about the magnitude.
     pub magnitude: bool,
-    /// Lower end.
+    /// Lower end of the state's range; `None` where it is open.
     pub above: Option<f64>,
-    /// Upper end.
+    /// Upper end of the state's range; `None` where it is open.
     pub below: Option<f64>,
 }
 
@@ -331,7 +331,7 @@ pub struct Candidate {
     pub equivalent: Vec<String>,
     /// The experiment that would.
     pub experiment: String,
-    /// Its values.
+    /// The parameters with their values.
     pub values: Vec<Value>,
 }
 
@@ -342,7 +342,7 @@ pub struct Handling {
     pub channels: Vec<[String; 5]>,
     /// Rate, bands, filters: what and how much.
     pub filters: Vec<[String; 2]>,
-    /// Why these bands.
+    /// Why the study has these bands.
     pub reason: String,
     /// Corrections of channels, a sentence each.
     pub corrections: Vec<String>,

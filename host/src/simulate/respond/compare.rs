@@ -61,7 +61,7 @@ pub struct Band {
 /// An axis on which errors in force pile up into drift.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
-    /// The axis.
+    /// Name of the axis.
     pub axis: String,
     /// What holds the axis, by the best straight line through the model: N/m or N·m/rad.
     pub stiffness: f64,

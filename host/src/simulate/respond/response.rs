@@ -6,7 +6,7 @@ use crate::study::Role;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What to simulate.
+/// Which records to simulate, with which model, from where.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Only this record, as study.toml names it.
@@ -27,10 +27,10 @@ pub enum Against {
     Measurement,
 }
 
-/// One record, simulated.
+/// The simulated motion of one record beside the measured one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordResponse {
-    /// The record's file.
+    /// The record's file, as study.toml names it.
     pub file: String,
     /// Learnt from (`train`) or not (`validate`).
     pub role: Role,
@@ -61,7 +61,7 @@ pub struct RecordResponse {
 pub struct Response {
     /// What the simulations were held against.
     pub against: Against,
-    /// Seconds between restarts.
+    /// Time from one restart of the simulation to the next, s; `None` where it starts once.
     pub restart_s: Option<f64>,
     /// In the order of the study.
     pub records: Vec<RecordResponse>,

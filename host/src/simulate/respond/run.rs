@@ -77,7 +77,7 @@ pub struct Divergence {
     pub after_s: f64,
     /// The axis whose state went.
     pub axis: String,
-    /// `displacement` or `velocity`.
+    /// Which state diverged: `displacement` or `velocity`.
     pub state: &'static str,
     /// Its value, SI; `null` in JSON when it was not finite.
     pub value: f64,

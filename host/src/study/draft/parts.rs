@@ -6,7 +6,7 @@ use crate::study::{AxisKind, Convention, Role};
 /// One column in a draft, and how its numbers become SI.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DraftChannel {
-    /// The column.
+    /// Name of the column.
     pub column: String,
     /// Its unit; SI when absent.
     pub unit: Option<String>,
@@ -32,9 +32,9 @@ pub struct DraftRecord {
 pub struct Said {
     /// `role=column` pairs; roles are time, displacement, far, velocity, body, acceleration and force.
     pub columns: Vec<(String, String)>,
-    /// Samples per second.
+    /// Sample rate, Hz; `None` where a column of time is named.
     pub sample_rate_hz: Option<f64>,
-    /// kg or kg·m².
+    /// Inertia, kg or kg·m²; `None` where it is to be identified.
     pub inertia: Option<f64>,
 }
 
@@ -53,7 +53,7 @@ pub struct Draft {
     pub name: String,
     /// The time column, unless the rate is stated.
     pub time: Option<SurveyedTime>,
-    /// Samples per second.
+    /// Sample rate that the log has, Hz.
     pub sample_rate_hz: f64,
     /// One or two axes.
     pub axes: Vec<DraftAxis>,
@@ -70,7 +70,7 @@ pub struct Draft {
 pub struct DraftAxis {
     /// Its name.
     pub name: String,
-    /// Translation or rotation.
+    /// Whether it is a translation or a rotation.
     pub kind: AxisKind,
     /// Relative displacement, or the far side and the body, of which the second is subtracted.
     pub displacement: Vec<DraftChannel>,
@@ -78,9 +78,9 @@ pub struct DraftAxis {
     pub velocity: Option<DraftChannel>,
     /// The body's own position.
     pub body_position: Option<DraftChannel>,
-    /// The body's acceleration.
+    /// The acceleration of the body that carries the inertia.
     pub acceleration: Option<DraftChannel>,
-    /// The applied force.
+    /// The force or torque that is applied.
     pub force: DraftChannel,
     /// kg or kg·m² as the user said, or 0 where the force is the restoring force; `None` to be identified.
     pub inertia: Option<f64>,

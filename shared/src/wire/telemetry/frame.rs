@@ -67,18 +67,18 @@ pub enum Damage {
 pub struct Received<M> {
     /// The sender's number of it; each frame has the next one, 0 follows on 65535.
     pub sequence: u16,
-    /// The message.
+    /// The message that was decoded.
     pub message: M,
 }
 
 /// What a decoder has seen; each stays at its largest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Messages.
+    /// The message that was decoded.
     pub messages: u32,
     /// [`Damage::TooLong`], [`Damage::Broken`] and [`Damage::Checksum`].
     pub damaged: u32,
-    /// [`Damage::Unknown`].
+    /// Frames with a tag that this version does not know: [`Damage::Unknown`].
     pub unknown: u32,
 }
 

@@ -33,9 +33,9 @@ pub struct Hello {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Occasion {
-    /// It has restarted.
+    /// The device has restarted.
     Restart,
-    /// It was asked.
+    /// The host asked for it.
     Asked,
     /// Its model or its rig block has changed.
     Changed,
@@ -52,7 +52,7 @@ pub struct ModelIdentity {
     pub signed: bool,
     /// Hz, of the records that it was learnt from.
     pub sample_rate_hz: f64,
-    /// Its axes.
+    /// The axes of the model.
     pub axes: Vec<AxisIdentity, 2>,
 }
 
@@ -82,9 +82,9 @@ impl ModelIdentity {
 /// What a person needs to read the forces of one axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisIdentity {
-    /// Its name.
+    /// The axis's name.
     pub name: Text,
-    /// Translation or rotation.
+    /// Whether it is a translation or a rotation.
     pub kind: Quantity,
     /// N or N·m per unit of the forces in [`SampleOutput`] and [`Snapshot`].
     pub force_per_lsb: f64,
@@ -94,9 +94,9 @@ pub struct AxisIdentity {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
-    /// m and N.
+    /// A translation, in m and N.
     Translation,
-    /// rad and N·m.
+    /// A rotation, in rad and N·m.
     Rotation,
 }
 
@@ -269,7 +269,7 @@ pub struct Snapshot {
     pub alarm: u16,
     /// This piece, from 0.
     pub piece: u16,
-    /// Number of pieces.
+    /// Pieces that the snapshot is sent in.
     pub pieces: u16,
     /// The sample of the first residual here, relative to the one that raised the alarm.
     pub first: i32,
@@ -351,19 +351,19 @@ pub enum Event {
     NoModel,
     /// A slot holds something that is not used.
     ModelRefused {
-        /// The slot.
+        /// Which slot of the flash.
         slot: Slot,
         /// What is wrong with it.
         fault: ModelFault,
     },
     /// A slot holds a model without a valid signature, which is not used.
     ModelUnsigned {
-        /// The slot.
+        /// Which slot of the flash.
         slot: Slot,
     },
     /// A newly uploaded model has run and is kept.
     ModelConfirmed {
-        /// Its slot.
+        /// Which slot of the flash.
         slot: Slot,
     },
     /// A newly uploaded model did not run; the old one is in use again.
@@ -398,11 +398,11 @@ pub enum Event {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Restart {
-    /// Power came on.
+    /// The supply came on.
     PowerOn,
     /// The supply voltage fell too low.
     BrownOut,
-    /// The reset pin.
+    /// The reset pin was pulled.
     Pin,
     /// The program asked for it.
     Software,
@@ -427,7 +427,7 @@ pub struct Answer {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Answered {
-    /// Done.
+    /// The request was carried out.
     Done,
     /// Not now; ask again.
     Busy,

@@ -13,7 +13,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Bytes that a chunk may have. A chunk that ends elsewhere than the upload should be this long.
 pub const MAX_CHUNK: usize = 128;
 
-/// What is uploaded.
+/// What is uploaded: a model or a rig block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -43,7 +43,7 @@ impl Signature {
         Self(bytes)
     }
 
-    /// Its bytes.
+    /// The signature's bytes: R, then S.
     pub fn bytes(&self) -> [u8; 64] {
         self.0
     }
@@ -93,14 +93,14 @@ impl<'de> Deserialize<'de> for Signature {
 pub enum UploadRequest {
     /// Begins; an upload that was under way is given up.
     Begin {
-        /// What it is.
+        /// What is uploaded.
         kind: Kind,
-        /// Its bytes.
+        /// Bytes of the content.
         length: u32,
         /// CRC-32/ISO-HDLC of all of them.
         crc: u32,
     },
-    /// The next bytes.
+    /// The next bytes of the content.
     Chunk {
         /// Where they belong, in bytes from the beginning.
         offset: u32,
@@ -125,9 +125,9 @@ pub enum UploadReply {
         /// In bytes from the beginning; the length of the upload once all are there.
         next: u32,
     },
-    /// Checked and activated.
+    /// The content was checked and takes effect.
     Activated {
-        /// What it was.
+        /// What is uploaded.
         kind: Kind,
         /// The slot of a model; `None` for a rig block.
         slot: Option<Slot>,
@@ -148,7 +148,7 @@ pub enum Refusal {
     Busy,
     /// What was announced is not as long as a blob of its kind.
     Length {
-        /// Bytes announced.
+        /// Bytes that were announced.
         seen: u32,
         /// Bytes that are possible at most.
         most: u32,
@@ -229,13 +229,13 @@ impl fmt::Display for Refusal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ModelFault {
-    /// Another length.
+    /// The content has another length than was announced.
     Length,
     /// Does not begin as it should.
     Magic,
     /// Another version of the format.
     Version,
-    /// Damaged.
+    /// The content's checksum does not hold.
     Checksum,
     /// A field has a value that is not known.
     Field,
@@ -245,7 +245,7 @@ pub enum ModelFault {
     OutOfRange,
     /// A sum could overflow.
     Overflow,
-    /// Anything else.
+    /// A refusal that this version does not know.
     Other,
 }
 

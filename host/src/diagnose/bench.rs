@@ -1,0 +1,467 @@
+//! One axis of the training records, ready to hold hypotheses against: what a set of effects makes of the measured force, with values that keep
+//! to physical bounds, and what it leaves on blocks that it was not learnt from.
+
+use super::blocks::Blocks;
+use super::bounded;
+use super::criteria::CRITERIA;
+use super::hypothesis::{Column, Hypothesis, Part, is_at_bound};
+use crate::fit::effects::columns::Records;
+use crate::fit::effects::projection::product;
+use crate::fit::effects::unknowns::{ShapeUnknown, shapes};
+use crate::model::effects::Bound;
+use faer::Mat;
+use jointwatch_shared::effect::Entry;
+use jointwatch_shared::effect::about::Role;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The base's own shapes may move by this part beside a hypothesis, by their tangents.
+const SHAPES_MOVE: f64 = 0.3;
+/// Force that an added effect may have, beside the largest force of the base's terms or the measured one: two that cancel are one too many.
+const MAX_FORCE: f64 = 3.0;
+/// Error power that counts as none, beside that of the force.
+const NO_POWER: f64 = 1e-7;
+/// Of a column's energy, what has to be left in the blocks that a fold learns from.
+const LEARNT: f64 = 0.02;
+
+/// What a hypothesis is worth.
+#[derive(Clone, Debug)]
+pub(super) struct Score {
+    /// Log error power of every judged block, fold after fold, beside that of the force.
+    pub(super) log_errors: Vec<f64>,
+    /// RMS error over RMS force on blocks in turn.
+    pub(super) error: f64,
+    /// What was chosen: strengths and shapes.
+    pub(super) numbers: usize,
+    /// Mean log error with the price of the numbers: less is better.
+    pub(super) rank: f64,
+}
+
+/// What least squares makes of a design on all blocks but some.
+pub(super) struct Judged {
+    /// Products of the columns in every block.
+    products: Vec<Mat<f64>>,
+    /// Factors from all rows,
+    all: Vec<f64>,
+    /// and those with which each fold is judged.
+    pub(super) folds: Vec<Vec<f64>>,
+}
+
+/// An axis to hold hypotheses against.
+pub(super) struct Bench<'a> {
+    pub(super) records: &'a Records<'a>,
+    pub(super) axis: usize,
+    pub(super) measured: &'a [f64],
+    pub(super) blocks: Blocks,
+    /// Mean square of the force.
+    pub(super) power: f64,
+    /// The largest RMS force of a term of the base, or the measured one.
+    scale: f64,
+    /// The same of the largest force.
+    peak: f64,
+    /// Zero, inertia and lateness within their tolerances: the effect that each stands for, and its column.
+    instruments: Vec<(&'static str, Column)>,
+    /// The force of each record's own zero, where zeros differ.
+    zeros: Vec<Column>,
+    /// Inertia that is not stated.
+    acceleration: Option<Column>,
+    /// The base's columns, and the tangents of its shapes.
+    base_parts: Vec<Part>,
+    base_tangents: Vec<Column>,
+}
+
+/// The rows of an axis in a whole column.
+fn rows_of(records: &Records<'_>, axis: usize) -> Range<usize> {
+    let rows = records.rows_per_axis();
+    axis * rows..(axis + 1) * rows
+}
+
+fn rms(series: &[f64]) -> f64 {
+    (series.iter().map(|v| v * v).sum::<f64>() / series.len().max(1) as f64).sqrt()
+}
+
+fn peak(series: &[f64]) -> f64 {
+    series.iter().fold(0.0, |most, v| most.max(v.abs()))
+}
+
+impl<'a> Bench<'a> {
+    /// An axis beside a base; `zero_per_record` gives every record a zero of its own.
+    pub(super) fn new(
+        records: &'a Records<'a>,
+        axis: usize,
+        base: &Hypothesis,
+        zero_per_record: bool,
+    ) -> Self {
+        let measured = &records.measured[rows_of(records, axis)];
+        let mut bench = Self {
+            records,
+            axis,
+            measured,
+            blocks: Blocks::new(measured, &records.rows),
+            power: records.references.force[axis].powi(2),
+            scale: rms(measured),
+            peak: peak(measured),
+            instruments: Vec::new(),
+            zeros: Vec::new(),
+            acceleration: None,
+            base_parts: Vec::new(),
+            base_tangents: Vec::new(),
+        };
+        bench.acceleration = records.accelerations[axis].as_ref().map(|column| Column {
+            data: Arc::new(column[rows_of(records, axis)].to_vec()),
+            bounds: [0.0, f64::INFINITY],
+        });
+        if zero_per_record {
+            bench.zeros = bench.zero_columns();
+        }
+        bench.instruments = bench.instrument_columns();
+        bench.bound_by(base);
+        bench
+    }
+
+    /// Takes the largest force among the base's terms as the measure of what effects may have, and keeps the folds that determine the base.
+    fn bound_by(&mut self, base: &Hypothesis) {
+        let parts = self.parts(base, &[]);
+        let columns = self.columns(&parts, base.base);
+        let products = self.products(&columns, &[], 0..self.measured.len());
+        let bounds: Vec<[f64; 2]> = columns.iter().map(|c| c.bounds).collect();
+        let factors = bounded::factors(&products, &bounds);
+        let forces = columns.iter().zip(&factors);
+        let largest = forces.map(|(c, f)| f.abs() * rms(&c.data));
+        self.scale = largest.fold(self.scale, f64::max);
+        let peaks = columns.iter().zip(&factors);
+        let peaks = peaks.map(|(c, f)| f.abs() * peak(&c.data));
+        self.peak = peaks.fold(self.peak, f64::max);
+        let energy = |rows: &Range<usize>, column: &Column| -> f64 {
+            column.data[rows.clone()].iter().map(|v| v * v).sum()
+        };
+        let own: Vec<&Column> = columns.iter().collect();
+        let turns = self.blocks.turns;
+        let mut folds = std::mem::take(&mut self.blocks.folds);
+        let mut at = 0;
+        folds.retain(|fold| {
+            at += 1;
+            let left = |column: &&Column| {
+                let whole = energy(&(0..self.measured.len()), column);
+                let judged: f64 = fold
+                    .iter()
+                    .map(|&b| energy(&self.blocks.rows[b], column))
+                    .sum();
+                whole - judged >= LEARNT * whole
+            };
+            at <= turns || own.iter().all(left)
+        });
+        self.blocks.folds = folds;
+        let (of_base, _) = self.unknowns(base);
+        self.base_tangents = self.tangents(base, &parts, &of_base.iter().collect::<Vec<_>>());
+        self.base_parts = parts;
+    }
+
+    fn instrument_columns(&self) -> Vec<(&'static str, Column)> {
+        let within = |name: &'static str, most: f64| {
+            let entry = Entry::named(name)?;
+            let bound = Bound {
+                entry,
+                axis: self.axis,
+            };
+            let part = self.part(&bound, &vec![0.0; entry.parameters().len()]);
+            let column = part.columns.first()?;
+            (rms(&column.data) > 0.0).then(|| {
+                let bounds = [-most, most];
+                let data = column.data.clone();
+                (name, Column { data, bounds })
+            })
+        };
+        let applied = self.records.applied_rms(self.axis);
+        let stated = self.records.inertias[self.axis].filter(|inertia| *inertia > 0.0);
+        [
+            within("preload", CRITERIA.zero * applied),
+            stated.and_then(|stated| within("inertia_error", CRITERIA.gain * stated)),
+            within("time_delay", CRITERIA.lateness_s),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+
+    /// One column per record: its zero.
+    fn zero_columns(&self) -> Vec<Column> {
+        let mut start = 0;
+        let records = self.records.rows.iter();
+        let columns = records.map(|&count| {
+            let mut data = vec![0.0; self.measured.len()];
+            data[start..start + count].fill(1.0);
+            start += count;
+            Column {
+                data: Arc::new(data),
+                bounds: [f64::NEG_INFINITY, f64::INFINITY],
+            }
+        });
+        columns.collect()
+    }
+
+    /// The columns of an effect at these values.
+    pub(super) fn part(&self, bound: &Bound, values: &[f64]) -> Part {
+        let rows = rows_of(self.records, self.axis);
+        let columns = self.records.columns(bound, values).into_iter();
+        let mut bounds = Vec::new();
+        for parameter in bound.entry.parameters() {
+            match parameter.role {
+                Role::Linear { positive } => bounds.push([
+                    if positive { 0.0 } else { f64::NEG_INFINITY },
+                    f64::INFINITY,
+                ]),
+                Role::SizePerRecord => bounds.extend(
+                    (0..2 * self.records.rows.len()).map(|_| [f64::NEG_INFINITY, f64::INFINITY]),
+                ),
+                Role::Shape(_) => {}
+            }
+        }
+        let columns = columns.zip(bounds).map(|(column, bounds)| Column {
+            data: Arc::new(column[rows.clone()].to_vec()),
+            bounds,
+        });
+        Part {
+            bound: *bound,
+            values: values.to_vec(),
+            columns: columns.collect(),
+        }
+    }
+
+    /// The columns of every member; those of the base and of `known` parts are taken over.
+    pub(super) fn parts(&self, hypothesis: &Hypothesis, known: &[Part]) -> Vec<Part> {
+        let members = hypothesis.members.iter().zip(&hypothesis.values);
+        let part = |(bound, values): (&Bound, &Vec<f64>)| {
+            let mut all = known.iter().chain(&self.base_parts);
+            let same = all.find(|part| part.is(bound, values)).cloned();
+            same.unwrap_or_else(|| self.part(bound, values))
+        };
+        members.map(part).collect()
+    }
+
+    /// The columns of parts, of which the first `base` belong to the base, and of what stands beside every hypothesis.
+    pub(super) fn columns(&self, parts: &[Part], base: usize) -> Vec<Column> {
+        let mut columns: Vec<Column> = Vec::new();
+        for (at, part) in parts.iter().enumerate() {
+            columns.extend(part.columns.iter().cloned().map(|mut column| {
+                if at >= base {
+                    let by_size = self.scale / rms(&column.data).max(f64::MIN_POSITIVE);
+                    let by_peak = self.peak / peak(&column.data).max(f64::MIN_POSITIVE);
+                    let most = MAX_FORCE * by_size.min(by_peak);
+                    column.bounds = [column.bounds[0].max(-most), column.bounds[1].min(most)];
+                }
+                column
+            }));
+        }
+        columns.extend(self.acceleration.clone());
+        let has = |names: &[&str]| {
+            let mut parts = parts.iter();
+            parts.any(|part| names.contains(&part.bound.entry.about.name))
+        };
+        for (name, column) in &self.instruments {
+            let named = match *name {
+                "inertia_error" => has(&["inertia_error", "force_gain"]),
+                "preload" => has(&["preload"]) || !self.zeros.is_empty(),
+                name => has(&[name]),
+            };
+            if !named {
+                columns.push(column.clone());
+            }
+        }
+        columns.extend(self.zeros.iter().cloned());
+        columns
+    }
+
+    /// The tangents of shapes at these factors of the parts' columns.
+    pub(super) fn slopes(
+        &self,
+        parts: &[Part],
+        factors: &[f64],
+        unknowns: &[&ShapeUnknown],
+    ) -> Vec<Vec<f64>> {
+        let rows = rows_of(self.records, self.axis);
+        let slope = |unknown: &&ShapeUnknown| {
+            let mut sum = vec![0.0; self.measured.len()];
+            for &(member, index) in &unknown.places {
+                let before: usize = parts[..member].iter().map(|p| p.columns.len()).sum();
+                let part = &parts[member];
+                let own = &factors[before..before + part.columns.len()];
+                let slope = self.records.slope(&part.bound, &part.values, own, index);
+                sum.iter_mut()
+                    .zip(&slope[rows.clone()])
+                    .for_each(|(s, p)| *s += p);
+            }
+            sum
+        };
+        unknowns.iter().map(slope).collect()
+    }
+
+    /// Products of columns with each other and with the measured force, over some rows; `more` stand before the force.
+    pub(super) fn products(
+        &self,
+        columns: &[Column],
+        more: &[Vec<f64>],
+        rows: Range<usize>,
+    ) -> Mat<f64> {
+        let count = columns.len();
+        let design = Mat::from_fn(rows.len(), count + more.len() + 1, |r, c| {
+            let row = rows.start + r;
+            if c < count {
+                columns[c].data[row]
+            } else if c < count + more.len() {
+                more[c - count][row]
+            } else {
+                self.measured[row]
+            }
+        });
+        product(&design, &design)
+    }
+
+    /// What the tangents of the base's shapes add to a hypothesis, each held to small changes.
+    pub(super) fn tangents(
+        &self,
+        hypothesis: &Hypothesis,
+        parts: &[Part],
+        fixed: &[&ShapeUnknown],
+    ) -> Vec<Column> {
+        if fixed.is_empty() {
+            return Vec::new();
+        }
+        let base = self.base_parts.iter().zip(parts);
+        let mut same = base.map(|(known, part)| known.is(&part.bound, &part.values));
+        if !self.base_parts.is_empty() && same.all(|same| same) {
+            return self.base_tangents.clone();
+        }
+        let columns = self.columns(parts, hypothesis.base);
+        let products = self.products(&columns, &[], 0..self.measured.len());
+        let bounds: Vec<[f64; 2]> = columns.iter().map(|c| c.bounds).collect();
+        let factors = bounded::factors(&products, &bounds);
+        let slopes = self.slopes(parts, &factors, fixed).into_iter();
+        let columns = slopes.map(|slope| Column {
+            data: Arc::new(slope),
+            bounds: [-SHAPES_MOVE, SHAPES_MOVE],
+        });
+        columns.collect()
+    }
+
+    /// The shape unknowns of a hypothesis: those of its base, and the others.
+    pub(super) fn unknowns(
+        &self,
+        hypothesis: &Hypothesis,
+    ) -> (Vec<ShapeUnknown>, Vec<ShapeUnknown>) {
+        let mut all = shapes(&hypothesis.members, &self.records.references);
+        all.retain(|unknown| !unknown.shape.is_given());
+        all.into_iter()
+            .partition(|u| u.places[0].0 < hypothesis.base)
+    }
+
+    /// Everything that stands beside each other in a hypothesis, its base's tangents included.
+    pub(super) fn design(&self, hypothesis: &Hypothesis, parts: &[Part]) -> Vec<Column> {
+        let (of_base, _) = self.unknowns(hypothesis);
+        let mut columns = self.columns(parts, hypothesis.base);
+        columns.extend(self.tangents(hypothesis, parts, &of_base.iter().collect::<Vec<_>>()));
+        columns
+    }
+
+    /// Factors of a design's columns, and what they leave of the force.
+    pub(super) fn solved(&self, columns: &[Column]) -> (Vec<f64>, Vec<f64>) {
+        let products = self.products(columns, &[], 0..self.measured.len());
+        let bounds: Vec<[f64; 2]> = columns.iter().map(|c| c.bounds).collect();
+        let factors = bounded::factors(&products, &bounds);
+        let mut left = self.measured.to_vec();
+        for (column, factor) in columns.iter().zip(&factors) {
+            let pairs = left.iter_mut().zip(column.data.iter());
+            pairs.for_each(|(l, c)| *l -= factor * c);
+        }
+        (factors, left)
+    }
+
+    /// Factors of a design's columns, from all rows and as each fold judges with them.
+    pub(super) fn judged(&self, columns: &[Column]) -> Judged {
+        let blocks = self.blocks.rows.iter();
+        let products: Vec<Mat<f64>> = blocks
+            .map(|rows| self.products(columns, &[], rows.clone()))
+            .collect();
+        let size = columns.len() + 1;
+        let mut whole = Mat::<f64>::zeros(size, size);
+        products.iter().for_each(|p| whole += p);
+        let bounds: Vec<[f64; 2]> = columns.iter().map(|c| c.bounds).collect();
+        let folds = self.blocks.folds.iter().map(|fold| {
+            let mut learnt = whole.clone();
+            fold.iter().for_each(|&block| learnt -= &products[block]);
+            // What the other blocks hardly hold is not learnt from them.
+            let bounds = bounds.iter().enumerate().map(|(c, &own)| {
+                if learnt[(c, c)] < LEARNT * whole[(c, c)] {
+                    [0.0; 2]
+                } else {
+                    own
+                }
+            });
+            bounded::factors(&learnt, &bounds.collect::<Vec<_>>())
+        });
+        Judged {
+            folds: folds.collect(),
+            all: bounded::factors(&whole, &bounds),
+            products,
+        }
+    }
+
+    /// The score of a hypothesis on blocks that were not learnt from.
+    pub(super) fn score(&self, hypothesis: &Hypothesis, parts: &[Part], judged: &Judged) -> Score {
+        let (products, folds) = (&judged.products, &judged.folds);
+        let (mut log_errors, mut squares) = (Vec::new(), 0.0);
+        for (at, (fold, factors)) in self.blocks.folds.iter().zip(folds).enumerate() {
+            for &block in fold {
+                let square = bounded::left(&products[block], factors);
+                let rows = self.blocks.rows[block].len() as f64;
+                log_errors.push((square / rows / self.power + NO_POWER).ln());
+                squares += if at < self.blocks.turns { square } else { 0.0 };
+            }
+        }
+        let strengths = parts.iter().flat_map(|part| &part.columns);
+        let strengths = strengths.filter(|c| c.data.iter().any(|v| *v != 0.0));
+        let (of_base, others) = self.unknowns(hypothesis);
+        let numbers = strengths.count() + of_base.len() + others.len();
+        self.score_of(log_errors, squares, numbers)
+    }
+
+    /// A score from what is left of every judged block.
+    pub(super) fn score_of(&self, log_errors: Vec<f64>, squares: f64, numbers: usize) -> Score {
+        let mean = log_errors.iter().sum::<f64>() / log_errors.len().max(1) as f64;
+        Score {
+            rank: mean + CRITERIA.price * numbers as f64,
+            error: (squares / self.measured.len().max(1) as f64 / self.power).sqrt(),
+            log_errors,
+            numbers,
+        }
+    }
+
+    /// A hypothesis with its linear values put in from all rows.
+    pub(super) fn valued(
+        &self,
+        hypothesis: &Hypothesis,
+        parts: &[Part],
+        judged: &Judged,
+    ) -> Hypothesis {
+        let mut valued = hypothesis.clone();
+        let mut rest = judged.all.as_slice();
+        for ((part, bound), values) in parts
+            .iter()
+            .zip(&hypothesis.members)
+            .zip(&mut valued.values)
+        {
+            let (mine, others) = rest.split_at(part.columns.len());
+            values.clone_from(&part.values);
+            self.records.put(bound, mine, values);
+            rest = others;
+        }
+        valued
+    }
+
+    /// Whether a hypothesis is physics: every added effect has values that it can have, and none stands at the edge of what was searched.
+    pub(super) fn is_sound(&self, hypothesis: &Hypothesis) -> bool {
+        let added = hypothesis.members.iter().zip(&hypothesis.values);
+        let mut added = added.skip(hypothesis.base);
+        added.all(|(bound, values)| !is_at_bound(bound, values, self.records))
+    }
+}

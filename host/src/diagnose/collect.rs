@@ -1,0 +1,320 @@
+//! The candidates: every effect that could be added on an axis, with where its shapes may start and what it makes of the records there.
+//!
+//! Each effect is evaluated once at all of its starting values. What it would explain beside a hypothesis then follows from products of
+//! columns alone, strengths solved for within their bounds.
+
+use super::bench::Bench;
+use super::bounded;
+use super::hypothesis::{Column, Hypothesis, Part};
+use crate::fit::effects::projection::product;
+use crate::fit::effects::unknowns::{ShapeUnknown, is_physical, shapes};
+use crate::fit::normal_equations::Cholesky;
+use crate::model::effects::Bound;
+use faer::Mat;
+use jointwatch_shared::effect::{Acts, EFFECTS};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Starting values of one effect's shapes that are tried at most; more are thinned out.
+const MAX_STARTS: usize = 40;
+/// Rows that a scan looks at: every so manieth of more.
+const MAX_ROWS: usize = 6000;
+/// A column of which less than this part is left beside a hypothesis is no news.
+const MIN_NEW: f64 = 1e-7;
+
+/// One effect at one choice of its shapes.
+struct Start {
+    part: Part,
+    columns: Range<usize>,
+    products: Mat<f64>,
+}
+
+/// An effect that would explain something.
+#[derive(Clone)]
+pub(super) struct Promise {
+    pub(super) bound: Bound,
+    /// Shapes as they start; strengths as least squares has them.
+    pub(super) values: Vec<f64>,
+    /// Power that it takes away in the rows of the scan, beside that of the force.
+    pub(super) gain: f64,
+}
+
+/// Every candidate at every start, on the rows of a scan.
+pub(super) struct Library {
+    starts: Vec<Start>,
+    matrix: Mat<f64>,
+    step: usize,
+}
+
+/// Every effect that could be added on an axis to a model that has the `known` terms.
+pub(super) fn candidates(
+    bench: &Bench<'_>,
+    axes: usize,
+    known: &[Bound],
+    without: &[String],
+) -> Vec<Bound> {
+    let axis = bench.axis;
+    let bounds = EFFECTS.iter().filter_map(|entry| match entry.acts {
+        Acts::OwnAxis => Some(Bound { entry, axis }),
+        Acts::BothAxes => (axes == 2).then_some(Bound { entry, axis: 0 }),
+    });
+    // A wrong inertia shows where one is stated, and is not all that there is of force.
+    let inertia = bench.records.inertias[axis].is_some_and(|inertia| inertia > 0.0);
+    bounds
+        .filter(|bound| {
+            let name = bound.entry.about.name;
+            let of_inertia = matches!(name, "inertia_error" | "force_gain");
+            // A law that holds one of the base as a special case takes its place.
+            let rival = known
+                .iter()
+                .any(|term| bound.rules_out(term) && !bound.replaces(term));
+            !rival
+                && !known.contains(bound)
+                && (!of_inertia || inertia)
+                && !without.iter().any(|w| w == name)
+        })
+        .collect()
+}
+
+impl Library {
+    /// Evaluates candidates at their starts; `known` are all terms of the model with their values, for shapes that are tied to theirs.
+    pub(super) fn new(
+        bench: &Bench<'_>,
+        candidates: &[Bound],
+        known: &[Bound],
+        values: &[Vec<f64>],
+        residual: &[f64],
+    ) -> Self {
+        let rows = bench.measured.len();
+        let step = rows.div_ceil(MAX_ROWS).max(1);
+        let all: Vec<(Bound, Vec<f64>)> = candidates
+            .iter()
+            .flat_map(|bound| {
+                let starts = starts(bench, bound, known, values, residual);
+                let thin = starts.len().div_ceil(MAX_STARTS).max(1);
+                starts
+                    .into_iter()
+                    .step_by(thin)
+                    .map(|values| (*bound, values))
+            })
+            .collect();
+        let parts: Vec<Part> = all
+            .par_iter()
+            .map(|(bound, values)| thinned(bench.part(bound, values), step))
+            .collect();
+        let mut starts = Vec::new();
+        let mut count = 0;
+        for part in parts {
+            let columns = count..count + part.columns.len();
+            count = columns.end;
+            let own = matrix_of(&part.columns);
+            starts.push(Start {
+                products: product(&own, &own),
+                columns,
+                part,
+            });
+        }
+        let columns: Vec<&Column> = starts.iter().flat_map(|s| &s.part.columns).collect();
+        let matrix = Mat::from_fn(rows.div_ceil(step), count, |r, c| columns[c].data[r]);
+        Self {
+            starts,
+            matrix,
+            step,
+        }
+    }
+
+    /// What each candidate would explain beside a hypothesis with this design, the most promising first: one start of each.
+    pub(super) fn scan(
+        &self,
+        bench: &Bench<'_>,
+        hypothesis: &Hypothesis,
+        design: &[Column],
+    ) -> Vec<Promise> {
+        let rows = self.matrix.nrows();
+        let all = Mat::from_fn(rows, design.len() + 1, |r, c| {
+            let row = r * self.step;
+            design
+                .get(c)
+                .map_or(bench.measured[row], |column| column.data[row])
+        });
+        let bounds: Vec<[f64; 2]> = design.iter().map(|c| c.bounds).collect();
+        let factors = bounded::factors(&product(&all, &all), &bounds);
+        // What stands at a bound is taken off as it is; what is free gives way to a candidate.
+        let (free, held): (Vec<usize>, Vec<usize>) = (0..design.len())
+            .partition(|&c| bounds[c][0] < factors[c] && factors[c] < bounds[c][1]);
+        let own = Mat::from_fn(rows, free.len(), |r, c| all[(r, free[c])]);
+        let series = Mat::from_fn(rows, 1, |r, _| {
+            let taken: f64 = held.iter().map(|&c| factors[c] * all[(r, c)]).sum();
+            all[(r, design.len())] - taken
+        });
+        let mut gram = product(&own, &own);
+        let scale: Vec<f64> = (0..gram.ncols())
+            .map(|c| gram[(c, c)])
+            .map(|square| {
+                if square > 0.0 {
+                    square.sqrt().recip()
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        for c in 0..gram.ncols() {
+            for d in 0..gram.ncols() {
+                gram[(c, d)] *= scale[c] * scale[d];
+            }
+            gram[(c, c)] = 1.0 + 1e-9;
+        }
+        let scaled = |mut m: Mat<f64>| {
+            for c in 0..m.ncols() {
+                for r in 0..m.nrows() {
+                    m[(r, c)] *= scale[r];
+                }
+            }
+            m
+        };
+        let cross = scaled(product(&own, &self.matrix));
+        let mut with_series = scaled(product(&own, &series));
+        let Some(factor) = Cholesky::new(gram) else {
+            return Vec::new();
+        };
+        let mut shares = cross.clone();
+        factor.solve(shares.as_mut());
+        factor.solve(with_series.as_mut());
+        let right = product(&self.matrix, &series) - cross.transpose() * &with_series;
+        let promises = self
+            .starts
+            .par_iter()
+            .filter_map(|start| promise(bench, hypothesis, start, (&cross, &shares, &right)));
+        let whole = rows as f64 * bench.power;
+        let mut best: Vec<Promise> = Vec::new();
+        for mut promise in promises.collect::<Vec<_>>() {
+            promise.gain /= whole;
+            match best.iter_mut().find(|p| p.bound == promise.bound) {
+                Some(known) if known.gain < promise.gain => *known = promise,
+                Some(_) => {}
+                None => best.push(promise),
+            }
+        }
+        best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        best
+    }
+}
+
+/// What one start explains beside a hypothesis.
+fn promise(
+    bench: &Bench<'_>,
+    hypothesis: &Hypothesis,
+    start: &Start,
+    (cross, shares, right): (&Mat<f64>, &Mat<f64>, &Mat<f64>),
+) -> Option<Promise> {
+    let bound = &start.part.bound;
+    let rivals = |(at, term): (usize, &Bound)| {
+        let special = at < hypothesis.base && bound.replaces(term);
+        term == bound || (bound.rules_out(term) && !special)
+    };
+    if hypothesis.members.iter().enumerate().any(rivals) {
+        return None;
+    }
+    let count = start.columns.len();
+    let at = |c: usize| start.columns.start + c;
+    let mut products = Mat::zeros(count + 1, count + 1);
+    for c in 0..count {
+        for d in 0..count {
+            let inner: f64 = (0..cross.nrows())
+                .map(|r| cross[(r, at(c))] * shares[(r, at(d))])
+                .sum();
+            products[(c, d)] = start.products[(c, d)] - inner;
+        }
+        if products[(c, c)] <= MIN_NEW * start.products[(c, c)] {
+            // Nothing of its own: as a column of zeros it gets no factor.
+            products[(c, c)] = 0.0;
+        }
+        products[(c, count)] = right[(at(c), 0)];
+        products[(count, c)] = right[(at(c), 0)];
+    }
+    let bounds: Vec<[f64; 2]> = start.part.columns.iter().map(|c| c.bounds).collect();
+    let factors = bounded::factors(&products, &bounds);
+    // The products hold no square of the force itself, so what is left is minus what is gained.
+    let mut gain = 0.0;
+    for c in 0..count {
+        let inner: f64 = (0..count).map(|d| products[(c, d)] * factors[d]).sum();
+        gain += factors[c] * (2.0 * products[(c, count)] - inner);
+    }
+    let mut values = start.part.values.clone();
+    bench.records.put(bound, &factors, &mut values);
+    (gain > 0.0 && is_physical(bound, &values, bench.records)).then_some(Promise {
+        bound: *bound,
+        values,
+        gain,
+    })
+}
+
+fn thinned(part: Part, step: usize) -> Part {
+    let columns = part.columns.into_iter().map(|column| Column {
+        data: column
+            .data
+            .iter()
+            .copied()
+            .step_by(step)
+            .collect::<Vec<_>>()
+            .into(),
+        bounds: column.bounds,
+    });
+    Part {
+        columns: columns.collect(),
+        ..part
+    }
+}
+
+fn matrix_of(columns: &[Column]) -> Mat<f64> {
+    let rows = columns.first().map_or(0, |c| c.data.len());
+    Mat::from_fn(rows, columns.len(), |r, c| columns[c].data[r])
+}
+
+/// Every combination of an effect's starting values, all its parameters in SI; shapes that are tied to a term of the model have its value.
+fn starts(
+    bench: &Bench<'_>,
+    bound: &Bound,
+    known: &[Bound],
+    values: &[Vec<f64>],
+    residual: &[f64],
+) -> Vec<Vec<f64>> {
+    let records = bench.records;
+    let mut with = known.to_vec();
+    with.push(*bound);
+    let all = shapes(&with, &records.references);
+    let mut first = vec![0.0; bound.entry.parameters().len()];
+    let mut own: Vec<&ShapeUnknown> = Vec::new();
+    for unknown in &all {
+        let mine = unknown.places.iter().filter(|place| place.0 == known.len());
+        for &(_, index) in mine {
+            let owner = unknown.places[0];
+            if owner.0 < known.len() {
+                first[index] = values[owner.0][owner.1];
+            } else {
+                own.push(unknown);
+            }
+        }
+    }
+    let mut combined = vec![first];
+    for unknown in own {
+        let index = unknown.places[0].1;
+        let candidates: Vec<f64> = if bound.entry.is_per_record() {
+            vec![records.line_in(residual, bound.axis, &unknown.shape)]
+        } else {
+            let starts = unknown.shape.starts.iter();
+            starts.map(|start| start * unknown.reference).collect()
+        };
+        combined = combined
+            .into_iter()
+            .flat_map(|so_far| {
+                candidates.iter().map(move |value| {
+                    let mut longer = so_far.clone();
+                    longer[index] = *value;
+                    longer
+                })
+            })
+            .collect();
+    }
+    combined
+}

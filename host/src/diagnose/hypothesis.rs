@@ -1,0 +1,116 @@
+//! A hypothesis: a set of effects on an axis, beside the base, with their values; and what keeps a value from being physics.
+
+use crate::fit::effects::columns::Records;
+use crate::fit::effects::unknowns::{is_physical, reference};
+use crate::model::effects::Bound;
+use jointwatch_shared::effect::about::Role;
+use jointwatch_shared::units::Dimension;
+use std::sync::Arc;
+
+/// A length or a time within this part of its bound stands there.
+const AT_BOUND: f64 = 0.01;
+/// A pitch up to the travel, in units of the largest displacement.
+const TRAVEL: f64 = 2.0;
+
+/// A set of effects with values.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Hypothesis {
+    /// Effects, those of the base first.
+    pub(super) members: Vec<Bound>,
+    /// Every parameter of each, SI.
+    pub(super) values: Vec<Vec<f64>>,
+    /// How many of them belong to the base.
+    pub(super) base: usize,
+}
+
+/// A column with the least and the most of its factor.
+#[derive(Clone)]
+pub(super) struct Column {
+    pub(super) data: Arc<Vec<f64>>,
+    pub(super) bounds: [f64; 2],
+}
+
+/// A member's columns on an axis.
+#[derive(Clone)]
+pub(super) struct Part {
+    pub(super) bound: Bound,
+    pub(super) values: Vec<f64>,
+    pub(super) columns: Vec<Column>,
+}
+
+impl Part {
+    /// Whether these are the columns of an effect at these values, whatever the strengths.
+    pub(super) fn is(&self, bound: &Bound, values: &[f64]) -> bool {
+        let parameters = bound.entry.parameters().iter();
+        let mut pairs = parameters.zip(values.iter().zip(&self.values));
+        self.bound == *bound && pairs.all(|(p, (new, old))| p.is_linear() || new == old)
+    }
+}
+
+impl Hypothesis {
+    /// The effects beside the base.
+    pub(super) fn added(&self) -> &[Bound] {
+        &self.members[self.base..]
+    }
+
+    /// With one more effect.
+    pub(super) fn with(&self, bound: Bound, values: Vec<f64>) -> Self {
+        let mut wider = self.clone();
+        wider.members.push(bound);
+        wider.values.push(values);
+        wider
+    }
+
+    /// Without one of the effects beside the base.
+    pub(super) fn without(&self, bound: &Bound) -> Self {
+        let mut narrower = self.clone();
+        let at = (self.base..self.members.len()).find(|&at| self.members[at] == *bound);
+        if let Some(at) = at {
+            narrower.members.remove(at);
+            narrower.values.remove(at);
+        }
+        narrower
+    }
+
+    /// With the effects beside the base in this order.
+    pub(super) fn ordered(&self, order: &[Bound]) -> Self {
+        let mut ordered = self.clone();
+        for (place, bound) in order.iter().enumerate() {
+            let at = self.base + place;
+            let from = (at..ordered.members.len()).find(|&i| ordered.members[i] == *bound);
+            if let Some(from) = from {
+                ordered.members.swap(at, from);
+                ordered.values.swap(at, from);
+            }
+        }
+        ordered
+    }
+
+    /// Which effects are added, in an order of its own: two hypotheses with the same key are the same set.
+    pub(super) fn key(&self) -> Vec<(u8, usize)> {
+        let added = self.added().iter();
+        let mut key: Vec<(u8, usize)> = added.map(|b| (b.entry.tag, b.axis)).collect();
+        key.sort_unstable();
+        key
+    }
+}
+
+/// Whether an effect stands at the edge of what was searched, or has values that it cannot have.
+pub(super) fn is_at_bound(bound: &Bound, values: &[f64], records: &Records<'_>) -> bool {
+    let listed = bound.entry.parameters().iter().zip(values);
+    let mut edges = listed.filter_map(|(parameter, &value)| {
+        let Role::Shape(shape) = parameter.role else {
+            return None;
+        };
+        if shape.is_given() {
+            return None;
+        }
+        let decides = [Dimension::DISPLACEMENT, Dimension::TIME].contains(&parameter.dimension);
+        let relative = value / reference(bound, parameter, &records.references);
+        let outside =
+            relative < (1.0 + AT_BOUND) * shape.least || relative > (1.0 - AT_BOUND) * shape.most;
+        let pitch = parameter.name == "pitch" && relative > TRAVEL;
+        Some((decides && outside) || pitch)
+    });
+    edges.any(|at| at) || !is_physical(bound, values, records)
+}

@@ -1,0 +1,238 @@
+//! What a learner without physics can still take away from what a model leaves, on blocks that it has not seen.
+//!
+//! Its inputs grow: the states of all axes; then memory (travel since the last reversal, where that was, the swing before it, the largest
+//! excursion); then states of moments ago; then the time in the record. The step at which the error falls is the kind of what is missing,
+//! whatever its law.
+
+use super::bench::Bench;
+use super::hypothesis::Column;
+use crate::fit::trees::{Binned, SIZE, Trees};
+use rayon::prelude::*;
+
+/// Rows that the learner is taught on and judged on: every so manieth of more.
+const MAX_ROWS: usize = 5000;
+/// Folds on which it is asked what the remainder follows.
+const FIRST_FOLDS: usize = 3;
+/// Moments ago, s.
+const DELAYS_S: [f64; 4] = [0.005, 0.012, 0.03, 0.06];
+/// A turn of the motion is one of this part of the travel.
+const TURN: f64 = 0.01;
+
+/// What the learner knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Knows {
+    States,
+    Memory,
+    Delays,
+    Time,
+}
+
+impl Knows {
+    /// Every step, in order.
+    pub(super) const ALL: [Self; 4] = [Self::States, Self::Memory, Self::Delays, Self::Time];
+
+    /// What the remainder follows, as it stands in answers.
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Self::States => "states",
+            Self::Memory => "memory",
+            Self::Delays => "delays",
+            Self::Time => "time",
+        }
+    }
+
+    /// The same in a sentence.
+    pub(super) fn in_words(self) -> &'static str {
+        match self {
+            Self::States => "displacement and velocity of the same moment",
+            Self::Memory => "the way since the last reversal and the largest excursion",
+            Self::Delays => "the displacements of the last moments",
+            Self::Time => "the time since the record began",
+        }
+    }
+}
+
+/// Error power of the judged blocks without and with the learner, fold after fold; beside that of the force.
+#[derive(Clone, Debug)]
+pub(super) struct Taken {
+    pub(super) before: Vec<f64>,
+    pub(super) after: Vec<f64>,
+    /// Over the folds that deal every block once.
+    pub(super) power: [f64; 2],
+}
+
+/// Inputs of the learner on an axis, with what it knows at each step.
+pub(super) struct Inputs {
+    series: Vec<(Knows, Vec<f64>)>,
+    step: usize,
+}
+
+impl Inputs {
+    /// Reads them from the motion.
+    pub(super) fn new(bench: &Bench<'_>, axes: usize) -> Self {
+        let records = bench.records;
+        let rows = bench.measured.len();
+        let step = rows.div_ceil(MAX_ROWS).max(1);
+        let slice = |axis: usize, column: Vec<f64>| column[axis * rows..(axis + 1) * rows].to_vec();
+        let mut series = Vec::new();
+        let state = |axis: usize, moves: bool| {
+            let column =
+                records.of_motion(
+                    axis,
+                    None,
+                    |m| if moves { m.velocity } else { m.displacement },
+                );
+            slice(axis, column)
+        };
+        let mut own = Vec::new();
+        for axis in 0..axes {
+            for moves in [false, true] {
+                let column = state(axis, moves);
+                if axis == bench.axis {
+                    own.push(column.clone());
+                }
+                series.push((Knows::States, column));
+            }
+        }
+        let [displacement, velocity] = own.as_slice() else {
+            return Self { series, step };
+        };
+        series.extend(memory(displacement, &records.rows).map(|column| (Knows::Memory, column)));
+        for delay in DELAYS_S {
+            let late = (delay * records.thinned_rate_hz).round().max(1.0) as usize;
+            for column in [displacement, velocity] {
+                series.push((Knows::Delays, delayed(column, &records.rows, late)));
+            }
+        }
+        let time = records.of_motion(bench.axis, None, |m| m.time_s);
+        series.push((Knows::Time, slice(bench.axis, time)));
+        for (_, column) in &mut series {
+            *column = column.iter().copied().step_by(step).collect();
+        }
+        Self { series, step }
+    }
+
+    /// Teaches the learner what a design leaves, on the same folds as hypotheses are judged on; `briefly` on some of them only.
+    pub(super) fn taken(
+        &self,
+        bench: &Bench<'_>,
+        design: &[Column],
+        knows: Knows,
+        briefly: bool,
+    ) -> Taken {
+        let known: Vec<Vec<f64>> = self
+            .series
+            .iter()
+            .filter(|(step, _)| *step <= knows)
+            .map(|(_, column)| column.clone())
+            .collect();
+        let inputs = Binned::new(&known);
+        let rows = bench.measured.len().div_ceil(self.step);
+        let mut block = vec![0; rows];
+        for (number, range) in bench.blocks.rows.iter().enumerate() {
+            let from = range.start.div_ceil(self.step);
+            let to = range.end.div_ceil(self.step);
+            block[from..to].fill(number);
+        }
+        let folds = bench.judged(design).folds;
+        let count = if briefly {
+            FIRST_FOLDS.min(bench.blocks.turns)
+        } else {
+            folds.len()
+        };
+        let judged: Vec<Vec<[f64; 2]>> = (0..count)
+            .into_par_iter()
+            .map(|at| {
+                let fold = &bench.blocks.folds[at];
+                let left: Vec<f64> = (0..rows)
+                    .map(|row| {
+                        let row = row * self.step;
+                        let columns = design.iter().zip(&folds[at]);
+                        bench.measured[row] - columns.map(|(c, f)| f * c.data[row]).sum::<f64>()
+                    })
+                    .collect();
+                let taught = (0..rows as u32).filter(|&r| !fold.contains(&block[r as usize]));
+                let trees = Trees::teach(&inputs, &left, &taught.collect::<Vec<_>>(), SIZE);
+                let of_block = |number: &usize| {
+                    let mut sums = [0.0; 2];
+                    let mut own = 0.0_f64;
+                    for row in (0..rows).filter(|&row| block[row] == *number) {
+                        sums[0] += left[row].powi(2);
+                        sums[1] += (left[row] - trees.at(&inputs, row)).powi(2);
+                        own += 1.0;
+                    }
+                    sums.map(|sum| sum / own.max(1.0) / bench.power)
+                };
+                fold.iter().map(of_block).collect()
+            })
+            .collect();
+        let mut power = [0.0; 2];
+        let all = bench.measured.len() as f64;
+        for (fold, errors) in bench
+            .blocks
+            .folds
+            .iter()
+            .zip(&judged)
+            .take(bench.blocks.turns)
+        {
+            for (block, errors) in fold.iter().zip(errors) {
+                let share = bench.blocks.rows[*block].len() as f64 / all;
+                power
+                    .iter_mut()
+                    .zip(errors)
+                    .for_each(|(p, e)| *p += share * e);
+            }
+        }
+        let of = |place: usize| judged.iter().flatten().map(|e| e[place]).collect();
+        Taken {
+            before: of(0),
+            after: of(1),
+            power,
+        }
+    }
+}
+
+/// Way since the last reversal, where it was, the swing before it, and the largest excursion so far, record by record.
+fn memory(displacement: &[f64], records: &[usize]) -> [Vec<f64>; 4] {
+    let mut out: [Vec<f64>; 4] = Default::default();
+    let low = displacement.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = displacement
+        .iter()
+        .copied()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let turn = TURN * (high - low);
+    let mut start = 0;
+    for &count in records {
+        let part = &displacement[start..start + count];
+        let first = part.first().copied().unwrap_or(0.0);
+        let (mut last, mut before, mut extreme) = (first, first, first);
+        let (mut direction, mut largest) = (1.0, 0.0_f64);
+        for &x in part {
+            if direction * (x - extreme) > 0.0 {
+                extreme = x;
+            } else if direction * (extreme - x) > turn {
+                (before, last, extreme) = (last, extreme, x);
+                direction = -direction;
+            }
+            largest = largest.max(x.abs());
+            let row = [x - last, last, last - before, largest];
+            out.iter_mut()
+                .zip(row)
+                .for_each(|(column, value)| column.push(value));
+        }
+        start += count;
+    }
+    out
+}
+
+/// A column so many rows late, record by record.
+fn delayed(column: &[f64], records: &[usize], late: usize) -> Vec<f64> {
+    let mut out = Vec::with_capacity(column.len());
+    let mut start = 0;
+    for &count in records {
+        let part = &column[start..start + count];
+        out.extend((0..count).map(|row| part[row.saturating_sub(late)]));
+        start += count;
+    }
+    out
+}

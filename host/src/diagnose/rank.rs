@@ -1,0 +1,154 @@
+//! The search over sets of effects: a beam that adds, replaces and drops. An effect that does not help ends nothing, and one that was found
+//! early may leave again.
+
+use super::bench::{Bench, Score};
+use super::collect::Library;
+use super::criteria::CRITERIA;
+use super::hypothesis::{Hypothesis, Part};
+use rayon::prelude::*;
+use std::collections::HashSet;
+
+/// Effects that are tried beside each hypothesis, those that promise most first.
+const TRIED: usize = 8;
+/// So many always beside the base, and the others where they promise this part of what the first does.
+const ALWAYS: usize = 4;
+const RIVAL: f64 = 0.1;
+/// An effect takes away no more than this times what it promises before its shapes are found.
+const MORE: f64 = 4.0;
+/// Steps of the first refinement of an effect's shapes, and of all shapes together.
+const STEPS: [usize; 2] = [6, 10];
+/// Of the best, this many times the width have all their shapes found anew.
+const SETTLED: usize = 2;
+/// No hypothesis overtakes one that is ahead by so much mean log error power.
+const NEAR: f64 = 1.5;
+
+/// A hypothesis that was looked at.
+#[derive(Clone)]
+pub(super) struct Looked {
+    /// With its values.
+    pub(super) hypothesis: Hypothesis,
+    pub(super) parts: Vec<Part>,
+    pub(super) score: Score,
+    /// Whether its values are physics.
+    pub(super) sound: bool,
+}
+
+/// The rows that are searched on, and those that are judged.
+pub(super) struct Field<'a, 'b> {
+    pub(super) full: &'a Bench<'b>,
+    pub(super) excerpt: &'a Bench<'b>,
+    pub(super) library: &'a Library,
+}
+
+/// Looks at a hypothesis with the shapes that it has; columns of `known` parts are taken over.
+pub(super) fn look(bench: &Bench<'_>, hypothesis: &Hypothesis, known: &[Part]) -> Looked {
+    let parts = bench.parts(hypothesis, known);
+    let design = bench.design(hypothesis, &parts);
+    let judged = bench.judged(&design);
+    let score = bench.score(hypothesis, &parts, &judged);
+    let hypothesis = bench.valued(hypothesis, &parts, &judged);
+    Looked {
+        sound: bench.is_sound(&hypothesis),
+        hypothesis,
+        parts,
+        score,
+    }
+}
+
+/// Every hypothesis that was looked at, the base first.
+pub(super) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
+    let mut seen = HashSet::from([base.hypothesis.key()]);
+    let mut beam = vec![base.clone()];
+    let mut all = vec![base];
+    for _ in 0..CRITERIA.depth {
+        let before = best_rank(&all);
+        let mut moves: Vec<(Hypothesis, &[Part])> = Vec::new();
+        for (place, from) in beam.iter().enumerate() {
+            let narrower = from.hypothesis.added().iter();
+            let narrower: Vec<Hypothesis> = narrower
+                .map(|bound| from.hypothesis.without(bound))
+                .collect();
+            moves.extend(
+                added(field, &from.hypothesis, TRIED)
+                    .into_iter()
+                    .map(|h| (h, &*from.parts)),
+            );
+            for hypothesis in narrower.iter().filter(|h| h.members.len() > h.base) {
+                // What else would do in the place of an effect that was found earlier.
+                if place == 0 {
+                    let others = added(field, hypothesis, TRIED / 2).into_iter();
+                    moves.extend(others.map(|h| (h, &*from.parts)));
+                }
+                moves.push((hypothesis.clone(), &from.parts));
+            }
+        }
+        moves.retain(|(hypothesis, _)| seen.insert(hypothesis.key()));
+        let mut tried: Vec<Looked> = moves
+            .into_par_iter()
+            .map(|(hypothesis, known)| {
+                let mut refined = field.excerpt.refined(&hypothesis, false, STEPS[0]);
+                // The frequency of a line is known as finely as the records are long.
+                if refined.added().iter().any(|b| b.entry.is_per_record()) {
+                    refined = field.full.refined(&refined, false, STEPS[0]);
+                }
+                look(field.full, &refined, known)
+            })
+            .collect();
+        tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
+        let near = tried.first().map_or(0.0, |best| best.score.rank) + NEAR;
+        let most = SETTLED * CRITERIA.width;
+        let rivals = tried.par_iter_mut().take(most);
+        rivals.filter(|l| l.score.rank < near).for_each(|looked| {
+            let refined = field.excerpt.refined(&looked.hypothesis, true, STEPS[1]);
+            let again = look(field.full, &refined, &looked.parts);
+            if order(&again) < order(looked) {
+                *looked = again;
+            }
+        });
+        tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
+        beam = tried.iter().take(CRITERIA.width).cloned().collect();
+        all.extend(tried);
+        if best_rank(&all) > before - CRITERIA.price {
+            break;
+        }
+    }
+    all
+}
+
+/// A hypothesis with each of the effects that promise most beside it.
+fn added(field: &Field<'_, '_>, hypothesis: &Hypothesis, most: usize) -> Vec<Hypothesis> {
+    let excerpt = field.excerpt;
+    let parts = excerpt.parts(hypothesis, &[]);
+    let design = excerpt.design(hypothesis, &parts);
+    let promises = field.library.scan(excerpt, hypothesis, &design);
+    let best = promises.first().map_or(0.0, |best| best.gain);
+    let worth = CRITERIA.least_share.powi(2) / MORE;
+    let told = hypothesis.added().is_empty();
+    promises
+        .into_iter()
+        .take(most)
+        .enumerate()
+        .take_while(|(place, promise)| {
+            let rival = *place < ALWAYS || promise.gain > RIVAL * best;
+            (told && *place < ALWAYS) || (rival && promise.gain > worth)
+        })
+        .map(|(_, promise)| promise)
+        .map(|promise| hypothesis.with(promise.bound, promise.values))
+        .collect()
+}
+
+/// What is not physics comes after what is.
+fn order(looked: &Looked) -> f64 {
+    looked.score.rank
+        + if looked.sound {
+            0.0
+        } else {
+            CRITERIA.least_difference
+        }
+}
+
+fn best_rank(all: &[Looked]) -> f64 {
+    all.iter()
+        .map(|l| l.score.rank)
+        .fold(f64::INFINITY, f64::min)
+}

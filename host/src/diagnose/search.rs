@@ -1,0 +1,297 @@
+//! The decision on every axis, and the model that it makes: everything that is missing beside the base, all values found together.
+
+use super::bench::Bench;
+use super::collect::{Library, candidates};
+use super::criteria::CRITERIA;
+use super::decide::{Decision, decide};
+use super::errors::{relative_errors, shapes_of};
+use super::hypothesis::Hypothesis;
+use super::rank::{Field, look};
+use crate::fit::effects::columns::Records;
+use crate::fit::effects::{Solution, solve, solved_at};
+use crate::model::effects::Bound;
+use crate::signal::motion::Motion;
+use crate::study::Axis;
+use crate::text::error::Result;
+use jointwatch_shared::effect::Acts;
+
+/// Rows of all records together on which shapes are searched for; hypotheses are judged on all of them.
+const MAX_SEARCHED: usize = 20_000;
+
+/// A model with its values.
+pub(super) struct Model {
+    pub(super) terms: Vec<Bound>,
+    pub(super) solution: Solution,
+}
+
+/// How a search went.
+pub(super) struct Search {
+    /// The base, and it with everything that is missing.
+    pub(super) first: Model,
+    pub(super) last: Model,
+    /// What is missing: the effects of the last model that the first has not.
+    pub(super) found: Vec<Bound>,
+    /// One per axis.
+    pub(super) decisions: Vec<Decision>,
+    /// What was found in the training records, but makes the error on validation records larger: the axis, and the errors without and with it.
+    pub(super) refuted: Vec<(Bound, usize, [f64; 2])>,
+    /// Per axis, by how much the zeros of force differ from record to record, N or N·m, where they do.
+    pub(super) zeros: Vec<Option<f64>>,
+}
+
+/// What a search is given.
+pub(super) struct Given<'a> {
+    pub(super) axes: &'a [Axis],
+    pub(super) motions: &'a [&'a Motion],
+    pub(super) unseen: Option<&'a Records<'a>>,
+    pub(super) low_pass: &'a [f64],
+    /// Effects that are not to be thought of.
+    pub(super) without: &'a [String],
+}
+
+/// Searches for what is missing beside a base, whose fit starts from `values` where they are known.
+///
+/// # Errors
+/// As the fit of the terms.
+pub(super) fn search(
+    given: &Given<'_>,
+    base: &[Bound],
+    values: Option<Vec<Vec<f64>>>,
+) -> Result<Search> {
+    let mut records = Records::new(given.axes, given.motions, given.low_pass);
+    let from = values.map(|values| shapes_of(&records, base, &values));
+    let solution = solve(&records, given.axes, base, from)?;
+    let rows: usize = given.motions.iter().map(|m| m.rows()).sum();
+    let each = MAX_SEARCHED / given.motions.len().max(1);
+    let cut: Vec<Motion> = given.motions.iter().map(|m| m.middle(each)).collect();
+    let cut: Vec<&Motion> = cut.iter().collect();
+    let mut excerpt = (rows > MAX_SEARCHED).then(|| {
+        let mut excerpt = Records::new(given.axes, &cut, given.low_pass);
+        excerpt.references = records.references;
+        excerpt
+    });
+    let (model, inertia) = solution.in_si(base, given.axes);
+    records.predict(&model, &inertia);
+    if let Some(excerpt) = &mut excerpt {
+        excerpt.predict(&model, &inertia);
+    }
+    let mut known = Known {
+        terms: base.to_vec(),
+        values: solution.solved.values.clone(),
+        of_base: base.len(),
+    };
+    let mut decisions: Vec<Decision> = Vec::new();
+    let mut zeros = vec![None; given.axes.len()];
+    for axis in order(&records, base, &solution, given.axes.len()) {
+        let differ = zeros_differ(&records, axis, &of_axis(axis, &known.terms, &known.values));
+        let beside = (known.terms.as_slice(), known.values.as_slice());
+        let decision = on_axis(given, &records, excerpt.as_ref(), axis, beside, differ);
+        if differ && zeros_differ(&records, axis, &decision.hypothesis) {
+            zeros[axis] = Some(spread_of_zeros(&records, axis, &decision.hypothesis));
+        }
+        known.take(&decision.hypothesis);
+        decisions.push(decision);
+    }
+    decisions.sort_by_key(|d| d.axis);
+    // The search looks at what is predicted; a fit corrects what was logged.
+    records.as_logged();
+    let Known {
+        terms,
+        values,
+        of_base,
+    } = known;
+    let from = shapes_of(&records, &terms, &values);
+    let fitted = if terms.len() > of_base {
+        solve(&records, given.axes, &terms, Some(from))?
+    } else {
+        solved_at(&records, &terms, &from)?
+    };
+    let mut last = Model {
+        terms,
+        solution: fitted,
+    };
+    let first = (base, solution.solved.values.as_slice());
+    let refuted = refuted(given, &records, &mut last, of_base, first)?;
+    let found = last.terms.iter().filter(|term| !base.contains(term));
+    Ok(Search {
+        found: found.copied().collect(),
+        first: Model {
+            terms: base.to_vec(),
+            solution,
+        },
+        last,
+        decisions,
+        refuted,
+        zeros,
+    })
+}
+
+/// The terms that are known so far, those of the base first, with their values.
+struct Known {
+    terms: Vec<Bound>,
+    values: Vec<Vec<f64>>,
+    of_base: usize,
+}
+
+impl Known {
+    /// With what was found on an axis. A term that is a special case of it is part of it.
+    fn take(&mut self, found: &Hypothesis) {
+        let members = found.members.iter().zip(&found.values);
+        for (bound, values) in members.skip(found.base) {
+            while let Some(at) = self.terms.iter().position(|term| bound.replaces(term)) {
+                self.terms.remove(at);
+                self.values.remove(at);
+                self.of_base -= usize::from(at < self.of_base);
+            }
+            self.terms.push(*bound);
+            self.values.push(values.clone());
+        }
+    }
+}
+
+/// The axes, those of which the base leaves most first: what acts on both is then found where it does most.
+fn order(records: &Records<'_>, base: &[Bound], solution: &Solution, axes: usize) -> Vec<usize> {
+    let errors = relative_errors(records, base, &solution.solved);
+    let mut order: Vec<usize> = (0..axes).collect();
+    order.sort_by(|a, b| errors[*b].total_cmp(&errors[*a]));
+    order
+}
+
+/// The terms that act on an axis, as a base.
+fn of_axis(axis: usize, terms: &[Bound], values: &[Vec<f64>]) -> Hypothesis {
+    let own = terms
+        .iter()
+        .zip(values)
+        .filter(|(term, _)| term.acts_on(axis));
+    let (members, values): (Vec<Bound>, Vec<Vec<f64>>) =
+        own.map(|(bound, values)| (*bound, values.clone())).unzip();
+    Hypothesis {
+        base: members.len(),
+        members,
+        values,
+    }
+}
+
+/// The decision on one axis, beside all terms that are known.
+fn on_axis(
+    given: &Given<'_>,
+    records: &Records<'_>,
+    excerpt: Option<&Records<'_>>,
+    axis: usize,
+    (terms, values): (&[Bound], &[Vec<f64>]),
+    zero_per_record: bool,
+) -> Decision {
+    let base = of_axis(axis, terms, values);
+    let full = Bench::new(records, axis, &base, zero_per_record);
+    let part = excerpt.map(|excerpt| Bench::new(excerpt, axis, &base, zero_per_record));
+    let searched = part.as_ref().unwrap_or(&full);
+    let mut candidates = candidates(searched, given.axes.len(), terms, given.without);
+    if zero_per_record {
+        candidates.retain(|bound| bound.entry.about.name != "preload");
+    }
+    let parts = searched.parts(&base, &[]);
+    let own = searched.solved(&searched.design(&base, &parts)).1;
+    let mut residual = vec![0.0; searched.records.measured.len()];
+    let rows = own.len();
+    residual[axis * rows..(axis + 1) * rows].copy_from_slice(&own);
+    let library = Library::new(searched, &candidates, terms, values, &residual);
+    let field = Field {
+        full: &full,
+        excerpt: searched,
+        library: &library,
+    };
+    decide(&field, given.axes.len(), &base)
+}
+
+/// Whether every record has a zero of force of its own, beside a hypothesis.
+fn zeros_differ(records: &Records<'_>, axis: usize, hypothesis: &Hypothesis) -> bool {
+    if records.rows.len() < 2 {
+        return false;
+    }
+    let Some(preload) = jointwatch_shared::effect::Entry::named("preload") else {
+        return false;
+    };
+    let preload = Bound {
+        entry: preload,
+        axis,
+    };
+    let mut with_one = hypothesis.clone();
+    if !with_one.members.contains(&preload) {
+        with_one = with_one.with(preload, vec![0.0]);
+    }
+    let turns = |per_record: bool, hypothesis: &Hypothesis| {
+        let bench = Bench::new(records, axis, hypothesis, per_record);
+        let count: usize = bench.blocks.folds[..bench.blocks.turns]
+            .iter()
+            .map(Vec::len)
+            .sum();
+        let score = look(&bench, hypothesis, &[]).score;
+        score.log_errors[..count].iter().sum::<f64>() / count as f64
+    };
+    let gain = turns(false, &with_one) - turns(true, hypothesis);
+    let applied = records.applied_rms(axis);
+    gain > CRITERIA.least_difference
+        && spread_of_zeros(records, axis, hypothesis) > CRITERIA.zero * applied
+}
+
+/// How far the zeros of the records lie apart, beside a hypothesis.
+fn spread_of_zeros(records: &Records<'_>, axis: usize, hypothesis: &Hypothesis) -> f64 {
+    let bench = Bench::new(records, axis, hypothesis, true);
+    let parts = bench.parts(hypothesis, &[]);
+    // The zeros stand last among the columns.
+    let columns = bench.columns(&parts, hypothesis.base);
+    let (factors, _) = bench.solved(&columns);
+    let zeros = &factors[factors.len() - records.rows.len()..];
+    let most = zeros.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = zeros.iter().copied().fold(f64::INFINITY, f64::min);
+    most - least
+}
+
+/// Takes out of a model what makes the error on records that were not learnt from larger: an error that rises is no effect.
+fn refuted(
+    given: &Given<'_>,
+    records: &Records<'_>,
+    last: &mut Model,
+    kept: usize,
+    first: (&[Bound], &[Vec<f64>]),
+) -> Result<Vec<(Bound, usize, [f64; 2])>> {
+    let mut refuted = Vec::new();
+    let Some(unseen) = given.unseen else {
+        return Ok(refuted);
+    };
+    // The least important stands last.
+    let mut at = last.terms.len();
+    while at > kept {
+        at -= 1;
+        let bound = last.terms[at];
+        let (mut terms, mut values) = (last.terms.clone(), last.solution.solved.values.clone());
+        terms.remove(at);
+        values.remove(at);
+        // What it had taken the place of comes back.
+        let base = first.0.iter().zip(first.1);
+        for (term, own) in base.filter(|(term, _)| bound.replaces(term)) {
+            terms.push(*term);
+            values.push(own.clone());
+        }
+        let from = shapes_of(records, &terms, &values);
+        let without = solve(records, given.axes, &terms, Some(from))?;
+        let before = relative_errors(unseen, &terms, &without.solved);
+        let after = relative_errors(unseen, &last.terms, &last.solution.solved);
+        let rises = (0..given.axes.len()).find(|&axis| {
+            let own = bound.entry.acts == Acts::BothAxes || bound.axis == axis;
+            own && after[axis] > before[axis]
+        });
+        // What acts on both may help on one of them more than it harms on the other.
+        let helps = before.iter().sum::<f64>() > after.iter().sum::<f64>();
+        if let Some(axis) = rises
+            && !helps
+        {
+            refuted.push((bound, axis, [before[axis], after[axis]]));
+            *last = Model {
+                terms,
+                solution: without,
+            };
+        }
+    }
+    Ok(refuted)
+}
