@@ -3,8 +3,9 @@
 use super::limits::AxisLimits;
 use super::logarithm::{OCTAVE, SHARE, exp2, log2};
 
-/// The largest force that is counted, in the monitor's units: 128 times the validation records' RMS force at least.
-const MAX_FORCE: i32 = 1 << 23;
+/// Between which forces one is counted, in the monitor's units: 128 times the validation records' RMS force at least. The bounds of a
+/// number of 24 bits, to which a processor saturates in one instruction.
+const FORCES: [i32; 2] = [-(1 << 23), (1 << 23) - 1];
 
 /// What of one output has to wait for the low-pass over the residual, of one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,7 +31,8 @@ pub(super) struct Sample {
 #[inline(always)]
 fn force(value: i32, shift: u8) -> i32 {
     let rounded = crate::scalar::fixed::round_shift_32(value, u32::from(shift & 31));
-    rounded.clamp(-MAX_FORCE, MAX_FORCE)
+    let [least, most] = FORCES;
+    rounded.clamp(least, most)
 }
 
 impl Waiting {
@@ -47,13 +49,12 @@ impl Waiting {
     /// With the residual of the same instant. Only what is summed up is brought into the monitor's units.
     #[inline(always)]
     pub(super) fn with(&self, residual: i32, limits: &AxisLimits) -> Sample {
-        let forces = [self.measured, self.predicted, residual];
-        let [measured, predicted, residual] = forces.map(|value| force(value, limits.force_shift));
+        let shift = limits.force_shift;
         Sample {
             states: self.states,
-            measured,
-            predicted,
-            residual,
+            measured: force(self.measured, shift),
+            predicted: force(self.predicted, shift),
+            residual: force(residual, shift),
         }
     }
 }
@@ -69,8 +70,6 @@ pub struct Sums {
     pub force: i64,
     /// Σ r.
     pub force_sum: i64,
-    /// Σ p², p the model's force at the same instants.
-    pub predicted: i64,
     /// Σ u² of displacement and velocity.
     pub state: [i64; 2],
     /// Σ e·u of displacement and velocity.
@@ -81,7 +80,7 @@ impl Sums {
     /// Adds one sample of an axis.
     #[inline(always)]
     pub(super) fn add(&mut self, at: &Sample) {
-        let (e, r, p, [x, v]) = (at.residual, at.measured, at.predicted, at.states);
+        let (e, r, [x, v]) = (at.residual, at.measured, at.states);
         let (x, v) = (i32::from(x), i32::from(v));
         // Widened where it is used, so that it and an addition are one instruction.
         let product = |a: i32, b: i32| i64::from(a) * i64::from(b);
@@ -89,7 +88,6 @@ impl Sums {
         self.error += product(e, e);
         self.force += product(r, r);
         self.force_sum += i64::from(r);
-        self.predicted += product(p, p);
         *power_x += product(x, x);
         *power_v += product(v, v);
         *along_x += product(e, x);
@@ -315,7 +313,6 @@ mod tests {
         let usual = 1_i64 << (31 + 6);
         let gone = Sums {
             error: usual,
-            predicted: usual,
             state: [1 << 33; 2],
             ..Sums::default()
         };

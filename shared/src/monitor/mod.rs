@@ -311,11 +311,12 @@ impl Monitor {
             0
         };
         if let Some(place) = waiting.places.get_mut(waiting.newest) {
-            for (own, place) in place.iter_mut().enumerate() {
-                let states = [output.state[2 * own], output.state[2 * own + 1]];
-                let forces = [output.measured[own], output.predicted[own]];
-                *place = Waiting::new(states, forces);
-            }
+            let ([x, v, phi, omega], [r, s], [p, q]) =
+                (output.state, output.measured, output.predicted);
+            *place = [
+                Waiting::new([x, v], [r, p]),
+                Waiting::new([phi, omega], [s, q]),
+            ];
         }
     }
 
