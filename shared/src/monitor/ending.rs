@@ -109,7 +109,16 @@ impl Monitor {
         // A block that moved too little says so; one that is not full was kept from it.
         let reason = if ending.fine { None } else { ending.kept_out };
         let unjudged = (!is_judged).then(|| reason.unwrap_or_default());
-        state.axes[axis & 1].judged.end(ending.blocks, unjudged);
+        let low = self.is_low(state, axis);
+        state.axes[axis & 1].judged.end(ending.blocks, unjudged, low);
+    }
+
+    /// Whether no sum of an axis stands near its threshold.
+    fn is_low(&self, state: &MonitorState, axis: usize) -> bool {
+        self.limits.axes.get(axis).is_some_and(|limits| {
+            let mut levels = state.levels[axis & 1].iter().zip(limits.sides());
+            levels.all(|(level, side)| level.is_low(side))
+        })
     }
 
     /// What the last block says about one axis, where the joint moves enough; whether it does.

@@ -1,7 +1,7 @@
 //! How much of the recent time an axis was judged, how long ago it was last, and what kept it from being judged.
 //!
-//! *Healthy* is a statement about what was seen: it is made when enough blocks were judged, and ends when too few of the recent ones
-//! were.
+//! *Healthy* is a statement about what was seen: it is made when enough blocks were judged and no sum stands near its threshold, and ends
+//! when too few of the recent ones were judged.
 
 use super::verdict::Cause;
 
@@ -48,8 +48,9 @@ pub(super) struct Judged {
 }
 
 impl Judged {
-    /// Ends `blocks` blocks, all but the last of them in a gap; what kept the last from being judged, if anything did.
-    pub(super) fn end(&mut self, blocks: u32, unjudged: Option<Reason>) {
+    /// Ends `blocks` blocks, all but the last of them in a gap; what kept the last from being judged, if anything did. Healthy begins only
+    /// where the sums are `low`: a joint that was changed before the power came on would else be called healthy until it is found.
+    pub(super) fn end(&mut self, blocks: u32, unjudged: Option<Reason>, low: bool) {
         let gap = blocks.saturating_sub(1);
         if gap > 0 {
             self.pass(gap, Reason::Lost);
@@ -63,8 +64,12 @@ impl Judged {
             }
         }
         self.count = self.bits.count_ones();
-        let times = if self.is_healthy { ENDS } else { BEGINS };
-        self.is_healthy = self.count >= FEWEST && self.count * times >= self.seen;
+        let (times, may_be) = if self.is_healthy {
+            (ENDS, true)
+        } else {
+            (BEGINS, low)
+        };
+        self.is_healthy = may_be && self.count >= FEWEST && self.count * times >= self.seen;
     }
 
     fn shift(&mut self, blocks: u32) {
@@ -92,7 +97,7 @@ impl Judged {
 
     /// Whether it is too early to say more than that.
     pub(super) fn is_starting(&self) -> bool {
-        self.seen < FEWEST || (self.count * BEGINS >= self.seen && self.count < FEWEST)
+        self.seen < FEWEST || (self.count * BEGINS >= self.seen && !self.is_healthy)
     }
 
     /// Blocks since the last judged one, or since the start.
@@ -126,16 +131,16 @@ mod tests {
         let mut judged = Judged::default();
         for block in 1..=16 {
             assert!(!judged.is_healthy() && judged.is_starting(), "{block}");
-            judged.end(1, None);
+            judged.end(1, None, true);
         }
         assert!(judged.is_healthy());
         for _ in 0..200 {
-            judged.end(1, None);
+            judged.end(1, None, true);
         }
         assert_eq!((judged.permille(), judged.since()), (1000, 0));
         let mut blocks = 0;
         while judged.is_healthy() {
-            judged.end(1, Some(Reason::Gentle));
+            judged.end(1, Some(Reason::Gentle), true);
             blocks += 1;
         }
         // 25 of 128 are less than a fifth.
@@ -143,24 +148,37 @@ mod tests {
         assert!(!judged.is_starting());
         assert_eq!(judged.reason(), Cause::TooGentle);
         // Another reason has to hold for most of what is weighed.
-        judged.end(1, Some(Reason::Outside));
+        judged.end(1, Some(Reason::Outside), true);
         assert_eq!(judged.reason(), Cause::TooGentle);
         for _ in 0..20 {
-            judged.end(1, Some(Reason::Outside));
+            judged.end(1, Some(Reason::Outside), true);
         }
         assert_eq!(judged.reason(), Cause::OutsideRange);
+    }
+
+    #[test]
+    fn a_sum_that_stands_high_keeps_healthy_from_beginning_but_does_not_end_it() {
+        let mut judged = Judged::default();
+        for _ in 0..100 {
+            judged.end(1, None, false);
+            assert!(!judged.is_healthy() && judged.is_starting());
+        }
+        judged.end(1, None, true);
+        assert!(judged.is_healthy() && !judged.is_starting());
+        judged.end(1, None, false);
+        assert!(judged.is_healthy());
     }
 
     #[test]
     fn a_gap_counts_by_the_blocks_that_it_swallowed() {
         let mut judged = Judged::default();
         for _ in 0..128 {
-            judged.end(1, None);
+            judged.end(1, None, true);
         }
-        judged.end(65, None);
+        judged.end(65, None, true);
         assert_eq!((judged.permille(), judged.since()), (1000 * 64 / 128, 0));
         assert!(judged.is_healthy());
-        judged.end(u32::MAX, Some(Reason::Sensor));
+        judged.end(u32::MAX, Some(Reason::Sensor), true);
         assert!(!judged.is_healthy() && !judged.is_starting());
         assert_eq!((judged.permille(), judged.since()), (0, u32::MAX));
         assert_eq!(judged.reason(), Cause::SamplesLost);

@@ -76,12 +76,17 @@ impl Level {
         if sum >= threshold || self.state == State::Alarm && sum >= threshold / 2 {
             State::Alarm
         } else if sum >= threshold - threshold / 4
-            || self.state >= State::Suspect && sum > threshold / 4
+            || self.state >= State::Suspect && !self.is_low(side)
         {
             State::Suspect
         } else {
             State::Healthy
         }
+    }
+
+    /// Whether it is so far from suspect as one that has ended must be.
+    pub(super) fn is_low(&self, side: Cusum) -> bool {
+        self.sum <= side.threshold / 4
     }
 
     /// The sum in 1/1000 of the threshold.
