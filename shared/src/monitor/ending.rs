@@ -110,7 +110,9 @@ impl Monitor {
         let reason = if ending.fine { None } else { ending.kept_out };
         let unjudged = (!is_judged).then(|| reason.unwrap_or_default());
         let low = self.is_low(state, axis);
-        state.axes[axis & 1].judged.end(ending.blocks, unjudged, low);
+        state.axes[axis & 1]
+            .judged
+            .end(ending.blocks, unjudged, low);
     }
 
     /// Whether no sum of an axis stands near its threshold.
