@@ -101,7 +101,7 @@ fn detection(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
     );
 }
 
-/// A line per change: how many were found in time, how soon, and what was said wrongly.
+/// A line per change: how many were found in time, how soon, how long an axis that changed was called healthy, and what was said wrongly.
 fn sizes(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
     let (mut subjects, changes) = (Vec::new(), Change::all().collect::<Vec<_>>());
     for seed in (seed..).take(rigs) {
@@ -112,9 +112,13 @@ fn sizes(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
     }
     for change in changes {
         let (mut times, mut all, mut wrong) = (Vec::new(), 0, Vec::new());
+        // Where it was well before the power came on, and where it was not.
+        let mut healthy = [0.0_f64; 2];
         for (seed, subject) in &subjects {
             for found in curves(subject, &[change], within_s + 2.0, *seed) {
                 all += 1;
+                let called = &mut healthy[usize::from(found.before_power_on)];
+                *called = called.max(found.healthy_after(0.0, within_s + 2.0));
                 match found.found_after() {
                     Some(time) if time <= within_s => times.push(time),
                     _ => wrong.push(format!("seed {seed}, not in time: {}", found.told())),
@@ -128,11 +132,14 @@ fn sizes(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
             times.get(place).copied().unwrap_or(f64::NAN)
         };
         println!(
-            "{learnt:?}, {change:?}: {} of {all} within {within_s} s; half within {:.2} s, nine tenths within {:.2} s, the last after {:.2} s",
+            "{learnt:?}, {change:?}: {} of {all} within {within_s} s; half within {:.2} s, nine tenths within {:.2} s, the last after {:.2} s; \
+             called healthy for {:.2} s at most, changed before power-on {:.2} s",
             times.len(),
             at(0.5),
             at(0.9),
-            at(1.0)
+            at(1.0),
+            healthy[0],
+            healthy[1]
         );
         for what in wrong {
             println!("  {what}");
