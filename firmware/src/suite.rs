@@ -220,11 +220,11 @@ fn model<K: Kernels>(
         "instructions {name} inputs {inputs} min {least} max {most}"
     )?;
     for (what, humming) in [("sample", false), ("humming", true)] {
-        if let Some((least, most)) = instructions_per_sample::<K>(model, counter, humming) {
+        if let Some((least, most, ending)) = instructions_per_sample::<K>(model, counter, humming) {
             let [derivative, band] = USUAL_TAPS;
             writeln!(
                 text,
-                "{what} {name} taps {derivative} {band} samples {SAMPLES_COUNTED} min {least} max {most}"
+                "{what} {name} taps {derivative} {band} samples {SAMPLES_COUNTED} min {least} max {most} ending {ending}"
             )?;
         }
     }
@@ -263,29 +263,35 @@ const SAMPLES_COUNTED: u32 = 1000;
 /// Samples before the count begins.
 const SAMPLES_TO_FILL: u32 = 400;
 
-/// The fewest and the most instructions that one sample took from counts to verdict; none when the model does not fit the
-/// rig of the fixed motion, with lines of the mains in both forces where that is `humming`. Not inlined, as [`decoder`].
+/// The fewest and the most instructions that one sample took from counts to verdict, and the most where a block of the monitor ends; none
+/// when the model does not fit the rig of the fixed motion, with lines of the mains in both forces where that is `humming`. Not inlined,
+/// as [`decoder`].
 #[inline(never)]
 fn instructions_per_sample<K: Kernels>(
     model: &Model,
     counter: Counter,
     humming: bool,
-) -> Option<(u32, u32)> {
+) -> Option<(u32, u32, u32)> {
     let overhead = span(counter, || ());
     let mut watched = Watched::new(model, SEED, humming)?;
-    let (mut least, mut most) = (u32::MAX, 0);
+    let (mut least, mut most, mut ending) = (u32::MAX, 0, 0);
     for number in 0..SAMPLES_TO_FILL + SAMPLES_COUNTED {
-        let raw = watched.counts();
+        let (raw, (is_ending, filled)) = (watched.counts(), watched.blocks());
         let taken = span(counter, || {
             black_box(watched.step::<K>(black_box(&raw)));
         })
         .saturating_sub(overhead);
-        if number >= SAMPLES_TO_FILL {
+        if number < SAMPLES_TO_FILL {
+            continue;
+        }
+        if is_ending || watched.blocks().1 != filled {
+            ending = ending.max(taken);
+        } else {
             least = least.min(taken);
             most = most.max(taken);
         }
     }
-    Some((least, most))
+    Some((least, most, ending))
 }
 
 /// What the counter counts from before `work` to after it. Not inlined, so that every use has the same overhead.

@@ -41,22 +41,26 @@ fn limits() -> impl Strategy<Value = Limits> {
         ],
         (cusum(), two_sided(), two_sided()),
         any::<[u32; CHANNELS]>(),
+        any::<[u8; 2]>(),
     );
-    let axis = axis.prop_map(|(scale, state_power, per_octave, sums, moving_counts)| {
-        let (reversed, force_shift, force_power) = scale;
-        let (error, stiffness, friction) = sums;
-        AxisLimits {
-            reversed,
-            force_shift,
-            force_power,
-            state_power,
-            per_octave,
-            error,
-            stiffness,
-            friction,
-            moving_counts,
-        }
-    });
+    let axis = axis.prop_map(
+        |(scale, state_power, per_octave, sums, moving_counts, gross)| {
+            let (reversed, force_shift, force_power) = scale;
+            let (error, stiffness, friction) = sums;
+            AxisLimits {
+                reversed,
+                force_shift,
+                force_power,
+                state_power,
+                per_octave,
+                error,
+                stiffness,
+                friction,
+                gross,
+                moving_counts,
+            }
+        },
+    );
     (axis, 4_u32..=10, 1_u16..=1000).prop_map(|(axis, log_block, outside_permille)| Limits {
         model_checksum: 0,
         block: 1 << log_block,
@@ -112,10 +116,11 @@ proptest! {
                 force,
             });
             let [too_high, out_of_range, checksum, time_out, missing, reference_lost] = faults;
+            let lost = [0, 0, 0, 1, 100, 70_000, u32::MAX][usize::from(which) % 7];
             let faults = if which & 8 == 0 {
                 Faults::default()
             } else {
-                Faults { saturated: too_high, out_of_range, checksum, time_out, missing, reference_lost }
+                Faults { saturated: too_high, out_of_range, checksum, time_out, missing, reference_lost, lost }
             };
             let output = (which & 16 == 0).then_some(&output);
             for _ in 0..repeats {
@@ -124,6 +129,15 @@ proptest! {
                 prop_assert!(usize::from(verdict.channel) < CHANNEL_NAMES.len());
                 prop_assert!(verdict.permille <= 1501, "{verdict:?}");
                 prop_assert!(!verdict.words(&["x", "phi"]).to_string().is_empty());
+                for axis in 0..3 {
+                    let health = state.axis(&monitor, axis);
+                    prop_assert!(health.judged_permille <= 1000);
+                    prop_assert!(health.verdict.state.gravity() <= verdict.state.gravity());
+                    // Healthy says that enough of the recent time was judged.
+                    if health.verdict.state == State::Healthy && axis < 2 {
+                        prop_assert!(health.judged_permille >= 200, "{health:?}");
+                    }
+                }
                 if verdict.state == State::Alarm {
                     prop_assert!(verdict.cause.is_damage() || verdict.cause.is_sensor());
                 }

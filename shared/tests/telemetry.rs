@@ -138,7 +138,7 @@ fn what_this_program_does_not_know_is_told_apart_from_damage() {
         assert_eq!(found, [Err(Damage::Unknown { tag })], "{fields:?}");
     };
     unknown(0x00, &[]);
-    unknown(0x08, &[1, 2, 3]);
+    unknown(0x09, &[1, 2, 3]);
     // An answer with a code that is not there yet, with a byte too many, with one too few.
     unknown(0x07, &[1, 4]);
     unknown(0x07, &[1, 0, 0]);
@@ -217,7 +217,7 @@ fn codes<T: Serialize + Debug>(values: &[T]) {
 fn tags_and_codes_never_change() {
     assert_eq!(
         reports().iter().map(Message::tag).collect::<Vec<u8>>(),
-        [1, 2, 3, 4, 5, 6, 7]
+        [1, 2, 3, 4, 5, 6, 7, 8]
     );
     assert_eq!(
         requests().iter().map(Message::tag).collect::<Vec<u8>>(),
@@ -343,4 +343,16 @@ fn the_protocol_version_can_be_read_whatever_follows_it() {
         protocol,
         jointwatch_shared::wire::telemetry::PROTOCOL_VERSION
     );
+}
+
+#[test]
+fn the_frames_that_a_line_has_to_carry_are_as_long_as_the_firmware_reckons() {
+    let longest = |tag: u8| {
+        let all = longest_reports();
+        let lengths = all.iter().filter(|report| report.tag() == tag);
+        lengths.map(|report| frame(report, u16::MAX).len()).max()
+    };
+    // The firmware's `SAMPLE_FRAME` and `HEALTH_FRAME`.
+    assert!(longest(0x04).is_some_and(|bytes| bytes <= 118));
+    assert_eq!(longest(0x08), Some(56));
 }

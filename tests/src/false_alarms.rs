@@ -15,12 +15,14 @@ pub const WANTED_HOURS: u32 = 720;
 /// The highest excursions of a sum to which the tail is fitted: a tenth of them, and this many at least.
 const MIN_PEAKS: usize = 10;
 /// The names of an axis's sums, in the order of the monitor.
-const SUMS: [&str; 5] = [
+const SUMS: [&str; 7] = [
     "error",
     "stiffer",
     "softer",
     "more friction",
     "less friction",
+    "force gone",
+    "force not expected",
 ];
 
 /// One cumulative sum of one rig.
@@ -183,7 +185,7 @@ impl Campaign {
         highest.fold(0.0, f64::max)
     }
 
-    /// Hours between false alarms of a rig by the fitted tails, its ten sums together: of the rig that is worst, and the same with
+    /// Hours between false alarms of a rig by the fitted tails, its sums together: of the rig that is worst, and the same with
     /// two standard errors of the mean excess.
     pub fn hours_between(&self) -> [f64; 2] {
         [0, 1].map(|caution| {

@@ -2,6 +2,7 @@
 
 pub mod bus;
 pub mod coverage;
+pub mod curves;
 pub mod detection;
 pub mod elf;
 pub mod false_alarms;

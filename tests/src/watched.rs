@@ -1,7 +1,7 @@
 //! A simulated rig, what was learnt of its joint, and the monitor that watches it: for tests of the monitor and its campaign.
 
 use jointwatch::device::export::export;
-use jointwatch::device::monitor_limits::{self, Calibration};
+use jointwatch::device::monitor_limits::{self, Calibration, Purpose};
 use jointwatch::device::replay::SetUp;
 use jointwatch::fit::identify;
 use jointwatch::fit::polynomial::PolynomialOptions;
@@ -104,6 +104,20 @@ impl Subject {
         Self::humming(learnt, rig, seed, false_alarm_hours, None)
     }
 
+    /// As [`Subject::new`], with limits that take a drift of gain and stiffness by this part for healthy.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn drifting(
+        learnt: Learnt,
+        rig: RigParameters,
+        seed: u64,
+        false_alarm_hours: u32,
+        drift: f64,
+    ) -> Result<Self, String> {
+        Self::of(learnt, rig, seed, (false_alarm_hours, drift), None)
+    }
+
     /// As [`Subject::new`], with a line of the mains in every force log of x, another phase in each, which is then added to the model.
     ///
     /// # Errors
@@ -113,6 +127,16 @@ impl Subject {
         rig: RigParameters,
         seed: u64,
         false_alarm_hours: u32,
+        hum: Option<Hum>,
+    ) -> Result<Self, String> {
+        Self::of(learnt, rig, seed, (false_alarm_hours, 0.0), hum)
+    }
+
+    fn of(
+        learnt: Learnt,
+        rig: RigParameters,
+        seed: u64,
+        (false_alarm_hours, drift): (u32, f64),
         hum: Option<Hum>,
     ) -> Result<Self, String> {
         let said = |e: jointwatch::text::error::Error| e.sentence;
@@ -143,8 +167,12 @@ impl Subject {
         let exported = export(&file, None).map_err(said)?;
         let model = blob::decode(&exported.blob).map_err(|e| e.to_string())?;
         let set_up = SetUp::new(study, &model).map_err(said)?;
-        let calibration =
-            monitor_limits::limits(study, &set_up, &model, 0, false_alarm_hours).map_err(said)?;
+        let purpose = Purpose {
+            model_checksum: 0,
+            false_alarm_hours,
+            drift,
+        };
+        let calibration = monitor_limits::limits(study, &set_up, &model, purpose).map_err(said)?;
         let monitor =
             Monitor::new(calibration.limits.clone(), &set_up.chain).map_err(|e| e.to_string())?;
         let relative_error = [0, 1].map(|axis: usize| file.validation[axis].relative_error);
@@ -183,6 +211,8 @@ impl Subject {
             joint: self.rig.joint,
             friction: [0.0; 2],
             speed: [1.0; 2],
+            gain: [1.0; 2],
+            lock: [[0.0; 2]; 2],
         }
     }
 
@@ -283,6 +313,25 @@ impl Subject {
             );
         }
         record(columns)
+    }
+
+    /// Every change of each axis's own verdict over a record, with its time in s.
+    pub fn watch_axes(&self, record: &Record) -> [Vec<(f64, Verdict)>; 2] {
+        let mut seen: [Vec<(f64, Verdict)>; 2] = Default::default();
+        let mut row = 0;
+        self.watch(&mut MonitorState::default(), record, |state| {
+            for (axis, seen) in seen.iter_mut().enumerate() {
+                let verdict = state.axis(&self.monitor, axis).verdict;
+                if !seen
+                    .last()
+                    .is_some_and(|(_, last)| last.same_reason(&verdict))
+                {
+                    seen.push((f64::from(row) / RATE_HZ, verdict));
+                }
+            }
+            row += 1;
+        });
+        seen
     }
 
     /// Every change of the verdict over a record, with its time in s; `look` sees the monitor after every sample.
@@ -390,6 +439,10 @@ pub struct Worn {
     pub friction: [f64; 2],
     /// Speed at which dry friction is nearly full, m/s and rad/s.
     pub speed: [f64; 2],
+    /// What the whole force is multiplied by.
+    pub gain: [f64; 2],
+    /// Stiffness and damping beside it that lock it, N/m and N·s/m, N·m/rad and N·m·s/rad.
+    pub lock: [[f64; 2]; 2],
 }
 
 impl JointLaw for Worn {
@@ -401,6 +454,11 @@ impl JointLaw for Worn {
         let [x, phi] = JointLaw::force(&self.joint, state, contacts);
         let dry =
             |axis: usize| self.friction[axis] * (state[2 * axis + 1] / self.speed[axis]).tanh();
-        [x + dry(0), phi + dry(1)]
+        let locked = |axis: usize| {
+            let [stiffness, damping] = self.lock[axis];
+            stiffness * state[2 * axis] + damping * state[2 * axis + 1]
+        };
+        let whole = |axis: usize, force: f64| self.gain[axis] * (force + dry(axis)) + locked(axis);
+        [whole(0, x), whole(1, phi)]
     }
 }

@@ -164,3 +164,27 @@ fn a_measured_axis_gives_its_published_friction_and_mass() {
         );
     }
 }
+
+#[test]
+fn an_untouched_record_of_a_measured_axis_is_not_suspect() {
+    let Some(data) = measurements("data/emps") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for file in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
+        fs::copy(data.join(file), folder.join(file)).unwrap();
+    }
+    fs::write(folder.join("study.toml"), STUDY).unwrap();
+    for model in ["physical", "polynomial"] {
+        let identify = ["identify", "study.toml", "--model", model];
+        succeed(folder, &[&identify[..], &["-o", "model.json"]].concat());
+        succeed(folder, &["export", "model.json", "-o", "model.bin"]);
+        let replay = ["replay", "model.bin", "study.toml", "--monitor"];
+        let asked = ["--fail-on", "suspect", "--json", "-"];
+        let said = figures(&succeed(folder, &[&replay[..], &asked].concat()));
+        let pulses = &said["monitor"]["records"][1];
+        println!("{model}: {}", pulses["changes"]);
+        assert_eq!(pulses["file"], "DATA_EMPS_PULSES.mat");
+    }
+}

@@ -193,17 +193,46 @@ fn replayed_frames_go_from_healthy_over_suspect_to_alarm_with_the_residual_aroun
     assert!(told("alarm, x is stiffer than the model") > 0);
 }
 
+/// The part of the changed record's time, in blocks from anywhere in it, in which the measured force on x has a quarter of its usual power.
+fn driven_share() -> f64 {
+    let model = read_blob(&story().join("model.bin")).unwrap();
+    let block = rig_block::read(&story().join("rig.bin")).unwrap();
+    let study = Study::read(&changed()).unwrap();
+    let device = EmulatedDevice::new(&study, &model, Some(block)).unwrap();
+    let limits = rig_block::usable_limits(&device.block, &model).unwrap();
+    let unit = f64::from(limits.axes[0].force_shift).exp2();
+    let least = limits.axes[0].force_power as f64 * unit * unit / 4.0;
+    let samples = device.set_up.samples(&study.records[0], &model);
+    let powers = samples.map(|(_, output)| {
+        let force = output.map_or(0.0, |output| f64::from(output.measured[0]));
+        force * force
+    });
+    let powers: Vec<f64> = powers.collect();
+    let blocks = powers.windows(usize::from(limits.block));
+    let driven = blocks.filter(|block| block.iter().sum::<f64>() >= least * block.len() as f64);
+    driven.count() as f64 / powers.len() as f64
+}
+
 #[test]
 fn fail_on_ends_with_its_own_exit_code() {
     let study = changed();
     let replay = ["replay", "model.bin", study.to_str().unwrap()];
     let monitored = [&replay[..], &["--rig", "rig.bin", "--monitor"]].concat();
-    succeed(story(), &monitored);
+    // Without it an alarm is a result like any other.
+    let figures = succeed(story(), &[&monitored[..], &["--json", "-"]].concat());
+    let figures: serde_json::Value = serde_json::from_str(&figures).unwrap();
+    let x = &figures["monitor"]["records"][0]["axes"]["x"];
+    assert_eq!(x["state"], "alarm", "{figures}");
+    // Shaken at random, the joint moves too gently in a third of the blocks; those and no others are not judged.
+    let (judged, driven) = (x["judged_share"].as_f64().unwrap(), driven_share());
+    assert!((0.5..0.8).contains(&driven), "{driven}");
+    assert!((judged - driven).abs() < 0.03, "{judged} {driven}");
     for state in ["alarm", "suspect"] {
         let output = run(story(), &[&monitored[..], &["--fail-on", state]].concat());
         let said = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(4), "{said}");
-        assert!(said.contains(&format!(": {state} at ")), "{said}");
+        let where_and_when = format!("changed.csv: {state} at ");
+        assert!(said.contains(&where_and_when), "{said}");
     }
 }
 

@@ -4,14 +4,14 @@ use super::channels::Places;
 use super::evaluation::Evaluated;
 use crate::clock::Rate;
 use crate::sensor::acquire::CHIPS;
-use crate::sensor::presence::Health;
+use crate::sensor::presence::Health as ChipHealth;
 use crate::store::Trial;
 use heapless::{Deque, Vec};
 use jointwatch_shared::chain::{Output, RawSample};
 use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, Verdict as Said, Window};
 use jointwatch_shared::wire::snapshot::Recorder;
 use jointwatch_shared::wire::telemetry::{
-    Answered, AxisStatus, Counters, Event, MAX_FRAME, Report, Request, STATUS_HZ, Sample,
+    Answered, AxisStatus, Counters, Event, Health, MAX_FRAME, Report, Request, STATUS_HZ, Sample,
     SensorStatus, Slot, Status, Verdict,
 };
 
@@ -69,6 +69,8 @@ pub struct Watch {
     samples: u64,
     status_every: u32,
     status_left: u32,
+    /// A status was told, and how the axes stand is still to be.
+    health_due: bool,
     stream_every: u16,
     stream_left: u16,
     rate_hz: u32,
@@ -96,6 +98,7 @@ impl Watch {
             samples: 0,
             status_every: 1,
             status_left: 0,
+            health_due: false,
             stream_every: 0,
             stream_left: 0,
             rate_hz: 1,
@@ -161,6 +164,7 @@ impl Watch {
         let mut faults = frame.faults;
         if frame.follows_gap() {
             faults.missing |= self.places.all_bits();
+            faults.lost = frame.missed.saturating_add(frame.overruns);
         }
         let counters = &mut self.counters;
         counters.missed_deadlines = counters.missed_deadlines.saturating_add(frame.missed);
@@ -200,20 +204,20 @@ impl Watch {
     }
 
     /// Counts what went wrong with each chip, and tells when one falls silent or comes back.
-    fn chips_did(&mut self, health: &[Health; CHIPS]) {
+    fn chips_did(&mut self, health: &[ChipHealth; CHIPS]) {
         for (chip, health) in health.iter().enumerate() {
             let Some(tally) = self.chips.get_mut(chip) else {
                 return;
             };
             match health {
-                Health::NotFitted => continue,
-                Health::Ok | Health::Saturated | Health::Starting => {}
-                Health::Crc => tally.crc_errors = tally.crc_errors.saturating_add(1),
-                Health::Bus
-                | Health::Identity
-                | Health::Settings
-                | Health::TimedOut
-                | Health::Restarted => tally.bus_errors = tally.bus_errors.saturating_add(1),
+                ChipHealth::NotFitted => continue,
+                ChipHealth::Ok | ChipHealth::Saturated | ChipHealth::Starting => {}
+                ChipHealth::Crc => tally.crc_errors = tally.crc_errors.saturating_add(1),
+                ChipHealth::Bus
+                | ChipHealth::Identity
+                | ChipHealth::Settings
+                | ChipHealth::TimedOut
+                | ChipHealth::Restarted => tally.bus_errors = tally.bus_errors.saturating_add(1),
             }
             let was_missing = tally.silent >= MISSING_AFTER;
             tally.silent = if health.usable() {
@@ -274,10 +278,31 @@ impl Watch {
             return Some(Report::Event(event));
         }
         if self.status_left == 0 && self.samples > 0 {
-            self.status_left = self.status_every;
+            (self.status_left, self.health_due) = (self.status_every, true);
             return Some(Report::Status(self.status()));
         }
+        if core::mem::take(&mut self.health_due) {
+            return Some(Report::Health(self.health()));
+        }
         self.recorder.piece().map(Report::Snapshot)
+    }
+
+    fn health(&self) -> Health {
+        let counters = &self.counters;
+        let mut health = Health {
+            sample: self.samples,
+            samples_lost: counters
+                .missed_deadlines
+                .saturating_add(counters.queue_overruns),
+            axes: Vec::new(),
+        };
+        if let Ok(monitor) = &self.monitor {
+            for axis in 0..usize::from(self.places.axes).min(2) {
+                // The list holds two.
+                let _ = health.axes.push(self.state.axis(monitor, axis).into());
+            }
+        }
+        health
     }
 
     fn status(&mut self) -> Status {
@@ -349,7 +374,7 @@ impl Watch {
             // Bits per `every` samples on both sides, so that nothing is divided.
             let wanted =
                 u64::from(BITS * SAMPLE_FRAME + BITS) * u64::from(self.rate_hz) / u64::from(every);
-            let status = u64::from(BITS * MAX_FRAME as u32 * STATUS_HZ);
+            let status = u64::from(BITS * (MAX_FRAME as u32 + HEALTH_FRAME) * STATUS_HZ);
             if wanted + status > u64::from(baud) {
                 return Answered::LineTooSlow;
             }
@@ -396,6 +421,8 @@ impl Watch {
 
 /// The longest frame of a streamed sample, which a test pins.
 pub(super) const SAMPLE_FRAME: u32 = 118;
+/// The longest frame that tells how the axes stand, which a test pins.
+pub(super) const HEALTH_FRAME: u32 = 56;
 
 /// The code of what is wrong with a channel; 0 when nothing is.
 fn cause(faults: &Faults, bit: u16) -> u8 {

@@ -34,10 +34,24 @@ pub(crate) struct Export {
     /// With --rig and --study: mean time between the monitor's false alarms for which the limits are set, in days (default: 30).
     #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u32).range(1..=36_500), requires_all = ["rig", "study"])]
     pub(super) false_alarm_days: Option<u32>,
+    /// With --rig and --study: by how much gain and stiffness may drift on a healthy joint without an alarm, such as 2% (default: 0%).
+    #[arg(long, value_name = "PERCENT", value_parser = drift, requires_all = ["rig", "study"])]
+    pub(super) drift: Option<f64>,
     /// The largest error that fixed point may cost, as a part of each axis's RMS training force
     /// (default: 1e-5 for a polynomial, 1e-3 for a network).
     #[arg(long, value_name = "PART")]
     pub(super) budget: Option<f64>,
+}
+
+/// The largest drift that limits are set for: beyond it a tenth of the force, which they are tuned to, would hardly show.
+const MAX_DRIFT_PERCENT: f64 = 8.0;
+
+/// A drift in percent, with or without its sign, as a part.
+pub(super) fn drift(text: &str) -> std::result::Result<f64, String> {
+    match text.strip_suffix('%').unwrap_or(text).trim().parse() {
+        Ok(percent) if (0.0..=MAX_DRIFT_PERCENT).contains(&percent) => Ok(percent / 100.0),
+        _ => Err(format!("a drift from 0% to {MAX_DRIFT_PERCENT}% is wanted")),
+    }
 }
 
 impl Export {
@@ -99,12 +113,14 @@ impl Export {
             (false, _) => rig_block::of_file(rig, model)?,
         };
         // An emulated rig needs the study for its sensors, whether it has records for the monitor or not.
-        let judged = self.false_alarm_days.is_some() || rig.as_os_str() != "defaults";
+        let asked = self.false_alarm_days.is_some() || self.drift.is_some();
+        let judged = asked || rig.as_os_str() != "defaults";
         if let Some(study) = &study
             && (judged || study.records.iter().any(|r| r.role == Role::Validate))
         {
             let days = self.false_alarm_days.unwrap_or(FALSE_ALARM_DAYS);
-            rig_block::set_limits(&mut block, study, model, days)?;
+            let drift = self.drift.unwrap_or(0.0);
+            rig_block::set_limits(&mut block, study, model, days, drift)?;
         }
         let path = self.output.clone().unwrap_or_else(|| "rig.bin".into());
         let bytes = rig_block::encode(&block)?;

@@ -30,6 +30,7 @@ mod staircase;
 mod survey;
 mod terminal;
 mod upload;
+mod watched;
 
 use crate::text::error::{Error, Result};
 use clap::{Args, FromArgMatches, Parser, Subcommand};

@@ -1,10 +1,12 @@
 //! `jointwatch replay`: what the device would say about a logged record, bit for bit.
 
 use super::console::Console;
+use super::export::drift;
+use super::watched::{self, Basis, FailOn};
 use crate::assess::compare::relative_to_applied;
 use crate::assess::where_it_fails::significant;
 use crate::device::export;
-use crate::device::monitor_limits::{self, Calibration};
+use crate::device::monitor_limits::{self, Purpose};
 use crate::device::replay::{self, RecordReplay, Replayed};
 use crate::device::rig_block;
 use crate::device::telemetry::frames;
@@ -15,11 +17,11 @@ use crate::text::output;
 use crate::text::table::{Table, percent};
 use clap::Args;
 use jointwatch_shared::base::Model;
-use jointwatch_shared::monitor::limits::Limits;
-use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, State, Verdict};
+use jointwatch_shared::monitor::Cause;
 use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::rig::Rig;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch replay`.
 #[derive(Args)]
@@ -45,7 +47,10 @@ pub(crate) struct Replay {
     /// Mean time between the monitor's false alarms, in days.
     #[arg(long, value_name = "DAYS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=36_500), requires = "monitor", conflicts_with = "rig")]
     pub(super) false_alarm_days: u32,
-    /// Exit with code 4 when the monitor raises an alarm over a record, or is suspicious of one.
+    /// By how much gain and stiffness may drift on a healthy joint without an alarm, such as 2%.
+    #[arg(long, value_name = "PERCENT", value_parser = drift, default_value = "0%", requires = "monitor", conflicts_with = "rig")]
+    pub(super) drift: f64,
+    /// Exit with code 4 when the monitor raised an alarm, or was suspicious, over any record.
     #[arg(long, value_name = "STATE", requires = "monitor")]
     pub(super) fail_on: Option<FailOn>,
     /// Write the frames that the device would send, streaming every sample, for `jointwatch monitor`, the residual around an alarm
@@ -72,20 +77,9 @@ impl Replay {
             .iter()
             .map(|record| set_up.replay(&study, record, &model));
         let replayed: Vec<Replayed> = replayed.collect::<Result<_>>()?;
-        let basis = match &block {
-            Some((path, block)) if self.monitor => Some(Basis::Board(
-                rig_block::limits_for(path, block, &model)?.clone(),
-            )),
-            None if self.monitor => Some(Basis::Study(monitor_limits::limits(
-                &study,
-                &set_up,
-                &model,
-                blob::checksum_of(&model),
-                24 * self.false_alarm_days,
-            )?)),
-            _ => None,
-        };
-        let watched = basis.map(|basis| watch(&study, &records, &set_up, &model, basis));
+        let board = block.as_ref().map(|(path, block)| (path.as_path(), block));
+        let basis = self.basis(&study, &set_up, &model, board)?;
+        let watched = basis.map(|basis| watched::watch(&study, &records, &set_up, &model, basis));
         let watched = watched.transpose()?;
         working.finish_and_clear();
         let only = |option: &str| match (records.as_slice(), replayed.as_slice()) {
@@ -101,13 +95,13 @@ impl Replay {
         }
         if let Some(path) = &self.frames {
             let (record, _) = only("--frames")?;
-            let limits = watched.as_ref().map(|w| Ok(w.basis.limits()));
+            let limits = watched.as_ref().map(|w| Ok(w.limits()));
             let limits = limits.unwrap_or_else(|| match &block {
                 Some((_, block)) => rig_block::usable_limits(block, &model),
                 None => Err(Cause::NoLimits),
             });
             let monitor = match limits {
-                Ok(limits) => Ok(monitor(&study, &set_up, limits)?),
+                Ok(limits) => Ok(watched::monitor(&study, &set_up, limits)?),
                 Err(cause) => Err(cause),
             };
             let monitor = monitor.as_ref().map_err(|cause| *cause);
@@ -139,17 +133,35 @@ impl Replay {
         console.json(
             &serde_json::json!({ "records": summaries, "monitor": watched.as_json(&study) }),
         )?;
-        self.fail_on.map_or(Ok(()), |state| watched.fail_on(state))
+        match self.fail_on {
+            Some(fail_on) => watched.fail_on(fail_on),
+            None => Ok(()),
+        }
     }
-}
 
-/// The state of a joint at which a script wants to be told.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-pub(super) enum FailOn {
-    /// An alarm.
-    Alarm,
-    /// An alarm, or a suspicion.
-    Suspect,
+    /// What the monitor judges by, where it is asked for.
+    fn basis(
+        &self,
+        study: &Study,
+        set_up: &replay::SetUp,
+        model: &Model,
+        board: Option<(&Path, &Rig)>,
+    ) -> Result<Option<Basis>> {
+        if !self.monitor {
+            return Ok(None);
+        }
+        if let Some((path, block)) = board {
+            let limits = rig_block::limits_for(path, block, model)?;
+            return Ok(Some(Basis::Board(limits.clone())));
+        }
+        let purpose = Purpose {
+            model_checksum: blob::checksum_of(model),
+            false_alarm_hours: 24 * self.false_alarm_days,
+            drift: self.drift,
+        };
+        let limits = monitor_limits::limits(study, set_up, model, purpose)?;
+        Ok(Some(Basis::Study(limits)))
+    }
 }
 
 /// The records to run: all of a study's, or the one that was named.
@@ -233,145 +245,6 @@ fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> Stri
         1e3 * delays_s[0],
         1e3 * delays_s[1]
     )
-}
-
-/// Where the monitor's limits come from.
-enum Basis {
-    /// The study's own validation records.
-    Study(Calibration),
-    /// A rig block.
-    Board(Limits),
-}
-
-impl Basis {
-    fn limits(&self) -> &Limits {
-        match self {
-            Self::Study(calibration) => &calibration.limits,
-            Self::Board(limits) => limits,
-        }
-    }
-}
-
-/// What the monitor said over records.
-struct Watched {
-    basis: Basis,
-    /// Per record, its file and every change of the verdict with its time in s.
-    records: Vec<(String, Vec<(f64, Verdict)>)>,
-}
-
-fn monitor(study: &Study, set_up: &replay::SetUp, limits: &Limits) -> Result<Monitor> {
-    Monitor::new(limits.clone(), &set_up.chain)
-        .map_err(|e| Error::data(format!("{}: {e}", study.path.display())))
-}
-
-/// Runs the monitor over every record, each from a fresh start.
-fn watch(
-    study: &Study,
-    records: &[&Record],
-    set_up: &replay::SetUp,
-    model: &Model,
-    basis: Basis,
-) -> Result<Watched> {
-    let monitor = monitor(study, set_up, basis.limits())?;
-    let over = |record: &&Record| {
-        let mut state = MonitorState::default();
-        let mut changes: Vec<(f64, Verdict)> = Vec::new();
-        for (row, (raw, output)) in set_up.samples(record, model).enumerate() {
-            let verdict = monitor.update(&mut state, &raw, output.as_ref(), &Faults::default());
-            if !changes
-                .last()
-                .is_some_and(|(_, last)| last.same_reason(&verdict))
-            {
-                changes.push((row as f64 / study.sample_rate_hz, verdict));
-            }
-        }
-        (record.file.clone(), changes)
-    };
-    let records = records.iter().map(over).collect();
-    Ok(Watched { basis, records })
-}
-
-impl Watched {
-    fn in_words(&self, study: &Study) -> String {
-        let names: Vec<&str> = study.axes.iter().map(|axis| axis.name.as_str()).collect();
-        let limits = self.basis.limits();
-        let block_s = f64::from(limits.block) / study.sample_rate_hz;
-        let mut text = format!(
-            "The monitor, {} to one false alarm in {} days, in blocks of {:.0} ms:",
-            match &self.basis {
-                Basis::Study(_) => "set from the validation records",
-                Basis::Board(_) => "set by the rig block",
-            },
-            limits.false_alarm_hours / 24,
-            1e3 * block_s
-        );
-        let healthy = match &self.basis {
-            Basis::Study(calibration) => calibration.healthy.as_slice(),
-            Basis::Board(_) => &[],
-        };
-        for (name, sides) in names.iter().zip(healthy) {
-            let [error, rest @ ..] = sides.map(|side| side.blocks_to_alarm * block_s);
-            let slowest = rest.into_iter().fold(0.0, f64::max);
-            let _ = write!(
-                text,
-                "\n  {name}: a stiffness or viscous friction that changes by 10 % of the RMS force is expected to raise the alarm \
-                 within {slowest:.1} s, any other change of that size within {error:.1} s of driven motion"
-            );
-        }
-        for (file, changes) in &self.records {
-            for (time, verdict) in changes {
-                let _ = write!(
-                    text,
-                    "\n  {file} {time:8.3} s  {}: {}",
-                    verdict.state.words(),
-                    verdict.words(&names)
-                );
-            }
-        }
-        text
-    }
-
-    /// An error when a record reached a state.
-    fn fail_on(&self, state: FailOn) -> Result<()> {
-        let reached = |verdict: &Verdict| match state {
-            FailOn::Alarm => verdict.state == State::Alarm,
-            FailOn::Suspect => matches!(verdict.state, State::Suspect | State::Alarm),
-        };
-        for (file, changes) in &self.records {
-            if let Some((time_s, verdict)) = changes.iter().find(|(_, v)| reached(v)) {
-                return Err(Error::found(format!(
-                    "{file}: {} at {time_s:.3} s",
-                    verdict.state.words()
-                )));
-            }
-        }
-        Ok(())
-    }
-
-    fn as_json(&self, study: &Study) -> serde_json::Value {
-        let names: Vec<&str> = study.axes.iter().map(|axis| axis.name.as_str()).collect();
-        let records = self.records.iter().map(|(file, changes)| {
-            let changes = changes.iter().map(|(time_s, verdict)| {
-                serde_json::json!({
-                    "time_s": time_s,
-                    "state": verdict.state.words(),
-                    "cause": verdict.cause.tag(),
-                    "reason": verdict.words(&names).to_string(),
-                    "permille": verdict.permille,
-                })
-            });
-            serde_json::json!({ "file": file, "changes": changes.collect::<Vec<_>>() })
-        });
-        let mut json = serde_json::json!({
-            "false_alarm_hours": self.basis.limits().false_alarm_hours,
-            "records": records.collect::<Vec<_>>(),
-        });
-        if let Basis::Study(calibration) = &self.basis {
-            json["healthy"] = serde_json::json!(calibration.healthy);
-            json["judged_blocks"] = serde_json::json!(calibration.blocks);
-        }
-        json
-    }
 }
 
 /// One line per output: the row it describes, then raw integers, then SI.

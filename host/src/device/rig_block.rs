@@ -11,7 +11,7 @@ use crate::text::table::Table;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::Chain;
 use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits};
-use jointwatch_shared::monitor::{Cause, OCTAVE, SHARE};
+use jointwatch_shared::monitor::{Cause, OCTAVE, SHARE, SIDES};
 use jointwatch_shared::wire::blob;
 use jointwatch_shared::wire::rig::{Rig, RigAxis};
 use jointwatch_shared::wire::rig_block::{self, RIG_BLOCK_LEN, RIG_BLOCK_MAGIC};
@@ -105,11 +105,15 @@ pub fn set_limits(
     study: &Study,
     model: &Model,
     false_alarm_days: u32,
+    drift: f64,
 ) -> Result<()> {
     let set_up = SetUp::of_block(study, model, block)?;
-    let checksum = blob::checksum_of(model);
-    let hours = 24 * false_alarm_days;
-    let calibration = monitor_limits::limits(study, &set_up, model, checksum, hours)?;
+    let purpose = monitor_limits::Purpose {
+        model_checksum: blob::checksum_of(model),
+        false_alarm_hours: 24 * false_alarm_days,
+        drift,
+    };
+    let calibration = monitor_limits::limits(study, &set_up, model, purpose)?;
     block.limits = Some(calibration.limits);
     block.check().map_err(|e| {
         let path = study.path.display();
@@ -319,8 +323,9 @@ fn connections(wiring: &Wiring) -> Table {
     table
 }
 
-/// The five cumulative sums of an axis with their names and the worth of one unit: octaves of power, or per cent of the force.
-fn sums(axis: &AxisLimits) -> [(&'static str, Cusum, f64, &'static str); 5] {
+/// The cumulative sums of an axis with their names and the worth of one unit: octaves of power, or per cent of the force.
+fn sums(axis: &AxisLimits) -> [(&'static str, Cusum, f64, &'static str); SIDES] {
+    let [gone, unexpected] = axis.gross_sums();
     let (octave, percent) = (1.0 / f64::from(OCTAVE), 100.0 / f64::from(SHARE));
     [
         ("error", axis.error, octave, "octaves"),
@@ -328,6 +333,8 @@ fn sums(axis: &AxisLimits) -> [(&'static str, Cusum, f64, &'static str); 5] {
         ("softer", axis.stiffness.less, percent, "% of force"),
         ("more friction", axis.friction.more, percent, "% of force"),
         ("less friction", axis.friction.less, percent, "% of force"),
+        ("force gone", gone, octave, "octaves"),
+        ("force not expected", unexpected, octave, "octaves"),
     ]
 }
 

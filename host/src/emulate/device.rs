@@ -55,9 +55,13 @@ impl<'a> EmulatedDevice<'a> {
         };
         let set_up = SetUp::of_block(study, model, &block)?;
         if !given {
-            let crc = blob::checksum_of(model);
+            let purpose = monitor_limits::Purpose {
+                model_checksum: blob::checksum_of(model),
+                false_alarm_hours: FALSE_ALARM_HOURS,
+                drift: 0.0,
+            };
             // A study without validation records leaves the monitor without limits: it then watches the sensors only.
-            let limits = monitor_limits::limits(study, &set_up, model, crc, FALSE_ALARM_HOURS);
+            let limits = monitor_limits::limits(study, &set_up, model, purpose);
             block.limits = limits.ok().map(|calibration| calibration.limits);
         }
         fast_enough(&block)?;

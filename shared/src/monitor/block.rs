@@ -2,34 +2,59 @@
 
 use super::limits::AxisLimits;
 use super::logarithm::{OCTAVE, SHARE, exp2, log2};
-use crate::scalar::fixed::in_order;
 
-/// The largest force that is counted, in the monitor's units: 128 times the validation records' RMS force at least.
-const MAX_FORCE: i32 = 1 << 23;
+/// Between which forces one is counted, in the monitor's units: 128 times the validation records' RMS force at least. The bounds of a
+/// number of 24 bits, to which a processor saturates in one instruction.
+const FORCES: [i32; 2] = [-(1 << 23), (1 << 23) - 1];
 
-/// What of one output has to wait for the low-pass over the residual, of one axis, in the monitor's units.
+/// What of one output has to wait for the low-pass over the residual, of one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Waiting {
     /// Displacement and velocity in 2⁻¹⁵ of their training half-range.
     states: [i16; 2],
-    /// Measured force.
+    /// Measured force and the model's, as the output has them.
     measured: i32,
+    predicted: i32,
+}
+
+/// One sample of one axis, in the monitor's units.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    states: [i16; 2],
+    measured: i32,
+    predicted: i32,
+    /// The residual in the band.
+    residual: i32,
 }
 
 /// A force in the monitor's units, rounded half up.
 #[inline(always)]
 fn force(value: i32, shift: u8) -> i32 {
     let rounded = crate::scalar::fixed::round_shift_32(value, u32::from(shift & 31));
-    rounded.clamp(-MAX_FORCE, MAX_FORCE)
+    let [least, most] = FORCES;
+    rounded.clamp(least, most)
 }
 
 impl Waiting {
-    /// Of an axis at an output's states and measured force.
+    /// Of an axis at an output's states, measured and predicted force.
     #[inline(always)]
-    pub(super) fn new([x, v]: [i32; 2], measured: i32, limits: &AxisLimits) -> Self {
+    pub(super) fn new([x, v]: [i32; 2], [measured, predicted]: [i32; 2]) -> Self {
         Self {
             states: [(x >> 16) as i16, (v >> 16) as i16],
-            measured: force(measured, limits.force_shift),
+            measured,
+            predicted,
+        }
+    }
+
+    /// With the residual of the same instant. Only what is summed up is brought into the monitor's units.
+    #[inline(always)]
+    pub(super) fn with(&self, residual: i32, limits: &AxisLimits) -> Sample {
+        let shift = limits.force_shift;
+        Sample {
+            states: self.states,
+            measured: force(self.measured, shift),
+            predicted: force(self.predicted, shift),
+            residual: force(residual, shift),
         }
     }
 }
@@ -52,20 +77,10 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Begins anew. Not all at once: the compiler would call a function that takes six instructions for a word.
+    /// Adds one sample of an axis.
     #[inline(always)]
-    pub(super) fn clear(&mut self) {
-        (self.error, self.force) = (0, 0);
-        in_order();
-        (self.force_sum, self.state) = (0, [0; 2]);
-        in_order();
-        self.along = [0; 2];
-    }
-
-    /// Adds one sample of an axis; `residual` in the model's force unit.
-    #[inline(always)]
-    pub(super) fn add(&mut self, limits: &AxisLimits, at: &Waiting, residual: i32) {
-        let (e, r, [x, v]) = (force(residual, limits.force_shift), at.measured, at.states);
+    pub(super) fn add(&mut self, at: &Sample) {
+        let (e, r, [x, v]) = (at.residual, at.measured, at.states);
         let (x, v) = (i32::from(x), i32::from(v));
         // Widened where it is used, so that it and an addition are one instruction.
         let product = |a: i32, b: i32| i64::from(a) * i64::from(b);
@@ -138,9 +153,66 @@ impl Sums {
     }
 }
 
-/// A block whose force power is less than this part of the validation records' is not judged, nor one whose travel is at the
-/// bottom of [`LEVELS`]: the share of the error that is healthy was not measured there.
+/// A gross change is judged where the power of the force that the model expects, or of the one that is there, is at least this part of
+/// the validation records': a joint that has lost its force is judged by the one that should be there. The other statistics are shares
+/// of the measured force, and take blocks in which that is so strong, and the travel above the bottom of [`LEVELS`]: how large a healthy
+/// share is was not measured below. Where only the model expects a force, the share is that of the model's worst moments, and limits
+/// that allow for those find a small change late.
 const GENTLEST: u64 = 4;
+/// Outside the training range only a force that is nearly gone is evidence: this part of the predicted power, which is held at the edge
+/// of the range there.
+const NEARLY_GONE: i64 = 16;
+
+/// Sums over the residuals of a block that no fault of a sensor spoils, whether the states are inside the training range or not, in the
+/// monitor's units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GrossSums {
+    /// Σ e², e the residual in the common band.
+    pub error: i64,
+    /// Σ r², r the measured force at the same instants.
+    pub force: i64,
+    /// Σ p², p the model's force at the same instants.
+    pub predicted: i64,
+}
+
+/// What a block says of a gross change of the force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gross {
+    /// 0: less force than the model expects; 1: more.
+    pub side: usize,
+    /// log₂(Σe²/(the larger of Σr² and Σp² + n·P̄)) in 1/1024 octaves: 0 where all of a large force is missing, or none was expected.
+    pub value: i32,
+}
+
+impl GrossSums {
+    /// Adds one sample of an axis.
+    #[inline(always)]
+    pub(super) fn add(&mut self, at: &Sample) {
+        let square = |a: i32| i64::from(a) * i64::from(a);
+        self.error += square(at.residual);
+        self.force += square(at.measured);
+        self.predicted += square(at.predicted);
+    }
+
+    /// What a full block of 2^`log_values` residuals says; none where neither force is large enough. `outside`: whether some of them
+    /// were spoilt by a state outside the training range.
+    pub fn judged(&self, limits: &AxisLimits, log_values: u32, outside: bool) -> Option<Gross> {
+        let usual = limits.force_power << (log_values & 15);
+        let (larger, side) = if self.force < self.predicted {
+            (self.predicted, 0)
+        } else {
+            (self.force, 1)
+        };
+        let beyond = outside && self.force >= self.predicted / NEARLY_GONE;
+        if (larger as u64) < usual / GENTLEST || beyond {
+            return None;
+        }
+        Some(Gross {
+            side,
+            value: log2(self.error as u64) - log2(larger as u64 + usual),
+        })
+    }
+}
 
 /// The dependence on the level of motion is followed for so many octaves of power either way.
 const LEVELS: i32 = 3;
@@ -158,7 +230,7 @@ pub struct Statistics {
     pub stiffness: i32,
     /// The same with the velocity, positive for more friction.
     pub friction: i32,
-    /// Whether force and travel are large enough for the others to be judged.
+    /// Whether measured force and travel are large enough for the others to be judged.
     pub moves: bool,
 }
 
@@ -184,8 +256,9 @@ mod tests {
             let residual = 65536.0 * level * (stiffer * sin + rougher * cos) * 4096.0;
             let half = f64::from(1 << 30) * level;
             let states = [(half * sin) as i32, (half * cos) as i32];
-            let waiting = Waiting::new(states, force as i32, &limits);
-            sums.add(&limits, &waiting, residual as i32);
+            let expected = (force - residual) as i32;
+            let waiting = Waiting::new(states, [force as i32, expected]);
+            sums.add(&waiting.with(residual as i32, &limits));
         }
         sums
     }
@@ -227,11 +300,49 @@ mod tests {
         for rail in [i32::MIN, i32::MAX] {
             let mut sums = Sums::default();
             for _ in 0..1024 {
-                let waiting = Waiting::new([rail; 2], rail, &limits);
-                sums.add(&limits, &waiting, rail);
+                sums.add(&Waiting::new([rail; 2], [rail; 2]).with(rail, &limits));
             }
             let seen = sums.statistics(&limits, 10);
             assert!(seen.moves && seen.error.abs() <= 1032, "{seen:?}");
+        }
+    }
+
+    #[test]
+    fn a_force_that_is_gone_is_judged_by_the_one_that_was_expected() {
+        let limits = axis();
+        let usual = 1_i64 << (31 + 6);
+        let gone = Sums {
+            error: usual,
+            state: [1 << 33; 2],
+            ..Sums::default()
+        };
+        // Only the gross change is judged by what the model expects.
+        assert!(!gone.statistics(&limits, 6).moves);
+        let gross = |error, force, predicted, outside| {
+            let sums = GrossSums {
+                error,
+                force,
+                predicted,
+            };
+            sums.judged(&limits, 6, outside)
+        };
+        let octave = -OCTAVE;
+        let side = |side| {
+            Some(Gross {
+                side,
+                value: octave,
+            })
+        };
+        for (force, predicted, outside, wanted) in [
+            (0, usual, false, side(0)),
+            (usual, 0, false, side(1)),
+            // Outside the range only a force that is nearly gone counts.
+            (0, usual, true, side(0)),
+            (usual / 4, usual, true, None),
+            (usual, 0, true, None),
+            (usual / 8, usual / 8, false, None),
+        ] {
+            assert_eq!(gross(usual, force, predicted, outside), wanted);
         }
     }
 }

@@ -5,6 +5,8 @@ use super::limits::{Cusum, SIDES};
 use super::logarithm::SHARE;
 use super::verdict::{Cause, State};
 
+/// Where the statistics of a gross change begin.
+pub(super) const GROSS: usize = 5;
 /// What each of them says when it is reached.
 pub(super) const CAUSES: [Cause; SIDES] = [
     Cause::ErrorGrew,
@@ -12,6 +14,8 @@ pub(super) const CAUSES: [Cause; SIDES] = [
     Cause::Softer,
     Cause::MoreFriction,
     Cause::LessFriction,
+    Cause::ForceGone,
+    Cause::ForceUnexpected,
 ];
 /// The fewest blocks that raise an alarm: of the error, and of a stiffness or a friction, which have a direction to be told by.
 const MIN_BLOCKS: [i32; 2] = [16, 6];
@@ -19,7 +23,7 @@ const MIN_BLOCKS: [i32; 2] = [16, 6];
 /// change by 10 % of the RMS force makes.
 pub const MAX_OF_SHARE: i32 = 3 * SHARE / 80;
 
-/// The fewest blocks that raise an alarm by statistic `side` (0: the error).
+/// The fewest blocks that raise an alarm by statistic `side` (0: the error). A gross change takes as few as a direction.
 pub fn least_blocks(side: usize) -> i32 {
     let [error, share] = MIN_BLOCKS;
     if side == 0 { error } else { share }
@@ -30,10 +34,10 @@ pub fn least_blocks(side: usize) -> i32 {
 /// beside a change that lasts.
 pub fn most_of_block(side: usize, threshold: i32) -> i32 {
     let part = threshold / least_blocks(side) + 1;
-    if side == 0 {
-        part
-    } else {
+    if (1..GROSS).contains(&side) {
         part.min(MAX_OF_SHARE)
+    } else {
+        part
     }
 }
 
@@ -44,8 +48,8 @@ pub(super) struct Level {
     pub(super) state: State,
 }
 
-/// The values whose cumulative sums are kept, in the order of [`CAUSES`].
-pub(super) fn values(seen: &Statistics) -> [i32; SIDES] {
+/// The values whose cumulative sums are kept, in the order of [`CAUSES`], without those of a gross change.
+pub(super) fn values(seen: &Statistics) -> [i32; GROSS] {
     let (stiffness, friction) = (seen.stiffness, seen.friction);
     [
         seen.error,
@@ -72,12 +76,17 @@ impl Level {
         if sum >= threshold || self.state == State::Alarm && sum >= threshold / 2 {
             State::Alarm
         } else if sum >= threshold - threshold / 4
-            || self.state >= State::Suspect && sum > threshold / 4
+            || self.state >= State::Suspect && !self.is_low(side)
         {
             State::Suspect
         } else {
             State::Healthy
         }
+    }
+
+    /// Whether it is so far from suspect as one that has ended must be.
+    pub(super) fn is_low(&self, side: Cusum) -> bool {
+        self.sum <= side.threshold / 4
     }
 
     /// The sum in 1/1000 of the threshold.
@@ -93,7 +102,9 @@ impl Level {
 mod tests {
     extern crate std;
     use super::super::limits::MAX_CUSUM;
+    use super::super::limits::tests::axis;
     use super::*;
+    use crate::monitor::OCTAVE;
 
     const SIDE: Cusum = Cusum {
         drift: 100,
@@ -166,5 +177,25 @@ mod tests {
             }
         }
         assert_eq!((level.state, level.permille(side)), (State::Alarm, 1500));
+    }
+
+    #[test]
+    fn a_gross_change_is_one_between_a_healthy_error_and_all_of_the_force() {
+        let mut limits = axis();
+        for (drift, wanted) in [
+            (-20 * OCTAVE, -5 * OCTAVE),
+            (-6 * OCTAVE, -15 * OCTAVE / 4),
+            (MAX_CUSUM, -2 * OCTAVE),
+        ] {
+            limits.error.drift = drift;
+            limits.gross = [0, 40];
+            let [gone, unexpected] = limits.gross_sums();
+            assert_eq!([gone.drift, unexpected.drift], [wanted; 2]);
+            // Never under six octaves; else in quarters of one.
+            assert_eq!(
+                [gone.threshold, unexpected.threshold],
+                [6 * OCTAVE, 10 * OCTAVE]
+            );
+        }
     }
 }

@@ -3,6 +3,7 @@
 //! They are integers, set once on the host from validation records that went through the device's own chain, and travel in
 //! the rig block. They hold for one model: [`Limits::model_checksum`] says for which.
 
+use super::logarithm::OCTAVE;
 use crate::fault::{Checks, Error};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -13,10 +14,17 @@ pub const CHANNELS: usize = 5;
 pub const BLOCK: [u16; 2] = [16, 1024];
 /// The fewest residuals in the band that a block sums up.
 pub const MIN_VALUES: i32 = 16;
-/// Statistics with a limit, per axis.
-pub(super) const SIDES: usize = 5;
+/// Statistics with a limit, per axis: error, both sides of stiffness and friction, and both sides of a gross change of the force.
+pub const SIDES: usize = 7;
 /// The largest drift and the largest threshold of a [`Cusum`].
 pub const MAX_CUSUM: i32 = 1 << 24;
+
+/// The least threshold of a gross change, in quarters of an octave: six blocks of an octave each.
+pub const MIN_GROSS: u8 = 24;
+/// The error, in octaves, that is all of a force of usual size, less what of it is outside the common band.
+const ALL_OF_FORCE: i32 = -3 * OCTAVE / 2;
+/// Between which errors, in octaves, a gross change begins: between a quarter of the force and seven tenths.
+const GROSS_DRIFTS: [i32; 2] = [-5 * OCTAVE, -2 * OCTAVE];
 
 /// One side of a cumulative sum (Page 1954): S ← max(0, S + y − drift), alarm at S ≥ threshold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -57,6 +65,8 @@ pub struct AxisLimits {
     pub stiffness: TwoSided,
     /// Of the part of the residual that goes with the velocity, in 2⁻¹⁶ of the force.
     pub friction: TwoSided,
+    /// Thresholds of a force that is gone and of one that nobody expects, in quarters of an octave; under [`MIN_GROSS`] stands for it.
+    pub gross: [u8; 2],
     /// Per channel (far and near displacement counter, body counter, accelerometer, force), the span in counts within a
     /// block that is a real motion; 0 for a channel that the rig has not.
     pub moving_counts: [u32; CHANNELS],
@@ -117,15 +127,31 @@ impl Limits {
 }
 
 impl AxisLimits {
-    /// The limits of every statistic, in the order of its causes: the error, and both sides of stiffness and friction.
+    /// The cumulative sums of a force that is gone and of one that nobody expects: halfway between the error's own drift and all of
+    /// the force.
+    pub fn gross_sums(&self) -> [Cusum; 2] {
+        let [least, most] = GROSS_DRIFTS;
+        // Both are far from the rails: a drift is at most 2²⁴.
+        let drift = (self.error.drift / 2 + ALL_OF_FORCE / 2).clamp(least, most);
+        self.gross.map(|quarters| Cusum {
+            drift,
+            threshold: i32::from(quarters.max(MIN_GROSS)) * (OCTAVE / 4),
+        })
+    }
+
+    /// The limits of every statistic, in the order of its causes: the error, both sides of stiffness and friction, and those of a
+    /// gross change.
     pub(super) fn sides(&self) -> [Cusum; SIDES] {
         let (stiffness, friction) = (self.stiffness, self.friction);
+        let [gone, unexpected] = self.gross_sums();
         [
             self.error,
             stiffness.more,
             stiffness.less,
             friction.more,
             friction.less,
+            gone,
+            unexpected,
         ]
     }
 
@@ -173,6 +199,7 @@ pub(super) mod tests {
             error: side,
             stiffness: both,
             friction: both,
+            gross: [0; 2],
             moving_counts: [100, 100, 0, 5000, 4000],
         }
     }

@@ -2,19 +2,26 @@
 //!
 //! ```text
 //! residual in the band ─┐                     ┌─ error's share of the force ─┐
-//! measured force ───────┼─ blocks of samples ─┼─ part along displacement ────┼─ cumulative sums ─┐
-//! state ────────────────┘        │            └─ part along velocity ────────┘                   ├─ verdict
-//!                                └─ sliding NMSE                                                 │
+//! measured force ───────┤                     ├─ part along displacement ────┤
+//! predicted force ──────┼─ blocks of samples ─┼─ part along velocity ────────┼─ cumulative sums ─┐
+//! state ────────────────┘        │            └─ force that is gone, or is   ┘                   ├─ verdict
+//!                                │               not expected                                    │
+//!                                ├─ sliding NMSE, share of the time that was judged ─────────────┤
 //! outside the range, counts, faults of the sensors ── rates, channels that stand still ──────────┘
 //! ```
 //!
 //! The residual in the band comes at every so many samples, and what is summed up of the others are their values at those instants.
 //! Blocks hold only residuals that are free of everything that makes it wrong: a state outside the training range
-//! spoils as many residuals as the low-pass has taps, a fault of a sensor as many as the whole chain has.
-//! `docs/explanation/monitor.md` has the formulas and how the limits are set. Everything per sample is integer, takes no memory beyond
+//! spoils as many residuals as the low-pass has taps, a fault of a sensor as many as the whole chain has. Whether a gross change
+//! can be judged follows from the force that should be there as well as from the one that is.
+//!
+//! *Healthy* holds per axis, and only as long as enough of the recent time was judged ([`AxisHealth`]).
+//! `docs/explanation/monitor.md` has the formulas and how the limits are set. Everything is integer, takes no memory beyond
 //! [`MonitorState`], and cannot panic; the work at the end of a block is spread over the samples that follow.
 
 mod block;
+mod ending;
+mod judged;
 mod level;
 pub mod limits;
 mod logarithm;
@@ -23,8 +30,10 @@ mod sensors;
 mod sliding;
 mod verdict;
 
-pub use block::{Statistics, Sums, share_of_change};
+pub use block::{Gross, GrossSums, Statistics, Sums, share_of_change};
+pub use judged::RECENT;
 pub use level::{MAX_OF_SHARE, least_blocks, most_of_block};
+pub use limits::SIDES;
 pub use logarithm::{OCTAVE, SHARE};
 pub use sensors::Faults;
 pub use sliding::Window;
@@ -32,21 +41,22 @@ pub use verdict::{CHANNEL_NAMES, Cause, State, Verdict, Words};
 
 use crate::chain::{Chain, Output, RawSample};
 use crate::fault::{Checks, Error};
-use crate::scalar::fixed::in_order;
 use crate::wire::rig::MAX_BAND_TAPS;
 use block::Waiting;
-use level::{Level, values};
-use limits::{CHANNELS, Limits, SIDES};
-use review::Review;
-use sensors::{SensorState, forget};
-use sliding::{FAST, SLOW, Sliding};
+use ending::Ending;
+use judged::{Judged, Reason};
+use level::Level;
+use limits::{CHANNELS, Limits};
+use sensors::SensorState;
+use sliding::Sliding;
 
 /// The longest wait for the low-pass over the residual and for the sample after it, in samples.
 const MAX_WAIT: usize = MAX_BAND_TAPS / 2 + 2;
-/// Two pieces at a time are done of a block with fewer samples.
-const SHORT_BLOCK: u16 = 64;
 /// Binary logarithm of the blocks over which the time outside the training range is counted.
 const OUTSIDE_MEMORY: u32 = 6;
+/// A block that has lost more than one in so many of its samples is begun anew.
+const MAX_LOST: u32 = 4;
+
 /// The monitor of one model on one rig: what is calibrated, apart from what moves ([`MonitorState`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Monitor {
@@ -54,9 +64,8 @@ pub struct Monitor {
     /// Binary logarithms of the samples of a block, and of the residuals in the band that come meanwhile.
     log_block: u32,
     log_values: u32,
-    /// Whether there are samples without a residual in the band, and whether those are more than every other one.
+    /// Whether there are samples without a residual in the band.
     is_thinned: bool,
-    is_sparse: bool,
     /// Samples by which the residual in the band that is summed up is older than the rest of an output.
     wait: usize,
     /// Residuals that a state outside the training range spoils.
@@ -66,82 +75,115 @@ pub struct Monitor {
 }
 
 /// What the monitor keeps between samples.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct MonitorState {
-    waiting: [[Waiting; 2]; MAX_WAIT],
-    newest: usize,
+    waiting: Delayed,
     /// A residual in the band that is summed up with the next sample, where that has none: the low-pass has enough to do when it
-    /// comes.
-    held: [i32; 2],
-    is_held: bool,
-    /// Residuals that are still spoilt.
-    invalidated: u16,
-    /// The block that is being filled and the last one that was, which change places.
-    sums: [[Sums; 2]; 2],
-    filling: usize,
-    count: u16,
-    blocks: u32,
-    /// What is still to be done about the last block, a piece per sample.
-    judging: Judging,
-    /// Pieces of the end of the sensors' block that are still to be done.
-    to_end: u8,
-    review: Review,
+    /// comes. With whether a state outside the training range spoils it.
+    held: Option<([i32; 2], bool)>,
+    /// Residuals that are still spoilt by a state outside the training range, and by a fault of a sensor.
+    spoilt_outside: u16,
+    spoilt_fault: u16,
+    /// Whether that fault is samples that were lost.
+    is_lost: bool,
+    fine: Block<Sums>,
+    gross: Block<GrossSums>,
+    /// Whether a residual of the gross block was spoilt by a state outside the training range, and of the one before it.
+    gross_outside: [bool; 2],
+    /// What kept residuals out of the block, since the last one ended.
+    kept_out: Option<Reason>,
+    /// Samples that were lost since the block was begun.
+    lost: u32,
     levels: [[Level; SIDES]; 2],
     sliding: [[Sliding; 2]; 2],
     sensors: SensorState,
     sensor_state: State,
-    /// Samples since the sensors' block began, and outputs outside the range among them.
-    ticks: u16,
+    /// Samples since the sensors' block began, those that were lost included, and outputs outside the range among them.
+    ticks: u32,
     outside: u16,
     outside_rate: i32,
-    outside_state: State,
-    moved: bool,
+    ending: Ending,
+    axes: [OfAxis; 2],
     verdict: Verdict,
 }
 
-/// How far the judgement of a block has come.
-#[derive(Clone, Copy, Debug, Default)]
-struct Judging {
-    /// Axes that are still to be judged, and pieces that were done of the first of them.
-    axes: usize,
-    done: u8,
-    log_force: i32,
-    shares: [i32; 2],
-    seen: Statistics,
+/// The last outputs, which wait for the low-pass over the residual.
+#[derive(Clone, Debug)]
+struct Delayed {
+    places: [[Waiting; 2]; MAX_WAIT],
+    newest: usize,
 }
 
-/// Pieces of the end of the sensors' block: the courses of both axes and the rates, which come before everything else, and then the review
-/// of both axes and of the sensors.
-const END: u8 = 6;
-const REVIEW: u8 = 3;
-
-impl Default for MonitorState {
+impl Default for Delayed {
     fn default() -> Self {
         Self {
-            waiting: [[Waiting::default(); 2]; MAX_WAIT],
+            places: [[Waiting::default(); 2]; MAX_WAIT],
             newest: 0,
-            held: [0; 2],
-            is_held: false,
-            invalidated: 0,
-            sums: [[Sums::default(); 2]; 2],
-            filling: 0,
-            count: 0,
-            blocks: 0,
-            judging: Judging::default(),
-            to_end: 0,
-            review: Review::default(),
-            levels: [[Level::default(); SIDES]; 2],
-            sliding: [[Sliding::default(); 2]; 2],
-            sensors: SensorState::default(),
-            sensor_state: State::Healthy,
-            ticks: 0,
-            outside: 0,
-            outside_rate: 0,
-            outside_state: State::Healthy,
-            moved: false,
-            verdict: Verdict::default(),
         }
     }
+}
+
+/// The sums of the block that is being filled, and of the last one that was, per axis.
+#[derive(Clone, Copy, Debug, Default)]
+struct Block<S> {
+    filling: [S; 2],
+    count: u16,
+    full: [S; 2],
+    /// Whether the full one is still to be judged.
+    is_ready: bool,
+    /// Blocks that were filled (wrapping).
+    number: u32,
+}
+
+impl<S: Default + Copy> Block<S> {
+    fn begin(&mut self) {
+        (self.filling, self.count) = ([S::default(); 2], 0);
+    }
+
+    /// Begins anew, and forgets what is still to be judged.
+    fn discard(&mut self) {
+        self.begin();
+        self.is_ready = false;
+    }
+
+    /// Whether the next residual fills it.
+    fn is_nearly_full(&self, log_values: u32) -> bool {
+        (self.count + 1) >> (log_values & 15) != 0
+    }
+
+    /// Counts a residual in; true when the block is full, which is then the last one.
+    fn counted(&mut self, log_values: u32) -> bool {
+        self.count += 1;
+        if self.count >> (log_values & 15) == 0 {
+            return false;
+        }
+        self.full = self.filling;
+        (self.is_ready, self.number) = (true, self.number.wrapping_add(1));
+        self.begin();
+        true
+    }
+}
+
+/// What is kept of one axis besides its sums.
+#[derive(Clone, Copy, Debug, Default)]
+struct OfAxis {
+    judged: Judged,
+    /// Outputs outside the range on this axis since the block began, and their rate.
+    outside: u16,
+    outside_rate: i32,
+    is_outside: bool,
+    verdict: Verdict,
+}
+
+/// How one axis stands, and how much that says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AxisHealth {
+    /// How it stands, and why.
+    pub verdict: Verdict,
+    /// The part of the last [`RECENT`] blocks that was judged, in 1/1000.
+    pub judged_permille: u16,
+    /// Samples since the last judged block ended, or since the start; stays at its largest value.
+    pub unjudged_samples: u32,
 }
 
 impl Monitor {
@@ -160,7 +202,6 @@ impl Monitor {
             log_block: limits.block.trailing_zeros(),
             log_values: limits.values(every_log2).trailing_zeros(),
             is_thinned: chain.band_every() > 1,
-            is_sparse: chain.band_every() > 2,
             wait: chain.band_delay() - chain.delay() + usize::from(chain.band_every() > 1),
             after_outside: band,
             after_fault: derivative + band,
@@ -193,36 +234,13 @@ impl Monitor {
             }
             _ => self.sense(state, raw, faults),
         }
-        let mut busy = false;
         if let Some(output) = output {
-            busy = self.take(state, output);
-            busy |= self.is_sparse && output.residual_band.is_some();
+            self.take(state, output);
         }
-        state.ticks = state.ticks.saturating_add(1);
-        if state.ticks >= self.limits.block {
-            (state.ticks, state.to_end) = (0, END);
-        }
-        // A piece at a time, so that the end of a block does not come all at once, nor together with the sums and the low-pass's
-        // values where there are samples without any. Half of a block's are, so that all of the 18 pieces are done before the next end.
-        if !(busy && self.is_thinned) {
-            self.go_on(state);
-            if self.limits.block < SHORT_BLOCK {
-                self.go_on(state);
-            }
-        }
+        state.ticks = state.ticks.saturating_add(faults.lost).saturating_add(1);
+        // After a gap nothing is put off: the next sample may be as far away.
+        while self.end(state) && faults.lost != 0 {}
         state.verdict
-    }
-
-    /// Does the next piece, if there is one.
-    #[inline(never)]
-    fn go_on(&self, state: &mut MonitorState) {
-        if state.to_end > REVIEW {
-            self.end_block(state);
-        } else if state.judging.axes != 0 {
-            self.judge(state);
-        } else if state.to_end != 0 {
-            self.review(state);
-        }
     }
 
     /// The faults with those of forces at a rail: bit a of `saturated` for axis a.
@@ -241,146 +259,103 @@ impl Monitor {
     fn sense(&self, state: &mut MonitorState, raw: &RawSample, faults: &Faults) {
         state.sensors.sample(&self.limits, raw, faults);
         if faults.any() {
-            state.invalidated = self.after_fault;
+            state.spoilt_fault = self.after_fault;
+            state.is_lost = faults.lost != 0;
+            state.held = None;
+            state.lost = state.lost.saturating_add(faults.lost);
+            if state.lost > u32::from(self.limits.block) / MAX_LOST {
+                state.fine.begin();
+                state.gross.begin();
+                state.lost = 0;
+            }
         }
     }
 
-    /// Adds an output to the block that is being filled where it has a residual in the band, unless that is spoilt; whether it did.
-    fn take(&self, state: &mut MonitorState, output: &Output) -> bool {
-        state.newest = if state.newest + 1 < MAX_WAIT {
-            state.newest + 1
+    /// Adds an output to the blocks that are being filled where it has a residual in the band, unless that is spoilt.
+    fn take(&self, state: &mut MonitorState, output: &Output) {
+        Self::put(&mut state.waiting, output);
+        if output.outside != 0 {
+            state.outside = state.outside.saturating_add(1);
+            for (axis, own) in state.axes.iter_mut().enumerate() {
+                let is_own = output.outside >> (2 * (axis & 1)) & 0b11 != 0;
+                own.outside = own.outside.saturating_add(u16::from(is_own));
+            }
+            state.spoilt_outside = self.after_outside;
+        }
+        let is_outside = state.spoilt_outside > 0;
+        state.spoilt_outside = state.spoilt_outside.saturating_sub(1);
+        let mut residual = output.residual_band.map(|residual| (residual, is_outside));
+        if state.spoilt_fault > 0 {
+            state.spoilt_fault -= 1;
+            let reasons = [Reason::Sensor, Reason::Lost];
+            state.kept_out = Some(reasons[usize::from(state.is_lost)]);
+            residual = None;
+        }
+        if self.is_thinned {
+            let comes = residual.is_some();
+            residual = core::mem::replace(&mut state.held, residual);
+            if comes {
+                return;
+            }
+        }
+        if let Some((residual, is_outside)) = residual {
+            self.add(state, residual, is_outside);
+        }
+    }
+
+    /// Puts what of an output has to wait behind those before it.
+    fn put(waiting: &mut Delayed, output: &Output) {
+        waiting.newest = if waiting.newest + 1 < MAX_WAIT {
+            waiting.newest + 1
         } else {
             0
         };
-        if let Some(place) = state.waiting.get_mut(state.newest) {
-            for (axis, limits) in self.limits.axes.iter().enumerate() {
-                // Two axes at most.
-                let own = axis & 1;
-                let states = [output.state[2 * own], output.state[2 * own + 1]];
-                place[own] = Waiting::new(states, output.measured[own], limits);
-            }
+        if let Some(place) = waiting.places.get_mut(waiting.newest) {
+            let ([x, v, phi, omega], [r, s], [p, q]) =
+                (output.state, output.measured, output.predicted);
+            *place = [
+                Waiting::new([x, v], [r, p]),
+                Waiting::new([phi, omega], [s, q]),
+            ];
         }
-        if output.outside != 0 {
-            state.outside = state.outside.saturating_add(1);
-            state.invalidated = state.invalidated.max(self.after_outside);
-        }
-        let mut residual = output.residual_band;
-        if state.invalidated > 0 {
-            state.invalidated -= 1;
-            residual = None;
-        }
-        let residual = match residual {
-            Some(residual) if self.is_thinned => {
-                (state.held, state.is_held) = (residual, true);
-                return false;
-            }
-            Some(residual) => residual,
-            None if state.is_held => {
-                state.is_held = false;
-                state.held
-            }
-            None => return false,
-        };
-        let place = match state.newest.checked_sub(self.wait) {
+    }
+
+    /// Adds a residual in the band, and what belongs to the same instant.
+    fn add(&self, state: &mut MonitorState, residual: [i32; 2], is_outside: bool) {
+        let waiting = &state.waiting;
+        let place = match waiting.newest.checked_sub(self.wait) {
             Some(place) => place,
-            None => (state.newest + MAX_WAIT).saturating_sub(self.wait),
+            None => (waiting.newest + MAX_WAIT).saturating_sub(self.wait),
         };
-        let Some(at) = state.waiting.get(place) else {
-            return false;
+        let Some(at) = waiting.places.get(place) else {
+            return;
         };
-        let sums = &mut state.sums[state.filling & 1];
+        // A block that is being judged stays as it is until that is done: what would fill the next one meanwhile is left out.
+        let is_judging = state.ending.is_under_way();
+        let takes_gross = !(is_judging && state.gross.is_nearly_full(self.log_values));
+        let takes_fine = !(is_outside || is_judging && state.fine.is_nearly_full(self.log_values));
         for (axis, limits) in self.limits.axes.iter().enumerate() {
             let own = axis & 1;
-            sums[own].add(limits, &at[own], residual[own]);
-        }
-        state.count += 1;
-        if state.count >> (self.log_values & 15) != 0 {
-            state.blocks = state.blocks.wrapping_add(1);
-            state.judging.axes = self.limits.axes.len();
-            state.judging.done = 0;
-            state.filling ^= 1;
-            state.begin_block();
-        }
-        true
-    }
-
-    /// A piece of the sensors' figures once per block, whether its residuals were good or not.
-    fn end_block(&self, state: &mut MonitorState) {
-        let axis = END - state.to_end;
-        state.to_end -= 1;
-        if axis < 2 {
-            state.sensors.end_courses(&self.limits, axis.into());
-            return;
-        }
-        if state.sensors.end_rates(self.log_block) {
-            // A channel stands still: what was summed up meanwhile says nothing about the joint.
-            state.begin_block();
-            state.judging.axes = 0;
-            (state.invalidated, state.is_held) = (self.after_fault, false);
-        }
-        forget(
-            &mut state.outside_rate,
-            state.outside,
-            self.log_block,
-            OUTSIDE_MEMORY,
-        );
-        state.outside = 0;
-    }
-
-    /// A piece of what the last block says about each axis, where the joint moved enough.
-    fn judge(&self, state: &mut MonitorState) {
-        let judging = &mut state.judging;
-        let axis = self.limits.axes.len().saturating_sub(judging.axes);
-        let sums = &state.sums[(state.filling & 1) ^ 1];
-        let (Some(limits), Some(sums), Some(levels), Some(sliding)) = (
-            self.limits.axes.get(axis),
-            sums.get(axis),
-            state.levels.get_mut(axis),
-            state.sliding.get_mut(axis),
-        ) else {
-            judging.axes = 0;
-            return;
-        };
-        match judging.done {
-            0 => {
-                let [fast, slow] = sliding;
-                fast.add::<FAST>(sums);
-                slow.add::<SLOW>(sums);
-                judging.log_force = sums.log_force(limits, self.log_values);
+            let sample = at[own].with(residual[own], limits);
+            if takes_gross {
+                state.gross.filling[own].add(&sample);
             }
-            done @ 1..=2 => {
-                let input = usize::from(done - 1) & 1;
-                judging.shares[input] =
-                    sums.share(limits, self.log_values, judging.log_force, input);
-            }
-            3 => {
-                let (force, shares) = (judging.log_force, judging.shares);
-                judging.seen = sums.judged(limits, self.log_values, force, shares);
-                state.moved |= judging.seen.moves;
-            }
-            done => {
-                // The first two sums, then the other three.
-                let (from, to) = if done == 4 { (0, 2) } else { (2, SIDES) };
-                if judging.seen.moves {
-                    let (values, sides) = (values(&judging.seen), limits.sides());
-                    for number in from..to {
-                        // As many of each as there are sides.
-                        if let (Some(level), Some(&value), Some(&side)) = (
-                            levels.get_mut(number),
-                            values.get(number),
-                            sides.get(number),
-                        ) {
-                            level.add(value, side, most_of_block(number, side.threshold));
-                        }
-                    }
-                }
-                if to == SIDES {
-                    (judging.axes, judging.done) = (judging.axes - 1, 0);
-                    return;
-                }
+            if takes_fine {
+                state.fine.filling[own].add(&sample);
             }
         }
-        judging.done += 1;
+        if takes_gross {
+            let [of_this, of_last] = &mut state.gross_outside;
+            *of_this |= is_outside;
+            if state.gross.counted(self.log_values) {
+                (*of_last, *of_this) = (*of_this, false);
+            }
+        }
+        if is_outside {
+            state.kept_out.get_or_insert(Reason::Outside);
+        } else if takes_fine && state.fine.counted(self.log_values) {
+            state.lost = 0;
+        }
     }
 }
 
@@ -390,13 +365,9 @@ fn permille_of(rate: i32) -> u16 {
 }
 
 impl MonitorState {
-    /// Begins the block that is to be filled.
-    fn begin_block(&mut self) {
-        let [first, second] = &mut self.sums[self.filling & 1];
-        first.clear();
-        in_order();
-        second.clear();
-        self.count = 0;
+    /// Whether the next sample does a step of the end of a block.
+    pub fn is_ending(&self) -> bool {
+        self.ending.is_under_way()
     }
 
     /// The last verdict.
@@ -419,8 +390,26 @@ impl MonitorState {
         permille_of(self.outside_rate)
     }
 
-    /// How far each cumulative sum of an axis is, in 1/1000 of its threshold: error, stiffer, softer, more friction, less.
-    pub fn levels(&self, monitor: &Monitor, axis: usize) -> [u16; 5] {
+    /// How an axis stands, and how much that says.
+    pub fn axis(&self, monitor: &Monitor, axis: usize) -> AxisHealth {
+        let Some(own) = self.axes.get(axis) else {
+            return AxisHealth::default();
+        };
+        let most = u32::MAX >> (monitor.log_block & 31);
+        AxisHealth {
+            // Two axes at most; before the first block has ended, too.
+            verdict: Verdict {
+                axis: axis as u8,
+                ..own.verdict
+            },
+            judged_permille: own.judged.permille(),
+            unjudged_samples: own.judged.since().min(most) << (monitor.log_block & 31),
+        }
+    }
+
+    /// How far each cumulative sum of an axis is, in 1/1000 of its threshold: error, stiffer, softer, more friction, less, a force that is
+    /// gone and one that nobody expects.
+    pub fn levels(&self, monitor: &Monitor, axis: usize) -> [u16; SIDES] {
         let (Some(levels), Some(limits)) = (self.levels.get(axis), monitor.limits.axes.get(axis))
         else {
             return [0; SIDES];
@@ -434,6 +423,12 @@ impl MonitorState {
 
     /// How many blocks were finished so far (wrapping), and the sums of the last one: what the limits are made from.
     pub fn last_block(&self) -> (u32, &[Sums; 2]) {
-        (self.blocks, &self.sums[(self.filling & 1) ^ 1])
+        (self.fine.number, &self.fine.full)
+    }
+
+    /// The same of the blocks by which a gross change is found, and whether a state was outside the training range.
+    pub fn last_gross_block(&self) -> (u32, &[GrossSums; 2], bool) {
+        let [_, outside] = self.gross_outside;
+        (self.gross.number, &self.gross.full, outside)
     }
 }

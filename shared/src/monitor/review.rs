@@ -1,133 +1,142 @@
-//! The verdict: which of what is wrong is told, a piece at a time.
+//! The verdict: which of what is wrong is told, per axis and of the whole joint.
 
 use super::level::CAUSES;
 use super::limits::CHANNELS;
+use super::sensors::SensorFault;
 use super::verdict::{Cause, State, Verdict};
-use super::{Monitor, MonitorState, REVIEW, permille_of};
+use super::{Monitor, MonitorState, permille_of};
 
 /// The rate of faults of a sensor that makes the verdict suspect (0.5 %) and raises the alarm (10 %), in 2⁻¹⁶; half of
 /// it ends them.
 const FAULT_RATES: [i32; 2] = [328, 6554];
 
-/// A verdict that is being come to.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Review {
-    pub(super) verdict: Verdict,
-    /// Of the change of the joint that it names: how grave it is, whether it has a direction, whether it was said before, how far it is.
-    preference: (State, bool, bool, u16),
+/// What comes first of two reasons that are equally grave: how much they are judged, the range, the joint, a sensor; of the joint
+/// whether it is a gross change, whether it has a direction, whether it was said before, and how far it is.
+type Rank = (u8, u8, bool, bool, bool, u16);
+
+fn rank(verdict: &Verdict, before: &Verdict) -> Rank {
+    let cause = verdict.cause;
+    let kind = match cause {
+        Cause::OutsideRange => 1,
+        cause if cause.is_damage() => 2,
+        cause if cause.is_sensor() => 3,
+        _ => 0,
+    };
+    let gross = matches!(cause, Cause::ForceGone | Cause::ForceUnexpected);
+    let told = before.cause == cause && before.axis == verdict.axis;
+    let directed = kind == 2 && cause != Cause::ErrorGrew;
+    let far = if kind == 2 { verdict.permille } else { 0 };
+    (verdict.state.gravity(), kind, gross, directed, told, far)
+}
+
+/// The graver of two verdicts, the first of two that are alike.
+fn graver(one: Verdict, other: Verdict, before: &Verdict) -> Verdict {
+    if rank(&other, before) > rank(&one, before) {
+        other
+    } else {
+        one
+    }
 }
 
 impl Monitor {
-    /// A piece of the state machine.
+    /// Comes to the verdicts of the axes and to that of the joint.
     pub(super) fn review(&self, state: &mut MonitorState) {
-        let axis = REVIEW.saturating_sub(state.to_end);
-        state.to_end -= 1;
-        if axis == 0 {
-            self.review_range(state);
+        let worst = state.sensors.worst();
+        state.sensor_state = sensor_state(&worst, state.sensor_state);
+        let before = state.verdict;
+        let mut joint: Option<Verdict> = None;
+        for number in 0..self.limits.axes.len().min(2) {
+            let axis = number as u8 & 1;
+            let own = usize::from(axis);
+            let mut verdict = self.of_range(state, axis);
+            let told = state.axes[own].verdict;
+            for found in self.of_joint(state, axis) {
+                verdict = graver(verdict, found, &told);
+            }
+            if let Some(found) = of_sensors(&worst, state.sensor_state, axis) {
+                verdict = graver(verdict, found, &told);
+            }
+            state.axes[own].verdict = verdict;
+            joint = Some(match joint {
+                Some(first) => graver(first, verdict, &before),
+                None => verdict,
+            });
         }
-        if axis < 2 {
-            self.review_joint(state, axis);
-        } else {
-            review_sensors(state);
-            state.verdict = state.review.verdict;
-        }
+        state.verdict = joint.unwrap_or_default();
     }
 
-    /// What is to be said where neither joint nor sensors are ill.
-    fn review_range(&self, state: &mut MonitorState) {
-        let mut verdict = Verdict {
-            state: State::Healthy,
-            cause: Cause::AsExpected,
-            ..Verdict::default()
-        };
-        if !state.moved {
-            verdict.state = State::Unjudged;
-            verdict.cause = if state.blocks == 0 {
-                Cause::Starting
-            } else {
-                Cause::TooGentle
-            };
-        }
+    /// What is to be said of an axis where neither joint nor sensors are ill.
+    fn of_range(&self, state: &mut MonitorState, axis: u8) -> Verdict {
+        let own = &mut state.axes[usize::from(axis & 1)];
         let limit = i32::from(self.limits.outside_permille) * 65;
-        state.outside_state = match state.outside_rate {
-            rate if rate >= limit => State::Suspect,
-            rate if state.outside_state == State::Suspect && rate >= limit / 2 => State::Suspect,
-            _ => State::Healthy,
+        let least = if own.is_outside { limit / 2 } else { limit };
+        own.is_outside = own.outside_rate >= least;
+        let outside = permille_of(own.outside_rate);
+        let (said, cause, permille) = if own.is_outside {
+            (State::Suspect, Cause::OutsideRange, outside)
+        } else if own.judged.is_healthy() {
+            (State::Healthy, Cause::AsExpected, 0)
+        } else if own.judged.is_starting() {
+            (State::Unjudged, Cause::Starting, 0)
+        } else {
+            match own.judged.reason() {
+                Cause::OutsideRange => (State::Unjudged, Cause::OutsideRange, outside),
+                cause => (State::Unjudged, cause, own.judged.permille()),
+            }
         };
-        if state.outside_state == State::Suspect {
-            verdict = Verdict {
-                state: State::Suspect,
-                cause: Cause::OutsideRange,
-                permille: permille_of(state.outside_rate),
-                ..Verdict::default()
-            };
+        Verdict {
+            state: said,
+            cause,
+            axis,
+            channel: 0,
+            permille,
         }
-        state.review = Review {
-            verdict,
-            preference: (State::Suspect, false, false, 0),
-        };
     }
 
-    /// Puts a change of the joint on one axis into the verdict where that is as grave as what stands there: a stiffness or a friction
-    /// rather than an error that grew, and what was said before rather than something else.
-    fn review_joint(&self, state: &mut MonitorState, axis: u8) {
-        let (before, number) = (state.verdict, usize::from(axis));
-        let Review {
-            verdict,
-            preference,
-        } = &mut state.review;
-        let (Some(levels), Some(limits)) =
-            (state.levels.get_mut(number), self.limits.axes.get(number))
-        else {
-            return;
-        };
-        for ((level, cause), side) in levels.iter_mut().zip(CAUSES).zip(limits.sides()) {
-            level.state = level.next(side);
-            if level.state < State::Suspect {
-                continue;
-            }
-            let permille = level.permille(side);
-            let told = before.cause == cause && before.axis == axis;
-            let own = (level.state, cause != Cause::ErrorGrew, told, permille);
-            if own > *preference && level.state >= verdict.state {
-                *preference = own;
-                *verdict = Verdict {
-                    state: level.state,
-                    cause,
-                    axis,
-                    channel: 0,
-                    permille,
-                };
+    /// The changes of the joint on one axis that are suspect or worse.
+    fn of_joint(&self, state: &mut MonitorState, axis: u8) -> impl Iterator<Item = Verdict> {
+        let number = usize::from(axis & 1);
+        let mut found = [None; CAUSES.len()];
+        if let Some(limits) = self.limits.axes.get(number) {
+            let all = state.levels[number].iter_mut().zip(limits.sides());
+            for ((place, (level, side)), cause) in found.iter_mut().zip(all).zip(CAUSES) {
+                level.state = level.next(side);
+                if level.state >= State::Suspect {
+                    *place = Some(Verdict {
+                        state: level.state,
+                        cause,
+                        axis,
+                        channel: 0,
+                        permille: level.permille(side),
+                    });
+                }
             }
         }
+        found.into_iter().flatten()
     }
 }
 
-/// Puts a fault of a sensor into the verdict where that is as grave as what stands there.
-fn review_sensors(state: &mut MonitorState) {
-    let (verdict, worst) = (&mut state.review.verdict, state.sensors.worst());
+/// What a sensor's fault makes of the verdict; it ends at half of what it began at.
+fn sensor_state(worst: &SensorFault, was: State) -> State {
     let [suspect, alarm] = FAULT_RATES;
     let over = |limit: i32, was: bool| worst.rate >= if was { limit / 2 } else { limit };
-    state.sensor_state = if over(alarm, state.sensor_state == State::Alarm) {
+    if over(alarm, was == State::Alarm) {
         State::Alarm
-    } else if over(suspect, state.sensor_state >= State::Suspect) {
+    } else if over(suspect, was >= State::Suspect) {
         State::Suspect
     } else {
         State::Healthy
-    };
-    if state.sensor_state >= State::Suspect && state.sensor_state >= verdict.state {
-        let bit = worst.channels.trailing_zeros() as u8;
-        let (axis, channel) = if bit < CHANNELS as u8 {
-            (0, bit)
-        } else {
-            (1, (bit - CHANNELS as u8).min(CHANNELS as u8 - 1))
-        };
-        *verdict = Verdict {
-            state: state.sensor_state,
-            cause: worst.cause,
-            axis,
-            channel,
-            permille: permille_of(worst.rate),
-        };
     }
+}
+
+/// The fault of a sensor, where it is one of this axis.
+fn of_sensors(worst: &SensorFault, state: State, axis: u8) -> Option<Verdict> {
+    let own = (worst.channels >> (CHANNELS as u8 * (axis & 1))) & ((1 << CHANNELS) - 1);
+    (state >= State::Suspect && own != 0).then(|| Verdict {
+        state,
+        cause: worst.cause,
+        axis,
+        channel: own.trailing_zeros() as u8,
+        permille: permille_of(worst.rate),
+    })
 }

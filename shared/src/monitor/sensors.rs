@@ -23,6 +23,8 @@ pub struct Faults {
     pub missing: u16,
     /// The counter lost its count and began anew, so that its zero is not the rig's any more; as long as that is so.
     pub reference_lost: u16,
+    /// Samples that were lost right before this one; `missing` says of which channels.
+    pub lost: u32,
 }
 
 impl Faults {
@@ -34,7 +36,7 @@ impl Faults {
     /// Whether anything went wrong.
     pub fn any(&self) -> bool {
         let of_samples = self.saturated | self.out_of_range | self.checksum;
-        (of_samples | self.time_out | self.missing | self.reference_lost) != 0
+        (of_samples | self.time_out | self.missing | self.reference_lost) != 0 || self.lost != 0
     }
 
     fn kinds(&self) -> [(Cause, u16); KINDS] {
@@ -57,6 +59,8 @@ pub(super) fn forget(rate: &mut i32, count: u16, log_block: u32, log_memory: u32
 
 /// Binary logarithm of the blocks over which faults are counted.
 const FAULT_MEMORY: u32 = 3;
+/// Blocks of a gap that are counted: after twice the memory, a longer one makes no difference.
+const MAX_OF_GAP: u32 = 16;
 /// Blocks in which a channel stands still and its axis moves until it is called stuck.
 const STUCK_BLOCKS: u8 = 4;
 
@@ -157,8 +161,13 @@ impl SensorState {
     #[inline(never)]
     fn count(&mut self, faults: &Faults) {
         let tallies = self.counts.iter_mut().zip(&mut self.channels);
-        for ((count, channels), (_, seen)) in tallies.zip(faults.kinds()) {
-            *count = count.saturating_add(u16::from(seen != 0));
+        for ((count, channels), (cause, seen)) in tallies.zip(faults.kinds()) {
+            // A gap counts by the samples that it swallowed, a driver's repeated value as one.
+            let samples = match cause {
+                Cause::Missing => faults.lost.max(u32::from(seen != 0)),
+                _ => u32::from(seen != 0),
+            };
+            *count = count.saturating_add(samples.min(u16::MAX.into()) as u16);
             *channels |= seen;
         }
     }
@@ -191,13 +200,22 @@ impl SensorState {
         self.started[axis] = false;
     }
 
-    /// Ends the block of the faults' rates. True when the block, whose courses have ended, is not to be trusted.
-    pub(super) fn end_rates(&mut self, log_block: u32) -> bool {
+    /// Ends `blocks` blocks of the faults' rates, all but one of them in a gap. True when the block, whose courses have ended, is not to
+    /// be trusted.
+    pub(super) fn end_rates(&mut self, log_block: u32, blocks: u32) -> bool {
         let tallies = self.counts.iter_mut().zip(&mut self.channels);
+        let most = 1_u16 << (log_block & 15);
         for ((rate, last), (count, channels)) in
             self.rates.iter_mut().zip(&mut self.last).zip(tallies)
         {
-            forget(rate, *count, log_block, FAULT_MEMORY);
+            // What is left after blocks of which every sample had this fault or none.
+            let gap = blocks.saturating_sub(1).min(MAX_OF_GAP);
+            let in_gap = if *count >= most { most } else { 0 };
+            for _ in 0..gap {
+                forget(rate, in_gap, log_block, FAULT_MEMORY);
+                *count = count.saturating_sub(in_gap);
+            }
+            forget(rate, (*count).min(most), log_block, FAULT_MEMORY);
             if *channels != 0 {
                 *last = *channels;
             }

@@ -6,7 +6,7 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum State {
-    /// Nothing can be said: something is missing, or too little was seen.
+    /// Nothing can be said: something is missing, or too little was seen lately.
     #[default]
     Unjudged = 0,
     /// The joint behaves like its model.
@@ -29,6 +29,16 @@ impl State {
     /// The state of a tag.
     pub fn from_tag(tag: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|state| state.tag() == tag)
+    }
+
+    /// How much it asks of a person: a joint that is not judged asks for more than one that is well.
+    pub fn gravity(self) -> u8 {
+        match self {
+            Self::Healthy => 0,
+            Self::Unjudged => 1,
+            Self::Suspect => 2,
+            Self::Alarm => 3,
+        }
     }
 
     /// One word.
@@ -59,8 +69,12 @@ pub enum Cause {
     NoLimits = 4,
     /// The limits were set for another model.
     OtherModel = 5,
-    /// The joint has not moved enough since the start.
+    /// The joint has not moved enough lately.
     TooGentle = 6,
+    /// Faults of the sensors have kept most of the recent time from being judged.
+    SensorFault = 7,
+    /// Too many samples are lost for the joint to be judged.
+    SamplesLost = 8,
     /// The states are outside the training range for too much of the time.
     OutsideRange = 16,
     /// The error's share of the force is larger than on the validation records.
@@ -73,6 +87,10 @@ pub enum Cause {
     MoreFriction = 35,
     /// The residual falls with the velocity.
     LessFriction = 36,
+    /// Most of the force that the model expects is not there.
+    ForceGone = 37,
+    /// There is a force, most of which the model does not expect.
+    ForceUnexpected = 38,
     /// A channel stands still while its axis moves.
     Stuck = 48,
     /// A channel or a force stands at the rail of its number.
@@ -100,7 +118,7 @@ pub const CHANNEL_NAMES: [&str; 5] = [
 
 impl Cause {
     /// Every cause.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 24] = [
         Self::Starting,
         Self::AsExpected,
         Self::NoModel,
@@ -108,12 +126,16 @@ impl Cause {
         Self::NoLimits,
         Self::OtherModel,
         Self::TooGentle,
+        Self::SensorFault,
+        Self::SamplesLost,
         Self::OutsideRange,
         Self::ErrorGrew,
         Self::Stiffer,
         Self::Softer,
         Self::MoreFriction,
         Self::LessFriction,
+        Self::ForceGone,
+        Self::ForceUnexpected,
         Self::Stuck,
         Self::Saturated,
         Self::OutOfRange,
@@ -142,13 +164,17 @@ impl Cause {
             Self::NoRig => "rig block missing",
             Self::NoLimits => "the rig block has no limits for the monitor",
             Self::OtherModel => "the limits were set for another model",
-            Self::TooGentle => "too little force so far to be judged",
+            Self::TooGentle => "too little motion to be judged",
+            Self::SensorFault => "sensor faults",
+            Self::SamplesLost => "samples lost",
             Self::OutsideRange => "outside the trained range",
             Self::ErrorGrew => "error grew",
             Self::Stiffer => "stiffer than the model",
             Self::Softer => "softer than the model",
             Self::MoreFriction => "more friction than in the model",
             Self::LessFriction => "less friction than in the model",
+            Self::ForceGone => "most of the expected force is missing",
+            Self::ForceUnexpected => "force that the model does not expect",
             Self::Stuck => "stuck",
             Self::Saturated => "at its rail",
             Self::OutOfRange => "out of range",
@@ -231,7 +257,15 @@ impl fmt::Display for Words<'_> {
         match cause {
             Cause::OutsideRange => write!(f, "{words} {percent} % of the time"),
             Cause::ErrorGrew => write!(f, "{words} on {axis}"),
-            Cause::Stiffer | Cause::Softer => write!(f, "{axis} is {words}"),
+            // What goes with the displacement may as well be the gain of the bridge.
+            Cause::Stiffer => write!(f, "{axis} is {words}, or its force channel reads high"),
+            Cause::Softer => write!(f, "{axis} is {words}, or its force channel reads low"),
+            Cause::ForceGone | Cause::ForceUnexpected | Cause::TooGentle => {
+                write!(f, "{axis}: {words}")
+            }
+            Cause::SensorFault | Cause::SamplesLost => {
+                write!(f, "{words} keep {axis} from being judged")
+            }
             Cause::MoreFriction | Cause::LessFriction => write!(f, "{axis} has {words}"),
             cause if cause.is_sensor() => {
                 let channels = CHANNEL_NAMES.get(usize::from(channel));
@@ -258,7 +292,7 @@ mod tests {
         assert_eq!(State::ALL.map(State::tag), [0, 1, 2, 3]);
         let tags = Cause::ALL.map(Cause::tag);
         let known = [
-            0, 1, 2, 3, 4, 5, 6, 16, 32, 33, 34, 35, 36, 48, 49, 50, 51, 52, 53, 54,
+            0, 1, 2, 3, 4, 5, 6, 7, 8, 16, 32, 33, 34, 35, 36, 37, 38, 48, 49, 50, 51, 52, 53, 54,
         ];
         assert_eq!(tags, known);
         for tag in 0..=u8::MAX {
@@ -282,7 +316,7 @@ mod tests {
         assert_eq!(said(Cause::ErrorGrew, 0, 0, 1000), "error grew on x");
         assert_eq!(
             said(Cause::Softer, 1, 0, 1000),
-            "phi is softer than the model"
+            "phi is softer than the model, or its force channel reads low"
         );
         assert_eq!(
             said(Cause::MoreFriction, 0, 0, 1000),

@@ -266,6 +266,12 @@ impl<'a> Watched<'a> {
         sample
     }
 
+    /// Whether the next sample does a step of the end of a block of the monitor, and how many blocks of residuals were filled.
+    pub fn blocks(&self) -> (bool, [u32; 2]) {
+        let ((fine, _), (gross, ..)) = (self.watch.last_block(), self.watch.last_gross_block());
+        (self.watch.is_ending(), [fine, gross])
+    }
+
     /// One sample through chain, model and monitor.
     pub fn step<K: Kernels>(&mut self, raw: &RawSample) -> Verdict {
         let output = self.chain.step_by::<K>(&mut self.state, self.model, raw);
@@ -294,6 +300,7 @@ fn limits(axes: usize) -> Limits {
         error: side,
         stiffness: both,
         friction: both,
+        gross: [0; 2],
         moving_counts: [1; 5],
     };
     Limits {

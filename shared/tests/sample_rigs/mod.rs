@@ -49,6 +49,7 @@ pub(crate) fn limits(axes: usize) -> Limits {
             more: side(n + 4),
             less: side(n + 5),
         },
+        gross: [30 + n as u8, 40],
         moving_counts: [100, 100, 0, 5000, 4000],
     };
     Limits {

@@ -6,10 +6,10 @@
 
 use heapless::Vec;
 use jointwatch_shared::wire::telemetry::{
-    Answer, Answered, AxisIdentity, AxisStatus, Counters, Event, Hello, Kind, MAX_CHUNK, MAX_FRAME,
-    Message, ModelIdentity, Occasion, Quantity, Received, Refusal, Report, Request, RigIdentity,
-    SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Signature, Slot, Snapshot, Status, Text,
-    UploadReply, UploadRequest, Verdict, encode,
+    Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, Counters, Event, Health, Hello, Kind,
+    MAX_CHUNK, MAX_FRAME, Message, ModelIdentity, Occasion, Quantity, Received, Refusal, Report,
+    Request, RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Signature, Slot,
+    Snapshot, Status, Text, UploadReply, UploadRequest, Verdict, encode,
 };
 
 /// The frame of a message.
@@ -128,6 +128,21 @@ pub(crate) fn reports() -> std::vec::Vec<Report> {
             to: 515,
             answered: Answered::Done,
         }),
+        Report::Health(Health {
+            sample: 1000,
+            samples_lost: 3,
+            axes: list(&[AxisHealth {
+                verdict: Verdict {
+                    state: 0,
+                    cause: 6,
+                    axis: 0,
+                    channel: 0,
+                    permille: 125,
+                },
+                judged_permille: 125,
+                unjudged_samples: 7168,
+            }]),
+        }),
     ]
 }
 
@@ -240,6 +255,17 @@ pub(crate) fn longest_reports() -> std::vec::Vec<Report> {
         Report::Answer(Answer {
             to: u16::MAX,
             answered: Answered::LineTooSlow,
+        }),
+        Report::Health(Health {
+            sample: u64::MAX,
+            samples_lost: u32::MAX,
+            axes: list(
+                &[AxisHealth {
+                    verdict: LONGEST_VERDICT,
+                    judged_permille: u16::MAX,
+                    unjudged_samples: u32::MAX,
+                }; 2],
+            ),
         }),
     ]
 }

@@ -2,10 +2,12 @@
 //!
 //! `cargo run --release -p jointwatch-tests --bin monitor_campaign -- --hours 20 --seed 100 [--rigs 5]`: healthy joints watched for
 //! hours, and the tail of how far the sums went. With `--detect` instead of `--hours H`: every change by 10 % of the RMS force
-//! on every rig, under every drive.
+//! on every rig, under every drive. With `--curves`: how soon a gross change is found over its size, −100 to +100 % of the force and a
+//! seizure, before and after power-on, on either axis and on both, at the same motion and at the one that follows.
 
 use clap::Parser;
 use jointwatch::simulate::RigParameters;
+use jointwatch_tests::curves::{Change, curves};
 use jointwatch_tests::detection::detect;
 use jointwatch_tests::false_alarms::{Campaign, WANTED_HOURS, report};
 use jointwatch_tests::watched::{Learnt, Subject};
@@ -23,6 +25,9 @@ struct Asked {
     /// Every change by 10 % of the RMS force on every rig, under every drive, instead.
     #[arg(long, conflicts_with = "hours")]
     detect: bool,
+    /// How soon a gross change is found over its size, instead.
+    #[arg(long, conflicts_with_all = ["hours", "detect"])]
+    curves: bool,
     /// What the first rig is drawn from; the others from the numbers after it.
     #[arg(long, value_name = "S", default_value_t = 100)]
     seed: u64,
@@ -42,7 +47,9 @@ fn main() -> Result<(), String> {
     let asked = Asked::parse();
     let rigs = usize::from(asked.rigs);
     for (learnt, within_s) in MODELS {
-        if asked.detect {
+        if asked.curves {
+            sizes(learnt, asked.seed, rigs, within_s);
+        } else if asked.detect {
             detection(learnt, asked.seed, rigs, within_s);
         } else {
             let campaign = Campaign::run(learnt, asked.seed, rigs, 0.5 * asked.hours)?;
@@ -92,4 +99,50 @@ fn detection(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
         at(0.5),
         at(0.9)
     );
+}
+
+/// A line per change: how many were found in time, how soon, how long an axis that changed was called healthy, and what was said wrongly.
+fn sizes(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
+    let (mut subjects, changes) = (Vec::new(), Change::all().collect::<Vec<_>>());
+    for seed in (seed..).take(rigs) {
+        match Subject::new(learnt, RigParameters::draw(seed), seed, WANTED_HOURS) {
+            Ok(subject) => subjects.push((seed, subject)),
+            Err(why) => println!("{learnt:?}, rig drawn anew, seed {seed}: passed over, {why}"),
+        }
+    }
+    for change in changes {
+        let (mut times, mut all, mut wrong) = (Vec::new(), 0, Vec::new());
+        // Where it was well before the power came on, and where it was not.
+        let mut healthy = [0.0_f64; 2];
+        for (seed, subject) in &subjects {
+            for found in curves(subject, &[change], within_s + 2.0, *seed) {
+                all += 1;
+                let called = &mut healthy[usize::from(found.before_power_on)];
+                *called = called.max(found.healthy_after(0.0, within_s + 2.0));
+                match found.found_after() {
+                    Some(time) if time <= within_s => times.push(time),
+                    _ => wrong.push(format!("seed {seed}, not in time: {}", found.told())),
+                }
+                wrong.extend(found.wrong().map(|what| format!("seed {seed}, {what}")));
+            }
+        }
+        times.sort_by(f64::total_cmp);
+        let at = |part: f64| {
+            let place = (part * times.len().saturating_sub(1) as f64).round() as usize;
+            times.get(place).copied().unwrap_or(f64::NAN)
+        };
+        println!(
+            "{learnt:?}, {change:?}: {} of {all} within {within_s} s; half within {:.2} s, nine tenths within {:.2} s, the last after {:.2} s; \
+             called healthy for {:.2} s at most, changed before power-on {:.2} s",
+            times.len(),
+            at(0.5),
+            at(0.9),
+            at(1.0),
+            healthy[0],
+            healthy[1]
+        );
+        for what in wrong {
+            println!("  {what}");
+        }
+    }
 }

@@ -15,6 +15,8 @@ const BASES: [Base; 2] = [
     ("reference", || model(2, 19), 3300, 4500),
     ("network", || network(2, NEURONS, 12), 3670, 4500),
 ];
+/// The most that a sample may take where a block of the monitor ends.
+const MAX_AT_END: u32 = 6500;
 /// The most that a line of the mains in either force channel may add to a sample.
 const MAX_OF_LINES: u32 = 260;
 
@@ -31,12 +33,18 @@ fn a_sample_takes_no_more_instructions_than_stated() {
                 let counted = report.model(slot).and_then(|model| model.sample);
                 let counted = counted.unwrap_or_else(|| panic!("no count of {what}: {report:?}"));
                 assert!(counted.most <= most, "{base}, {what}: {counted:?}");
+                let ending = report.model(slot).and_then(|model| model.ending);
+                let ending = ending.unwrap_or_else(|| panic!("no count of {what}: {report:?}"));
+                assert!(
+                    (counted.least..=MAX_AT_END).contains(&ending),
+                    "{base}, {what}: {ending} at a block's end"
+                );
                 let humming = report.model(slot).and_then(|model| model.humming);
                 let humming = humming.unwrap_or_else(|| panic!("no count of {what}: {report:?}"));
                 // The same with every effect.
                 if what != "alone" || number == 0 {
                     println!(
-                        "{base}, {what}: {} to {} instructions; with lines of the mains {} to {}",
+                        "{base}, {what}: {} to {} instructions, {ending} at a block's end; with lines of the mains {} to {}",
                         counted.least, counted.most, humming.least, humming.most
                     );
                 }

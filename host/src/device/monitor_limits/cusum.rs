@@ -1,6 +1,6 @@
 //! Drift and threshold of one cumulative sum, from the values that its statistic takes on a healthy joint.
 
-use super::{MIN_BLOCKS, mean};
+use super::{GROSS, MIN_BLOCKS, mean};
 use jointwatch_shared::monitor::limits::MAX_CUSUM;
 use jointwatch_shared::monitor::{MAX_OF_SHARE, OCTAVE, least_blocks, most_of_block};
 use serde::Serialize;
@@ -9,8 +9,9 @@ use serde::Serialize;
 /// does, which is what the error tells, hangs together for longer than which way it is wrong.
 const GROUPS: [usize; 3] = [1, 2, 4];
 const GROUPS_OF_ERROR: [usize; 5] = [1, 2, 4, 8, 16];
-/// What one block may add at least to the sum of the error, in octaves of power.
+/// What one block may add at least to the sum of the error, in octaves of power, and to that of a gross change.
 const MIN_STEP_OCTAVES: f64 = 1.5;
+const MIN_GROSS_STEP_OCTAVES: f64 = 1.0;
 /// Where the drift may lie between the healthy mean and that of a changed joint.
 const PARTS_OF_SHIFT: [f64; 7] = [0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5];
 /// What of the shift a changed joint shows at least, as it moves less than before or its friction is dry.
@@ -19,8 +20,12 @@ const SHOWN_OF_SHIFT: f64 = 0.7;
 const CAUTION: f64 = 2.0;
 /// The part of a statistic's highest values to which the exponential tail is fitted.
 const TAIL: f64 = 0.1;
+/// Past this rate no threshold is above its least one, in 1 over a statistic's unit.
+const MAX_RATE: f64 = 1e6;
+/// How often the threshold of a gross change is raised until a block adds no more than it bears.
+const ROUNDS: usize = 50;
 /// What one statistic of one axis looks like on a healthy joint, in its own unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Healthy {
     /// Largest mean over the records, with its uncertainty.
     pub mean: f64,
@@ -72,6 +77,39 @@ pub(super) fn healthy(
     let soonest = limits.min_by(|a, b| a.blocks_to_alarm.total_cmp(&b.blocks_to_alarm));
     // There is at least one part.
     soonest.unwrap_or_else(|| from.limit(0.5))
+}
+
+/// The threshold of a gross change, whose drift is given, from the values on every record.
+pub(super) fn gross_threshold(
+    records: &[Vec<f64>],
+    side: usize,
+    drift: f64,
+    log_rarity: f64,
+) -> f64 {
+    let all: Vec<&Vec<f64>> = records.iter().filter(|s| s.len() >= MIN_BLOCKS).collect();
+    if all.is_empty() {
+        return 0.0;
+    }
+    let means = all.iter().map(|s| mean(s));
+    let from = Evidence {
+        side,
+        shift: 0.0,
+        log_rarity,
+        mean: means.fold(f64::NEG_INFINITY, f64::max),
+        all: &all,
+        validation: &[],
+    };
+    // A lower threshold lets a block add less, which in turn is what allows for a lower threshold: the least that its own step bears.
+    let step_of = |threshold: f64| f64::from(most_of_block(side, threshold.ceil() as i32));
+    let mut threshold = from.least();
+    for _ in 0..ROUNDS {
+        let (needed, _) = from.threshold(drift, step_of(threshold));
+        if needed <= threshold {
+            return threshold;
+        }
+        threshold = needed;
+    }
+    from.threshold(drift, f64::INFINITY).0
 }
 
 /// What the limits of one side of one statistic are made from.
@@ -128,23 +166,30 @@ impl Evidence<'_> {
         let variance = variance * (1.0 + CAUTION * (2.0 / worth).sqrt());
         let gaussian = -2.0 * mean(&flat) / variance.max(1e-9);
         let pooled: Vec<&Vec<f64>> = increments.iter().collect();
-        let groups: &[usize] = if self.side == 0 {
-            &GROUPS_OF_ERROR
-        } else {
-            &GROUPS
-        };
+        let of_error = self.side == 0 || GROSS.contains(&self.side);
+        let groups: &[usize] = if of_error { &GROUPS_OF_ERROR } else { &GROUPS };
+        // A healthy joint is so far from a gross change that none of its blocks is held. What a longer look would show is: the tail
+        // ends where the device's steps do.
+        let is_gross = GROSS.contains(&self.side);
+        let reach = if is_gross { most } else { f64::INFINITY };
         let rate = groups
             .iter()
-            .map(|&group| tail_rate(&pooled, group))
+            .map(|&group| tail_rate(&pooled, group, reach))
             .fold(gaussian, f64::min);
-        let least_step = if self.side == 0 {
+        let threshold = (self.log_rarity / rate.max(1e-9)).max(self.least());
+        (threshold.min(f64::from(MAX_CUSUM)), variance.sqrt())
+    }
+
+    /// The least threshold.
+    fn least(&self) -> f64 {
+        let step = if self.side == 0 {
             MIN_STEP_OCTAVES * f64::from(OCTAVE)
+        } else if GROSS.contains(&self.side) {
+            MIN_GROSS_STEP_OCTAVES * f64::from(OCTAVE)
         } else {
             f64::from(MAX_OF_SHARE)
         };
-        let least = f64::from(least_blocks(self.side)) * least_step;
-        let threshold = (self.log_rarity / rate.max(1e-9)).max(least);
-        (threshold.min(f64::from(MAX_CUSUM)), variance.sqrt())
+        f64::from(least_blocks(self.side)) * step
     }
 }
 
@@ -172,9 +217,9 @@ fn long_run_variance(records: &[&Vec<f64>]) -> (f64, f64) {
 }
 
 /// The root θ of E exp(θ·Z) = 1 for Z the sum of `group` increments in a row: the records' own sums in the body, and beyond
-/// their highest tenth an exponential with the mean excess found there, taken larger by its uncertainty. Infinite when that
-/// tenth is one value that is not above 0.
-fn tail_rate(records: &[&Vec<f64>], group: usize) -> f64 {
+/// their highest tenth an exponential with the mean excess found there, taken larger by its uncertainty, up to `reach` per increment.
+/// Infinite when that tenth is one value that is not above 0.
+fn tail_rate(records: &[&Vec<f64>], group: usize, reach: f64) -> f64 {
     let mut sums: Vec<f64> = records
         .iter()
         .flat_map(|s| s.windows(group).map(|w| w.iter().sum::<f64>()))
@@ -189,14 +234,17 @@ fn tail_rate(records: &[&Vec<f64>], group: usize) -> f64 {
     let excess = (excess * (1.0 + CAUTION / independent.sqrt())).max(1e-3 * edge);
     let moment = |rate: f64| {
         let body: f64 = body.iter().map(|z| (rate * z).exp()).sum();
-        let tail = beyond as f64 * (rate * edge).exp() / (1.0 - rate * excess);
+        let tail = beyond as f64 * held_moment(rate, edge, excess, reach * group as f64);
         (body + tail) / sums.len() as f64
     };
     if excess <= 0.0 {
         return f64::INFINITY;
     }
-    // The moment is 1 at 0, falls when the mean is negative, and grows beyond all bounds before 1/excess.
+    // The moment is 1 at 0, falls when the mean is negative, and grows beyond all bounds: before 1/excess where nothing is held.
     let (mut low, mut high) = (0.0, 1.0 / excess);
+    while moment(high) < 1.0 && high < MAX_RATE {
+        high *= 2.0;
+    }
     for _ in 0..100 {
         let middle = 0.5 * (low + high);
         if moment(middle) < 1.0 {
@@ -206,4 +254,24 @@ fn tail_rate(records: &[&Vec<f64>], group: usize) -> f64 {
         }
     }
     low
+}
+
+/// E exp(rate·Z) for Z above `edge` by an exponential with this mean, held at `reach`.
+fn held_moment(rate: f64, edge: f64, excess: f64, reach: f64) -> f64 {
+    let (at_edge, falls) = ((rate * edge).exp(), 1.0 - rate * excess);
+    if reach.is_infinite() {
+        return if falls > 0.0 {
+            at_edge / falls
+        } else {
+            f64::INFINITY
+        };
+    }
+    let width = (reach - edge).max(0.0) / excess;
+    let held = (rate * reach - width).exp();
+    let below = if falls.abs() < 1e-9 {
+        at_edge * width
+    } else {
+        (at_edge - held) / falls
+    };
+    below + held
 }

@@ -11,8 +11,14 @@
 //!   16) blocks in a row of any record, whose highest tenth an exponential continues, and the Gaussian −2·E z/σ² with the long-run
 //!   variance of all records' z, steps down held to c as well, and its own uncertainty; the smallest counts;
 //! - threshold = ln(blocks between false alarms × statistics)/θ, and never under a least one.
+//!
+//! A stated drift of gain and stiffness is taken for healthy: every record counts once more with its forces, and once more with its
+//! displacements, larger and smaller by that part. What was set is tried on the records it was set from, drifted ones included, and raised
+//! where one of them comes near an alarm.
 
 mod cusum;
+mod drift;
+mod trial;
 
 use crate::device::replay::SetUp;
 use crate::fit::errors::AT_REST_BELOW;
@@ -21,13 +27,15 @@ use crate::signal::filters::Filters;
 use crate::study::{Record, Role, Study};
 use crate::text::error::{Error, Result};
 pub use cusum::Healthy;
-use cusum::healthy;
+use cusum::{gross_threshold, healthy};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::{Output, RawSample};
 use jointwatch_shared::monitor::limits::{
     AxisLimits, BLOCK, CHANNELS, Cusum, Limits, MAX_CUSUM, MIN_VALUES, TwoSided,
 };
-use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, OCTAVE, Sums, share_of_change};
+use jointwatch_shared::monitor::{
+    Faults, GrossSums, Monitor, MonitorState, OCTAVE, SIDES, Sums, share_of_change,
+};
 use jointwatch_shared::wire::rig::MAX_BAND_EVERY_LOG2;
 
 /// The change of stiffness or friction that the limits are tuned to, as a part of the RMS force.
@@ -40,8 +48,8 @@ const BLOCK_S: f64 = 0.064;
 const MIN_BLOCKS: usize = 24;
 /// Share of the time outside the training range that is suspect, in 1/1000, where the validation records ask for no more.
 const OUTSIDE_PERMILLE: f64 = 200.0;
-/// Statistics with a limit per axis.
-const SIDES: f64 = 5.0;
+/// Statistics of a gross change per axis, after the five others.
+const GROSS: [usize; 2] = [5, 6];
 
 /// The limits and what they were made from.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,8 +64,30 @@ pub struct Calibration {
 
 /// One record after the chain.
 struct ChainedRecord {
+    file: String,
     validation: bool,
     samples: Vec<(RawSample, Option<Output>)>,
+}
+
+impl ChainedRecord {
+    fn new(record: &Record, set_up: &SetUp, model: &Model) -> Self {
+        Self {
+            file: record.file.clone(),
+            validation: record.role == Role::Validate,
+            samples: set_up.samples(record, model).collect(),
+        }
+    }
+}
+
+/// What the limits are for, besides a model on a rig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Purpose {
+    /// The checksum of the model blob.
+    pub model_checksum: u32,
+    /// Mean time between false alarms, h.
+    pub false_alarm_hours: u32,
+    /// By how much gain and stiffness may drift on a healthy joint, as a part of themselves.
+    pub drift: f64,
 }
 
 /// Sets the limits for a model on the rig of a study.
@@ -69,8 +99,7 @@ pub fn limits(
     study: &Study,
     set_up: &SetUp,
     model: &Model,
-    model_checksum: u32,
-    false_alarm_hours: u32,
+    purpose: Purpose,
 ) -> Result<Calibration> {
     let refuse = |what: String| Error::data(format!("{}: {what}", study.path.display()));
     if study.records.iter().all(|r| r.role != Role::Validate) {
@@ -80,41 +109,38 @@ pub fn limits(
                 .into(),
         ));
     }
-    let chained = |record: &Record| ChainedRecord {
-        validation: record.role == Role::Validate,
-        samples: set_up.samples(record, model).collect(),
-    };
-    let chained_records: Vec<ChainedRecord> = study.records.iter().map(chained).collect();
+    let records = study.records.iter();
+    let chained_records: Vec<ChainedRecord> = records
+        .map(|r| ChainedRecord::new(r, set_up, model))
+        .collect();
     let block = block(study.sample_rate_hz);
     let mut limits = Limits {
-        model_checksum,
+        model_checksum: purpose.model_checksum,
         block,
         outside_permille: outside_permille(&chained_records),
-        false_alarm_hours,
+        false_alarm_hours: purpose.false_alarm_hours,
         axes: (0..study.axes.len())
             .map(|axis| scales(&chained_records, axis))
             .collect(),
     };
     let not_held = |e| refuse(format!("the monitor's limits cannot be held ({e})"));
     let monitor = Monitor::new(limits.clone(), &set_up.chain).map_err(not_held)?;
-    let seen: Vec<(bool, Vec<[Sums; 2]>)> = chained_records
+    let mut seen: Vec<Seen> = chained_records
         .iter()
-        .map(|chained| (chained.validation, blocks(&monitor, chained)))
+        .map(|c| Seen::of(&monitor, c))
         .collect();
+    drift::each(study, set_up, model, purpose.drift, |chained| {
+        seen.push(Seen::of(&monitor, chained));
+        Ok(())
+    })?;
 
     let blocks_between =
-        f64::from(false_alarm_hours) * 3600.0 * study.sample_rate_hz / f64::from(block);
-    let log_rarity = (blocks_between * SIDES * study.axes.len() as f64).ln();
+        f64::from(purpose.false_alarm_hours) * 3600.0 * study.sample_rate_hz / f64::from(block);
+    let log_rarity = (blocks_between * SIDES as f64 * study.axes.len() as f64).ln();
     let mut healthy = Vec::new();
     let mut judged = Vec::new();
     for (axis, mine) in limits.axes.iter_mut().enumerate() {
-        mine.per_octave = per_octave(&series(&seen, axis, mine, monitor.log_values()));
-        let series = series(&seen, axis, mine, monitor.log_values());
-        let count = series
-            .iter()
-            .filter(|s| s.validation)
-            .map(|s| s.values.len())
-            .sum();
+        let (sides, count) = set_axis(mine, axis, &seen, &monitor, log_rarity);
         if count < MIN_BLOCKS {
             return Err(refuse(format!(
                 "only {count} blocks of {:.0} ms of the validation records move {} inside the training range, and the \
@@ -123,26 +149,87 @@ pub fn limits(
                 study.axes[axis].name
             )));
         }
-        let sides = sides(&series, log_rarity);
-        let [error, stiffer, softer, more, less] = sides.map(|side| Cusum {
-            drift: side.drift.round() as i32,
-            threshold: side.threshold.ceil() as i32,
-        });
-        mine.error = error;
-        mine.stiffness = TwoSided {
-            more: stiffer,
-            less: softer,
-        };
-        mine.friction = TwoSided { more, less };
         healthy.push(sides);
         judged.push(count);
     }
     limits.check().map_err(not_held)?;
-    Ok(Calibration {
+    let mut calibration = Calibration {
         limits,
         blocks: judged,
         healthy,
-    })
+    };
+    trial::raise(
+        &mut calibration,
+        study,
+        set_up,
+        model,
+        &chained_records,
+        purpose.drift,
+    )?;
+    Ok(calibration)
+}
+
+/// Sets the cumulative sums of one axis; how they came out, and the judged blocks of validation.
+fn set_axis(
+    mine: &mut AxisLimits,
+    axis: usize,
+    seen: &[Seen],
+    monitor: &Monitor,
+    log_rarity: f64,
+) -> ([Healthy; 5], usize) {
+    mine.per_octave = per_octave(&series(seen, axis, mine, monitor.log_values()));
+    let series = series(seen, axis, mine, monitor.log_values());
+    let validation = series.iter().filter(|s| s.validation);
+    let count = validation.map(|s| s.values.len()).sum();
+    if count < MIN_BLOCKS {
+        return ([Healthy::default(); 5], count);
+    }
+    let sides = sides(&series, log_rarity);
+    let [error, stiffer, softer, more, less] = sides.map(|side| Cusum {
+        drift: side.drift.round() as i32,
+        threshold: side.threshold.ceil() as i32,
+    });
+    mine.error = error;
+    mine.stiffness = TwoSided {
+        more: stiffer,
+        less: softer,
+    };
+    mine.friction = TwoSided { more, less };
+    let of_gross = |side: usize| {
+        let [sum, _] = mine.gross_sums();
+        let drift = f64::from(sum.drift);
+        let records = gross(seen, axis, side, mine, monitor.log_values());
+        let threshold = gross_threshold(&records, GROSS[side], drift, log_rarity);
+        quarters(threshold)
+    };
+    mine.gross = [of_gross(0), of_gross(1)];
+    (sides, count)
+}
+
+/// A threshold of a gross change as the limits hold it: in quarters of an octave, rounded up.
+fn quarters(threshold: f64) -> u8 {
+    (4.0 * threshold / f64::from(OCTAVE))
+        .ceil()
+        .min(u8::MAX.into()) as u8
+}
+
+/// The values of a gross change to less (0) or more (1) force, per record that is not a short one.
+fn gross(
+    seen: &[Seen],
+    axis: usize,
+    side: usize,
+    limits: &AxisLimits,
+    log_values: u32,
+) -> Vec<Vec<f64>> {
+    let of_record = |seen: &Seen| -> Vec<f64> {
+        let blocks = seen.gross.iter();
+        let judged = blocks.filter_map(|(sums, outside)| {
+            let gross = sums[axis].judged(limits, log_values, *outside)?;
+            (gross.side == side).then_some(f64::from(gross.value))
+        });
+        judged.collect()
+    };
+    seen.iter().map(of_record).collect()
 }
 
 /// Binary logarithm of the samples from one residual in the band to the next on the device ([`every_log2`]): as many as the band
@@ -242,6 +329,7 @@ fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
         error: never,
         stiffness: neither,
         friction: neither,
+        gross: [u8::MAX; 2],
         moving_counts,
     }
 }
@@ -252,20 +340,38 @@ fn channels(raw: &RawSample, axis: usize) -> [i32; CHANNELS] {
     [far, near, raw.body, raw.acceleration, raw.force]
 }
 
-/// The sums of every block that the monitor finishes.
-fn blocks(monitor: &Monitor, chained: &ChainedRecord) -> Vec<[Sums; 2]> {
-    let mut state = MonitorState::default();
-    let mut seen = Vec::new();
-    let mut number = 0;
-    for (raw, output) in &chained.samples {
-        monitor.update(&mut state, raw, output.as_ref(), &Faults::default());
-        let (finished, sums) = state.last_block();
-        if finished != number {
-            number = finished;
-            seen.push(*sums);
+/// The sums of every block that the monitor finishes over one record.
+struct Seen {
+    validation: bool,
+    fine: Vec<[Sums; 2]>,
+    /// With whether a state was outside the training range.
+    gross: Vec<([GrossSums; 2], bool)>,
+}
+
+impl Seen {
+    fn of(monitor: &Monitor, chained: &ChainedRecord) -> Self {
+        let mut state = MonitorState::default();
+        let mut seen = Self {
+            validation: chained.validation,
+            fine: Vec::new(),
+            gross: Vec::new(),
+        };
+        let (mut number, mut of_gross) = (0, 0);
+        for (raw, output) in &chained.samples {
+            monitor.update(&mut state, raw, output.as_ref(), &Faults::default());
+            let (finished, sums) = state.last_block();
+            if finished != number {
+                number = finished;
+                seen.fine.push(*sums);
+            }
+            let (finished, sums, outside) = state.last_gross_block();
+            if finished != of_gross {
+                of_gross = finished;
+                seen.gross.push((*sums, outside));
+            }
         }
+        seen
     }
-    seen
 }
 
 /// The statistics of one record's judged blocks on one axis.
@@ -279,16 +385,11 @@ struct Series {
     error_share: f64,
 }
 
-fn series(
-    seen: &[(bool, Vec<[Sums; 2]>)],
-    axis: usize,
-    limits: &AxisLimits,
-    log_values: u32,
-) -> Vec<Series> {
-    let of_record = |(validation, blocks): &(bool, Vec<[Sums; 2]>)| {
-        let judged = blocks.iter().map(|sums| &sums[axis]).filter_map(|sums| {
-            let seen = sums.statistics(limits, log_values);
-            seen.moves.then_some((sums, seen))
+fn series(seen: &[Seen], axis: usize, limits: &AxisLimits, log_values: u32) -> Vec<Series> {
+    let of_record = |seen: &Seen| {
+        let judged = seen.fine.iter().map(|sums| &sums[axis]).filter_map(|sums| {
+            let said = sums.statistics(limits, log_values);
+            said.moves.then_some((sums, said))
         });
         let (mut error, mut force) = (0.0, 0.0);
         let (mut values, mut levels) = (Vec::new(), Vec::new());
@@ -300,7 +401,7 @@ fn series(
             values.push([e, s, -s, f, -f]);
         }
         Series {
-            validation: *validation,
+            validation: seen.validation,
             levels,
             values,
             error_share: if force > 0.0 { error / force } else { 0.0 },

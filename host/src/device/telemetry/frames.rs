@@ -9,8 +9,8 @@ use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, Verdict, 
 use jointwatch_shared::wire::blob;
 use jointwatch_shared::wire::snapshot::Recorder;
 use jointwatch_shared::wire::telemetry::{
-    AxisStatus, Counters, Event, Hello, MAX_FRAME, ModelIdentity, Occasion, PROTOCOL_VERSION,
-    Report, RigIdentity, STATUS_HZ, Sample, SensorStatus, Slot, Status, encode,
+    AxisStatus, Counters, Event, Health, Hello, MAX_FRAME, ModelIdentity, Occasion,
+    PROTOCOL_VERSION, Report, RigIdentity, STATUS_HZ, Sample, SensorStatus, Slot, Status, encode,
 };
 
 /// A device's introduction, then every sample, the monitor's verdict when it changes, a status ten times a second, and the residual
@@ -112,9 +112,19 @@ impl<'a> ReplayedWatch<'a> {
         self.number += 1;
         if status_is_due {
             reports.push(Report::Status(self.status()));
+            reports.push(Report::Health(self.health()));
         }
         reports.extend(std::iter::from_fn(|| self.recorder.piece()).map(Report::Snapshot));
         reports
+    }
+
+    fn health(&self) -> Health {
+        let of = |monitor| (0..self.axes).map(move |axis| self.state.axis(monitor, axis).into());
+        Health {
+            sample: self.number,
+            samples_lost: 0,
+            axes: self.monitor.map(|m| of(m).collect()).unwrap_or_default(),
+        }
     }
 
     fn status(&self) -> Status {

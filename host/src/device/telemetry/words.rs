@@ -5,9 +5,9 @@ use crate::assess::where_it_fails::significant;
 use jointwatch_shared::chain::Output;
 use jointwatch_shared::monitor::{CHANNEL_NAMES, Cause};
 use jointwatch_shared::wire::telemetry::{
-    Answer, Answered, Event, Hello, Kind, ModelIdentity, Occasion, PROTOCOL_VERSION, Quantity,
-    Report, Restart, RigIdentity, Sample, SensorStatus, Slot, Snapshot, Status, UploadReply,
-    Verdict,
+    Answer, Answered, AxisHealth, Event, Health, Hello, Kind, ModelIdentity, Occasion,
+    PROTOCOL_VERSION, Quantity, Report, Restart, RigIdentity, Sample, SensorStatus, Slot, Snapshot,
+    Status, UploadReply, Verdict,
 };
 use std::fmt::Write;
 
@@ -33,6 +33,7 @@ impl Reader {
             Report::Upload(reply) => format!("upload    {}", upload(reply)),
             Report::Event(event) => format!("event     {}", self.event(event)),
             Report::Answer(answer) => format!("answer    {}", answered(answer)),
+            Report::Health(health) => format!("health    {}", self.health(health)),
         }
     }
 
@@ -114,6 +115,41 @@ impl Reader {
             }
         }
         text
+    }
+
+    fn health(&self, health: &Health) -> String {
+        let mut text = format!("{}:", self.time(health.sample));
+        for (number, axis) in health.axes.iter().enumerate() {
+            let between = if number == 0 { "" } else { ";" };
+            let _ = write!(text, "{between} {} {}", self.name(number), self.axis(axis));
+        }
+        if health.axes.is_empty() {
+            text.push_str(" nothing is judged");
+        }
+        if health.samples_lost > 0 {
+            let _ = write!(text, "; {} samples lost", health.samples_lost);
+        }
+        text
+    }
+
+    /// The verdict over an axis, its age and the share of the recent time that was judged.
+    fn axis(&self, axis: &AxisHealth) -> String {
+        let (verdict, age) = (
+            self.verdict(&axis.verdict),
+            self.span(axis.unjudged_samples),
+        );
+        let share = f64::from(axis.judged_permille) / 10.0;
+        format!("{verdict} (last judged {age} ago, {share:.0} % of the recent time)")
+    }
+
+    /// A number of samples as a time, where the rate is known.
+    fn span(&self, samples: u32) -> String {
+        match &self.rig {
+            Some(rig) if rig.sample_rate_hz > 0.0 => {
+                format!("{:.1} s", f64::from(samples) / rig.sample_rate_hz)
+            }
+            _ => format!("{samples} samples"),
+        }
     }
 
     fn verdict(&self, verdict: &Verdict) -> String {

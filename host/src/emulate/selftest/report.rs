@@ -37,7 +37,9 @@ pub struct ModelReport {
     pub instructions: Option<Instructions>,
     /// The instructions of one sample from counts to verdict, through filters of the usual length.
     pub sample: Option<Instructions>,
-    /// The same with a line of the mains in either force channel.
+    /// The most that one takes where a block of the monitor ends.
+    pub ending: Option<u32>,
+    /// The same as `sample` with a line of the mains in either force channel.
     pub humming: Option<Instructions>,
 }
 
@@ -115,6 +117,7 @@ impl SelfTestReport {
             let seen = counted.model(&model.name);
             model.instructions = seen.and_then(|seen| seen.instructions);
             model.sample = seen.and_then(|seen| seen.sample);
+            model.ending = seen.and_then(|seen| seen.ending);
             model.humming = seen.and_then(|seen| seen.humming);
         }
         self.errors = self.errors.max(counted.errors);
@@ -173,6 +176,7 @@ impl SelfTestReport {
                     digest: hexadecimal(digest)?,
                     instructions: None,
                     sample: None,
+                    ending: None,
                     humming: None,
                 });
             }
@@ -229,10 +233,15 @@ impl SelfTestReport {
                 least,
                 "max",
                 most,
+                "ending",
+                _,
             ] => (what, name, [samples, least, most]),
             _ => return None,
         };
         let model = self.models.iter_mut().find(|model| model.name == name)?;
+        if let ["sample", .., ending] = *words {
+            model.ending = Some(ending.parse().ok()?);
+        }
         let place = match what {
             "instructions" => &mut model.instructions,
             "sample" => &mut model.sample,
@@ -264,8 +273,8 @@ board stm32f405
 clock internal 16000000
 digest reference seed 7 points 10 0x00000000000000ff
 instructions reference inputs 500 min 1200 max 1201
-sample reference taps 41 129 samples 1000 min 3000 max 3100
-humming reference taps 41 129 samples 1000 min 3090 max 3190
+sample reference taps 41 129 samples 1000 min 3000 max 3100 ending 4200
+humming reference taps 41 129 samples 1000 min 3090 max 3190 ending 4300
 chain seed 7 samples 20 0x000000000000beef
 error the instructions of reference depend on its input
 decoder taken 2 refused 64 errors 0
@@ -301,6 +310,7 @@ result failed
             most: 3100,
         };
         assert_eq!(reference.sample, Some(counted));
+        assert_eq!(reference.ending, Some(4200));
         assert_eq!(reference.humming.map(|with| with.most), Some(3190));
         assert_eq!(report.model("a").unwrap().digest, u64::MAX);
         let chain = ChainReport {

@@ -17,9 +17,9 @@ mod upload;
 
 pub use frame::{Counts, Damage, Decoder, Received, TooLong, encode};
 pub use report::{
-    Answer, Answered, AxisIdentity, AxisStatus, Counters, Event, Hello, MAX_CHANNELS,
-    ModelIdentity, Occasion, Quantity, Restart, RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput,
-    SensorStatus, Snapshot, Status, Verdict,
+    Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, Counters, Event, Health, Hello,
+    MAX_CHANNELS, ModelIdentity, Occasion, Quantity, Restart, RigIdentity, SNAPSHOT_PIECE, Sample,
+    SampleOutput, SensorStatus, Snapshot, Status, Verdict,
 };
 pub use request::Request;
 pub use upload::{
@@ -102,6 +102,8 @@ pub enum Report {
     Event(Event),
     /// What became of a request other than an upload.
     Answer(Answer),
+    /// How each axis stands and how much that says, with every status.
+    Health(Health),
 }
 
 impl Message for Report {
@@ -114,6 +116,7 @@ impl Message for Report {
             Self::Upload(_) => 0x05,
             Self::Event(_) => 0x06,
             Self::Answer(_) => 0x07,
+            Self::Health(_) => 0x08,
         }
     }
 
@@ -126,6 +129,7 @@ impl Message for Report {
             Self::Upload(fields) => write(fields, place),
             Self::Event(fields) => write(fields, place),
             Self::Answer(fields) => write(fields, place),
+            Self::Health(fields) => write(fields, place),
         }
     }
 
@@ -138,6 +142,7 @@ impl Message for Report {
             0x05 => read(fields).map(Self::Upload),
             0x06 => read(fields).map(Self::Event),
             0x07 => read(fields).map(Self::Answer),
+            0x08 => read(fields).map(Self::Health),
             _ => None,
         }
     }

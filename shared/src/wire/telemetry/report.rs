@@ -204,6 +204,38 @@ pub struct AxisStatus {
     pub nmse_slow: Option<u32>,
 }
 
+/// How each axis stands, and how much that says.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Health {
+    /// Samples taken since the restart.
+    pub sample: u64,
+    /// Samples lost since the restart or the last reset, whatever for; stays at its largest value.
+    pub samples_lost: u32,
+    /// Every axis that is judged; empty without a monitor.
+    pub axes: Vec<AxisHealth, 2>,
+}
+
+/// How one axis stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AxisHealth {
+    /// What the monitor says of this axis.
+    pub verdict: Verdict,
+    /// The part of the last [`RECENT`](crate::monitor::RECENT) blocks of the monitor that was judged, in 1/1000.
+    pub judged_permille: u16,
+    /// Samples since the last judged block ended, or since the start; stays at its largest value.
+    pub unjudged_samples: u32,
+}
+
+impl From<monitor::AxisHealth> for AxisHealth {
+    fn from(health: monitor::AxisHealth) -> Self {
+        Self {
+            verdict: health.verdict.into(),
+            judged_permille: health.judged_permille,
+            unjudged_samples: health.unjudged_samples,
+        }
+    }
+}
+
 /// How one channel is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SensorStatus {

@@ -1,0 +1,404 @@
+//! A joint that loses its force, gains some, or seizes; one that rests; and samples that are lost: what the monitor says of each axis.
+
+use jointwatch_shared::chain::{Chain, Output, RawAxis, RawSample};
+use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
+use jointwatch_shared::monitor::{
+    AxisHealth, Cause, Faults, Monitor, MonitorState, OCTAVE, RECENT, SHARE, State, Verdict,
+};
+use jointwatch_shared::selftest::chain::{SHORT_TAPS, reference_rig};
+use jointwatch_shared::selftest::reference_model;
+use std::collections::VecDeque;
+
+/// Samples per second, as far as these tests are concerned.
+const RATE_HZ: f64 = 1000.0;
+/// Amplitude of the usual force, in the model's units, and of the usual motion, in Q31.
+const FORCE: f64 = 1e8;
+const MOTION: f64 = 1e9;
+/// The model's error, as a part of the force.
+const ERROR: f64 = 0.1;
+
+/// The monitor, every how many samples a residual in the band comes, and how much older than the rest of an output it is, s.
+fn monitor() -> (Monitor, u32, f64) {
+    let cusum = |drift, threshold| Cusum { drift, threshold };
+    // What a tenth of the force shifts a share by is a twentieth; an alarm takes six blocks at least.
+    let side = cusum(SHARE / 60, SHARE / 4);
+    let both = TwoSided {
+        more: side,
+        less: side,
+    };
+    let unit = 2_f64.powi(11);
+    let half = 2_f64.powi(16);
+    let axis = AxisLimits {
+        reversed: false,
+        force_shift: 11,
+        force_power: (FORCE * FORCE / 2.0 / unit / unit) as u64,
+        state_power: [(MOTION * MOTION / 2.0 / half / half) as u64; 2],
+        per_octave: [0; 3],
+        error: cusum(-5 * OCTAVE, 24 * OCTAVE),
+        stiffness: both,
+        friction: both,
+        gross: [0; 2],
+        moving_counts: [0; 5],
+    };
+    let limits = Limits {
+        model_checksum: 0,
+        block: 64,
+        outside_permille: 200,
+        false_alarm_hours: 720,
+        axes: [axis.clone(), axis].into_iter().collect(),
+    };
+    let rig = reference_rig(SHORT_TAPS).expect("a sound rig");
+    let chain = Chain::new(reference_model(), &rig).expect("a rig that fits");
+    let wait = chain.band_delay() - chain.delay();
+    let monitor = Monitor::new(limits, &chain).expect("usable limits");
+    (monitor, chain.band_every() as u32, wait as f64 / RATE_HZ)
+}
+
+/// How an axis is at one time.
+#[derive(Clone, Copy)]
+struct Joint {
+    /// What the measured force is of the healthy one's.
+    force: f64,
+    /// What the motion is of the usual one.
+    motion: f64,
+    /// Force that is there whatever the motion, of the usual one.
+    besides: f64,
+}
+
+const WELL: Joint = Joint {
+    force: 1.0,
+    motion: 1.0,
+    besides: 0.0,
+};
+const GONE: Joint = Joint { force: 0.0, ..WELL };
+const RESTING: Joint = Joint {
+    motion: 0.0,
+    ..WELL
+};
+const SEIZED: Joint = Joint {
+    motion: 0.02,
+    besides: 1.2,
+    ..WELL
+};
+
+/// What an axis measures and what the model expects at a time, and its states.
+fn forces(at_s: f64, axis: usize, joint: &Joint) -> ([f64; 2], [i32; 2]) {
+    let turns = std::f64::consts::TAU * (7.0 + axis as f64) * at_s;
+    let (sin, cos) = turns.sin_cos();
+    let states = [sin, cos].map(|part| (joint.motion * MOTION * part) as i32);
+    let expected = joint.motion * FORCE * (0.8 * sin + 0.6 * cos);
+    // An error of another frequency goes with neither displacement nor velocity for long.
+    let error = joint.motion * ERROR * FORCE * (2.3 * turns).sin();
+    let measured = joint.force * (expected + error) + joint.besides * FORCE * sin;
+    ([measured, expected], states)
+}
+
+/// The output at a time, with a residual in the band of `wait_s` before where `in_band`.
+fn output(at_s: f64, wait_s: f64, in_band: bool, joints: [Joint; 2], outside: u8) -> Output {
+    let mut output = Output {
+        outside,
+        ..Output::default()
+    };
+    let mut residual = [0; 2];
+    for (axis, joint) in joints.iter().enumerate() {
+        let ([measured, expected], states) = forces(at_s, axis, joint);
+        [output.state[2 * axis], output.state[2 * axis + 1]] = states;
+        output.predicted[axis] = expected as i32;
+        output.measured[axis] = measured as i32;
+        output.residual[axis] = (measured - expected) as i32;
+        let ([measured, expected], _) = forces(at_s - wait_s, axis, joint);
+        residual[axis] = (measured - expected) as i32;
+    }
+    output.residual_band = in_band.then_some(residual);
+    output
+}
+
+/// Something that watches a joint sample by sample.
+struct Watched {
+    monitor: Monitor,
+    every: u32,
+    wait_s: f64,
+    state: MonitorState,
+    /// Samples so far, and those among them that were not lost.
+    rows: u32,
+    taken: u32,
+    /// When the samples of the recent time came.
+    recent: VecDeque<u32>,
+    /// Every change of each axis's verdict, with its time in s.
+    seen: [Vec<(f64, Verdict)>; 2],
+}
+
+impl Watched {
+    fn new() -> Self {
+        let (monitor, every, wait_s) = monitor();
+        Self {
+            monitor,
+            every,
+            wait_s,
+            state: MonitorState::default(),
+            rows: 0,
+            taken: 0,
+            recent: VecDeque::new(),
+            seen: Default::default(),
+        }
+    }
+
+    fn time_s(&self) -> f64 {
+        f64::from(self.rows) / RATE_HZ
+    }
+
+    fn sample(&mut self, joints: [Joint; 2], outside: u8, lost: u32) {
+        self.rows += 1 + lost;
+        let faults = Faults {
+            lost,
+            missing: if lost > 0 { 0x3FF } else { 0 },
+            ..Faults::default()
+        };
+        // The chain counts the samples that it gets.
+        self.taken += 1;
+        let in_band = self.taken.is_multiple_of(self.every);
+        let output = output(self.time_s(), self.wait_s, in_band, joints, outside);
+        let raw: RawSample = [RawAxis::default(); 2];
+        let state = &mut self.state;
+        self.monitor.update(state, &raw, Some(&output), &faults);
+        let time = self.time_s();
+        let received = self.received();
+        for (axis, seen) in self.seen.iter_mut().enumerate() {
+            let AxisHealth {
+                verdict,
+                judged_permille,
+                ..
+            } = self.state.axis(&self.monitor, axis);
+            if verdict.state == State::Healthy {
+                // Whatever is lost, and however: healthy says that a fifth of the recent time was judged, of samples that came.
+                assert!(judged_permille >= 195, "{judged_permille} at {time} s");
+                assert!(received >= 0.19, "{received} received at {time} s");
+            }
+            if !seen.last().is_some_and(|(_, v)| v.same_reason(&verdict)) {
+                seen.push((time, verdict));
+            }
+        }
+    }
+
+    /// The part of the recent time's samples that came.
+    fn received(&mut self) -> f64 {
+        let span = RECENT * u32::from(self.monitor.limits().block);
+        self.recent.push_back(self.rows);
+        while self
+            .recent
+            .front()
+            .is_some_and(|&row| row + span <= self.rows)
+        {
+            self.recent.pop_front();
+        }
+        self.recent.len() as f64 / f64::from(span.min(self.rows))
+    }
+
+    fn run(&mut self, seconds: f64, joints: [Joint; 2], outside: u8) {
+        for _ in 0..(seconds * RATE_HZ) as usize {
+            self.sample(joints, outside, 0);
+        }
+    }
+
+    fn axis(&self, axis: usize) -> AxisHealth {
+        self.state.axis(&self.monitor, axis)
+    }
+
+    fn first(&self, axis: usize, state: State) -> Option<(f64, Cause)> {
+        let found = self.seen[axis].iter().find(|(_, v)| v.state == state);
+        found.map(|(time, v)| (*time, v.cause))
+    }
+}
+
+#[test]
+fn a_joint_that_is_well_is_called_so_after_a_second_and_stays_so() {
+    let mut watched = Watched::new();
+    watched.run(60.0, [WELL; 2], 0);
+    for axis in 0..2 {
+        let (time, cause) = watched.first(axis, State::Healthy).expect("healthy");
+        assert!((0.9..1.3).contains(&time), "{time}");
+        assert_eq!(cause, Cause::AsExpected);
+        assert_eq!(watched.seen[axis].len(), 2, "{:?}", watched.seen[axis]);
+        let health = watched.axis(axis);
+        assert_eq!((health.judged_permille, health.unjudged_samples), (1000, 0));
+    }
+    assert_eq!(watched.state.verdict().state, State::Healthy);
+}
+
+#[test]
+fn a_force_that_is_gone_is_told_within_a_second_and_never_healthy_again() {
+    for before_s in [0.0, 20.0] {
+        for axes in [[GONE, WELL], [WELL, GONE], [GONE, GONE]] {
+            let mut watched = Watched::new();
+            watched.run(before_s, [WELL; 2], 0);
+            watched.run(40.0, axes, 0);
+            let mut any = false;
+            for (axis, joint) in axes.iter().enumerate() {
+                let seen = &watched.seen[axis];
+                if joint.force != 0.0 {
+                    assert!(watched.first(axis, State::Alarm).is_none(), "{seen:?}");
+                    continue;
+                }
+                any = true;
+                let (time, cause) = watched.first(axis, State::Alarm).expect("an alarm");
+                assert!((before_s..before_s + 1.0).contains(&time), "{seen:?}");
+                assert_eq!(cause, Cause::ForceGone);
+                let healthy = seen.iter().filter(|(_, v)| v.state == State::Healthy);
+                assert_eq!(healthy.count(), usize::from(before_s > 0.0), "{seen:?}");
+                assert_eq!(watched.axis(axis).verdict.state, State::Alarm);
+            }
+            assert!(any && watched.state.verdict().state == State::Alarm);
+        }
+    }
+}
+
+#[test]
+fn a_joint_that_seizes_hardly_moves_and_is_told_by_its_force() {
+    let mut watched = Watched::new();
+    watched.run(10.0, [WELL; 2], 0);
+    watched.run(10.0, [WELL, SEIZED], 0);
+    let (time, cause) = watched.first(1, State::Alarm).expect("an alarm");
+    assert!((10.0..11.0).contains(&time), "{:?}", watched.seen[1]);
+    assert_eq!(cause, Cause::ForceUnexpected);
+    assert!(watched.first(0, State::Alarm).is_none());
+}
+
+#[test]
+fn outside_the_range_only_a_force_that_is_gone_is_evidence() {
+    let half = Joint { force: 0.5, ..WELL };
+    let double = Joint { force: 2.0, ..WELL };
+    for (joint, wanted) in [
+        (GONE, Some(Cause::ForceGone)),
+        (half, None),
+        (double, None),
+        (WELL, None),
+    ] {
+        let mut watched = Watched::new();
+        watched.run(10.0, [WELL; 2], 0);
+        watched.run(20.0, [joint, WELL], 0b01);
+        let alarm = watched.first(0, State::Alarm).map(|(_, cause)| cause);
+        assert_eq!(alarm, wanted, "{:?}", watched.seen[0]);
+        if wanted.is_none() {
+            let verdict = watched.axis(0).verdict;
+            assert_eq!(
+                (verdict.state, verdict.cause),
+                (State::Suspect, Cause::OutsideRange)
+            );
+            // The other axis is inside, but the model takes the states of both.
+            let verdict = watched.axis(1).verdict;
+            assert_eq!(
+                (verdict.state, verdict.cause),
+                (State::Unjudged, Cause::OutsideRange)
+            );
+        }
+    }
+}
+
+#[test]
+fn healthy_ends_when_the_joint_rests_and_comes_back_when_it_moves() {
+    let mut watched = Watched::new();
+    watched.run(20.0, [WELL; 2], 0);
+    watched.run(20.0, [RESTING, WELL], 0);
+    let health = watched.axis(0);
+    let (time, cause) = watched.seen[0].last().map(|(t, v)| (*t, v.cause)).unwrap();
+    // A fifth of 8 s is left after 6.6 s.
+    assert!((26.0..27.5).contains(&time), "{:?}", watched.seen[0]);
+    assert_eq!(cause, Cause::TooGentle);
+    assert_eq!(
+        (health.verdict.state, health.judged_permille),
+        (State::Unjudged, 0)
+    );
+    assert!((19_000..=20_064).contains(&health.unjudged_samples));
+    // One axis that is not judged is enough for the joint not to be healthy.
+    assert_eq!(watched.axis(1).verdict.state, State::Healthy);
+    let whole = watched.state.verdict();
+    assert_eq!((whole.state, whole.axis), (State::Unjudged, 0));
+    watched.run(3.0, [WELL; 2], 0);
+    assert_eq!(watched.state.verdict().state, State::Healthy);
+}
+
+/// Runs for so long with this share of the samples lost in gaps of so many.
+fn lose(watched: &mut Watched, seconds: f64, joints: [Joint; 2], share: f64, gap: u32) {
+    let end = watched.rows + (seconds * RATE_HZ) as u32;
+    let kept = (f64::from(gap) * (1.0 / share - 1.0)).round().max(1.0) as u32;
+    while watched.rows < end {
+        watched.sample(joints, 0, gap);
+        for _ in 1..kept.min(end.saturating_sub(watched.rows)) {
+            watched.sample(joints, 0, 0);
+        }
+    }
+}
+
+#[test]
+fn whatever_is_lost_the_verdict_is_right_or_none() {
+    for share in [0.001, 0.01, 0.1, 0.3, 0.6, 0.8, 0.9, 0.998, 0.9999] {
+        for gap in [1, 10, 100, 1000, 10_000, 100_000] {
+            // Hours would be needed to lose little in long gaps.
+            if gap > 1000 && share < 0.3 {
+                continue;
+            }
+            let what = format!("{share} lost in gaps of {gap}");
+            let mut well = Watched::new();
+            let seconds = if gap < 10_000 { 30.0 } else { 200.0 };
+            well.run(10.0, [WELL; 2], 0);
+            lose(&mut well, seconds, [WELL; 2], share, gap);
+            let damage = well
+                .seen
+                .iter()
+                .flatten()
+                .find(|(_, v)| v.cause.is_damage());
+            assert_eq!(damage, None, "{what}");
+            // Broken from the start: whatever is lost, it is never called healthy.
+            let mut broken = Watched::new();
+            lose(&mut broken, seconds, [GONE, WELL], share, gap);
+            assert!(
+                broken.first(0, State::Healthy).is_none(),
+                "{what}: {:?}",
+                broken.seen[0]
+            );
+            let healthy = well.axis(0).verdict.state == State::Healthy;
+            let long_gaps = f64::from(gap) > 0.7 * 8.0 * RATE_HZ;
+            assert!(
+                !(healthy && share >= 0.9 && !long_gaps),
+                "{what}: {:?}",
+                well.axis(0)
+            );
+        }
+    }
+    // Nearly all of it lost: the sensors' alarm says so, and no axis is judged.
+    let mut watched = Watched::new();
+    watched.run(20.0, [WELL; 2], 0);
+    lose(&mut watched, 60.0, [WELL; 2], 0.998, 500);
+    let verdict = watched.state.verdict();
+    assert_eq!(
+        (verdict.state, verdict.cause),
+        (State::Alarm, Cause::Missing)
+    );
+    assert!(watched.axis(0).judged_permille == 0);
+}
+
+#[test]
+fn a_gap_counts_by_its_samples_and_ends_healthy_when_it_is_long() {
+    let mut watched = Watched::new();
+    watched.run(20.0, [WELL; 2], 0);
+    // 100 samples of half a second are far more than a tenth, one is not.
+    watched.sample([WELL; 2], 0, 1);
+    watched.run(0.1, [WELL; 2], 0);
+    assert_ne!(watched.state.verdict().cause, Cause::Missing);
+    watched.sample([WELL; 2], 0, 200);
+    watched.run(0.1, [WELL; 2], 0);
+    let verdict = watched.state.verdict();
+    assert_eq!(
+        (verdict.state, verdict.cause),
+        (State::Alarm, Cause::Missing)
+    );
+    watched.run(10.0, [WELL; 2], 0);
+    assert_eq!(watched.state.verdict().state, State::Healthy);
+    watched.sample([WELL; 2], 0, 8000);
+    watched.run(3.0, [WELL; 2], 0);
+    watched.sample([WELL; 2], 0, 8000);
+    watched.run(0.2, [WELL; 2], 0);
+    let health = watched.axis(0);
+    assert!(health.judged_permille < 200, "{health:?}");
+    assert_ne!(health.verdict.state, State::Healthy);
+}
