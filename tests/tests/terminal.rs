@@ -73,7 +73,7 @@ fn shells_and_man_get_every_command() {
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = succeed(folder.path(), &["completions", shell]);
         assert!(
-            script.contains("identify") && script.contains("--model"),
+            script.contains("identify") && script.contains("model"),
             "{shell}"
         );
     }
