@@ -9,6 +9,7 @@ pub mod draft;
 mod kinematics;
 mod linear;
 mod log;
+pub(crate) mod lone;
 pub mod mistakes;
 mod naming;
 mod open;

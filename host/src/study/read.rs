@@ -5,6 +5,7 @@ use super::log::{Log, Request};
 use super::plan::{Plan, plan};
 use super::{Channels, Record, Role, Study, check, time};
 use crate::text::error::{Error, Result, in_order};
+use crate::text::input;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -23,7 +24,7 @@ impl Study {
         } else {
             path.to_owned()
         };
-        let bytes = std::fs::read(&path).map_err(|e| {
+        let bytes = input::read(&path).map_err(|e| {
             Error::data(format!(
                 "{} cannot be read ({e}); give the path of a study.toml or of the folder it is in",
                 path.display()
@@ -278,6 +279,8 @@ fn record(
     rate: f64,
 ) -> Result<(Record, Vec<String>)> {
     let mut notes = log.notes.clone();
+    let time = plan.time.as_ref().map(|channel| channel.column.as_str());
+    notes.extend(request.lone_values(log, time)?);
     notes.extend(plan.check_units(request, log)?);
     let mut gaps = Vec::new();
     notes.extend(timing.and_then(|t| t.even.clone()));
