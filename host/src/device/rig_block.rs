@@ -47,7 +47,7 @@ pub fn of_file(path: &Path, model: &Model) -> Result<Rig> {
         velocity,
         acceleration,
         band,
-        band_every_log2: monitor_limits::band_every_log2(&filters),
+        band_every_log2: monitor_limits::rate::band_every_log2(&filters),
         limits: None,
     };
     finished(path, &converters, model)
