@@ -11,7 +11,7 @@ use jointwatch_firmware::sensor::acquire::CHIPS;
 use jointwatch_firmware::sensor::presence::Health;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::{Chain, ChainState, RawSample};
-use jointwatch_shared::monitor::Cause;
+use jointwatch_shared::monitor::{Cause, State};
 use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::{Points, reference_model};
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
@@ -212,6 +212,29 @@ fn missed_instants_and_full_queues_are_counted_and_spoil_what_follows() {
     bench.reports();
     bench.ask(&Request::ResetStatistics);
     assert_eq!(bench.watch.counters().missed_deadlines, 0);
+}
+
+#[test]
+fn an_alarm_is_not_taken_back_by_whoever_is_on_the_line() {
+    let with_limits = reference_rig(model(), Some(blob::checksum_of(model())));
+    let mut bench = Bench::start([signed(model(), Some(&with_limits)), Slot::Empty]);
+    bench.sample_after(3, RawSample::default());
+    let missed = bench.watch.counters().missed_deadlines;
+    assert!(missed > 0);
+    let state = |bench: &Bench| bench.watch.verdict().state;
+    // A chip that never answers: the sensors' alarm, after some blocks.
+    let mut silent = [Health::Ok; CHIPS];
+    silent[2] = Health::Bus;
+    let mut samples = 0;
+    while state(&bench) < State::Suspect {
+        bench.sample_with(silent);
+        samples += 1;
+        assert!(samples < 20_000, "{:?}", bench.watch.verdict());
+    }
+    bench.reports();
+    bench.ask(&Request::ResetStatistics);
+    assert!(state(&bench) >= State::Suspect);
+    assert_eq!(bench.watch.counters().missed_deadlines, missed);
 }
 
 #[test]

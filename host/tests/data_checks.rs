@@ -81,6 +81,42 @@ fn good_studies_raise_nothing() {
 }
 
 #[test]
+fn a_wrong_sign_and_a_displacement_that_jumps_are_named() {
+    let mut study = good();
+    // Where the force is as large as usual.
+    let size = (force(&mut study).iter().map(|f| f * f).sum::<f64>()
+        / force(&mut study).len() as f64)
+        .sqrt();
+    let large = |f: &f64| f.abs() > size;
+    let row = FROM + force(&mut study)[FROM..].iter().position(large).unwrap();
+    force(&mut study)[row] *= -1.0;
+    let at = format!("row {row} (");
+    let said = found(&study);
+    assert_eq!(said.len(), 1);
+    for part in [at.as_str(), "the force channel of x", "stands alone"] {
+        assert!(
+            said[0].sentence.contains(part),
+            "{part}: {}",
+            said[0].sentence
+        );
+    }
+
+    let mut study = good();
+    let position = &mut study.records[0].axes[0].displacement_first;
+    let jump = 0.2 * largest(position);
+    position[FROM + 1..].iter_mut().for_each(|x| *x += jump);
+    let said = found(&study);
+    let jumps = said
+        .iter()
+        .filter(|f| f.sentence.contains("jumps from there"));
+    let jumps: Vec<&Finding> = jumps.collect();
+    assert!(
+        jumps.len() == 1 && jumps[0].sentence.contains("row 3000 (1.500 s)"),
+        "{said:?}"
+    );
+}
+
+#[test]
 fn a_clipped_channel_is_named() {
     let mut study = good();
     let rail = 0.5 * largest(force(&mut study));

@@ -34,6 +34,90 @@ fn damaged_models_and_blobs_are_refused_in_one_sentence() {
     assert!(!folder.path().join("model.bin").exists());
 }
 
+/// A copy of the rig with one cell of a training record multiplied; the study's folder, the record's name, the column's name and the line.
+fn with_wrong_cell(folder: &std::path::Path, factor: f64) -> (String, String, usize) {
+    let rig = copy_of_rig(folder);
+    let record = rig.join("train_x.csv");
+    let text = fs::read_to_string(&record).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let heading = lines
+        .iter()
+        .position(|line| line.contains("force_N"))
+        .unwrap();
+    let column = lines[heading]
+        .split(',')
+        .position(|c| c.trim() == "force_N")
+        .unwrap();
+    let cell = |line: &str| {
+        line.split(',')
+            .nth(column)
+            .unwrap()
+            .trim()
+            .parse::<f64>()
+            .unwrap()
+    };
+    let values: Vec<f64> = lines[heading + 1..].iter().map(|line| cell(line)).collect();
+    let rms = (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
+    let row = 500 + values[500..].iter().position(|v| v.abs() > rms).unwrap();
+    let line = heading + 1 + row;
+    let mut cells: Vec<String> = lines[line].split(',').map(str::to_owned).collect();
+    cells[column] = format!("{:e}", values[row] * factor);
+    lines[line] = cells.join(",");
+    fs::write(&record, lines.join("\n") + "\n").unwrap();
+    let name = record.file_name().unwrap().to_str().unwrap().to_owned();
+    (name, "force_N".into(), line + 1)
+}
+
+#[test]
+fn one_wrong_digit_is_refused_and_one_wrong_sign_is_said_with_file_row_and_column() {
+    let learn = ["identify", "rig", "--model", "polynomial", "-o", "m.json"];
+    for (factor, is_refused) in [(1e8, true), (-1.0, false)] {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, column, line) = with_wrong_cell(folder.path(), factor);
+        let said = if is_refused {
+            fail(folder.path(), &learn, 3)
+        } else {
+            jointwatch_tests::program::succeed(folder.path(), &learn)
+        };
+        let row = format!("row {line} (line of the file)");
+        for part in [file.as_str(), &row, &column, "stands alone"] {
+            assert!(said.contains(part), "{factor}: {part} is missing in {said}");
+        }
+        assert_eq!(folder.path().join("m.json").exists(), !is_refused);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_lines_without_end_and_commands_to_the_terminal_are_refused_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = copy_of_rig(folder.path());
+    let learn = ["identify", "rig", "--model", "polynomial", "-o", "m.json"];
+    let record = rig.join("train_x.csv");
+    assert!(record.exists());
+    fs::remove_file(&record).unwrap();
+    let made = std::process::Command::new("mkfifo").arg(&record).status();
+    assert!(made.unwrap().success());
+    assert!(fail(folder.path(), &learn, 3).contains("pipe or a device"));
+    assert!(fail(folder.path(), &["inspect", "rig/train_x.csv"], 3).contains("pipe or a device"));
+    fs::remove_file(&record).unwrap();
+    fs::write(&record, "0,".repeat(10_000_000)).unwrap();
+    let said = fail(folder.path(), &learn, 3);
+    assert!(
+        said.len() < 5000 && said.contains("longer than"),
+        "{}",
+        said.len()
+    );
+    fs::write(&record, "t_s,\u{1b}[2J_N\n0,1\n1,2\n").unwrap();
+    let said = fail(folder.path(), &learn, 3);
+    assert!(!said.contains('\u{1b}'), "{said:?}");
+    let said = fail(folder.path(), &["inspect", "\u{1b}[31mred.bin"], 3);
+    assert!(
+        !said.contains('\u{1b}') && said.contains("red.bin"),
+        "{said:?}"
+    );
+}
+
 #[test]
 fn bad_studies_end_with_three_and_leave_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();

@@ -114,6 +114,9 @@ fn measured_and_simulated_studies_are_left_in_peace_but_for_a_velocity_that_is_w
     for path in sound {
         let study = Study::read(&path).unwrap();
         assert_eq!(mistakes::check(&study), [""; 0], "{}", path.display());
+        let mut notes = study.notes.iter();
+        let alone = notes.find(|note| note.contains("stands alone"));
+        assert_eq!(alone, None, "{}", path.display());
     }
     let wrong = Study::read(&data.join("brfd/semi_active.toml")).unwrap();
     let said = mistakes::check(&wrong);

@@ -8,7 +8,9 @@ use crate::sensor::presence::Health as ChipHealth;
 use crate::store::Trial;
 use heapless::{Deque, Vec};
 use jointwatch_shared::chain::{Output, RawSample};
-use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, Verdict as Said, Window};
+use jointwatch_shared::monitor::{
+    Cause, Faults, Monitor, MonitorState, State, Verdict as Said, Window,
+};
 use jointwatch_shared::wire::snapshot::Recorder;
 use jointwatch_shared::wire::telemetry::{
     Answered, AxisStatus, Counters, Event, Health, MAX_FRAME, Report, Request, STATUS_HZ, Sample,
@@ -347,6 +349,10 @@ impl Watch {
         match request {
             Request::Ping => Some(Answered::Done),
             Request::Stream { every } => Some(self.ask_stream(*every, line_baud)),
+            // Whoever is on the line must not take back what is said of the joint.
+            Request::ResetStatistics if self.verdict.state >= State::Suspect => {
+                Some(Answered::Busy)
+            }
             Request::ResetStatistics => {
                 self.state = MonitorState::default();
                 self.counters = Counters::default();

@@ -4,6 +4,7 @@ use super::progress_lines;
 use crate::study::{Study, mistakes};
 use crate::text::error::{Error, Result};
 use crate::text::output;
+use crate::text::printable;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -39,7 +40,7 @@ impl Console {
         if self.quiet || self.json_to_stdout() {
             return Ok(());
         }
-        print_to_stdout(&format!("{}\n", text.as_ref()))
+        print_to_stdout(&format!("{}\n", printable::escaped(text.as_ref())))
     }
 
     /// Prints what is wrong with a study's data, a line each.

@@ -10,6 +10,7 @@ use crate::model::{EffectTerm, effects};
 use crate::study::AxisKind;
 use crate::study::survey::{Survey, is_a_log};
 use crate::text::error::{Error, Result};
+use crate::text::input;
 use crate::text::table::{Table, percent, significant};
 use clap::Args;
 use jointwatch_shared::base::axis::{Convention, InputRange};
@@ -26,7 +27,7 @@ pub(crate) struct Inspect {
 
 impl Inspect {
     pub(super) fn run(self, console: &Console) -> Result<()> {
-        let bytes = std::fs::read(&self.file).map_err(|e| {
+        let bytes = input::read(&self.file).map_err(|e| {
             Error::data(format!(
                 "{}: could not be read ({e}); give a model.json or a blob that this tool wrote",
                 self.file.display()

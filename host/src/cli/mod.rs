@@ -33,6 +33,7 @@ mod upload;
 mod watched;
 
 use crate::text::error::{Error, Result};
+use crate::text::printable;
 use clap::{Args, FromArgMatches, Parser, Subcommand};
 use console::Console;
 use std::path::PathBuf;
@@ -185,7 +186,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Err(e) => {
             // A suggestion ends the sentence by itself.
             let end = if e.sentence.ends_with('?') { "" } else { "." };
-            eprintln!("jointwatch: {e}{end}");
+            eprintln!("jointwatch: {}{end}", printable::message(&e.sentence));
             ExitCode::from(e.exit_code())
         }
     }

@@ -1,8 +1,10 @@
 //! `jointwatch sign`: makes of a blob, and the rig block that goes with it, what a device takes.
 
 use super::console::Console;
+use crate::device::rig_block;
 use crate::device::signing::{PrivateKey, SignedModel};
 use crate::text::error::{Error, Result};
+use crate::text::input;
 use crate::text::output;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -46,6 +48,12 @@ impl Sign {
             .map(read)
             .transpose()?
             .unwrap_or_default();
+        if let Some(path) = &self.rig {
+            rig_block::check_pair(&model, &rig).map_err(|e| Error {
+                sentence: format!("{}: {e}", path.display()),
+                ..e
+            })?;
+        }
         let signed = SignedModel::sign(&model, &rig, &key).map_err(|e| {
             let at_fault = if e.sentence.starts_with("the rig") {
                 self.rig.as_ref()
@@ -74,7 +82,7 @@ impl Sign {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).map_err(|e| {
+    input::read(path).map_err(|e| {
         Error::data(format!(
             "{}: could not be read ({e}); give a file that `jointwatch export` wrote",
             path.display()

@@ -5,6 +5,7 @@ use crate::model::corrections::of_the_joint;
 use crate::model::file::{Base, ModelFile};
 use crate::study::Convention;
 use crate::text::error::{Error, Result};
+use crate::text::input;
 use jointwatch_shared::base::axis::{self, Axis, Name};
 use jointwatch_shared::base::network_quantise::Weights;
 use jointwatch_shared::base::terms::Memory;
@@ -249,7 +250,7 @@ fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
 /// # Errors
 /// [`crate::text::error::Kind::Data`] with the file and the reason for which the device would refuse it too.
 pub fn read_blob(path: &Path) -> Result<Model> {
-    let bytes = std::fs::read(path).map_err(|e| {
+    let bytes = input::read(path).map_err(|e| {
         Error::data(format!(
             "{}: the blob could not be read ({e}); give the file that `jointwatch export` wrote",
             path.display()

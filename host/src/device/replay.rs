@@ -1,6 +1,6 @@
 //! The device's integer code run on a logged record: from raw counts to the residual, with the device's own bits.
 
-use crate::device::monitor_limits;
+use crate::device::monitor_limits::rate;
 use crate::device::wired::Wired;
 use crate::fit::errors::Sums;
 use crate::model::corrections::Corrections;
@@ -110,7 +110,7 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
         velocity,
         acceleration,
         band,
-        band_every_log2: monitor_limits::band_every_log2(filters),
+        band_every_log2: rate::band_every_log2(filters),
         limits: None,
     })
 }

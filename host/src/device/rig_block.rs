@@ -7,6 +7,7 @@ use crate::signal::motion::Filters;
 use crate::study::Study;
 use crate::study::description::Source;
 use crate::text::error::{Error, Result};
+use crate::text::input;
 use crate::text::table::Table;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::Chain;
@@ -26,7 +27,7 @@ const ACCELEROMETER_STEP: f64 = 16.0;
 /// # Errors
 /// [`crate::text::error::Kind::Data`], one sentence with the line, or the quantity that the device cannot hold.
 pub fn of_file(path: &Path, model: &Model) -> Result<Rig> {
-    let text = std::fs::read_to_string(path).map_err(|e| {
+    let text = input::read_to_string(path).map_err(|e| {
         Error::data(format!(
             "{}: the description of the rig could not be read ({e}); docs/reference/rig-block.md has an example",
             path.display()
@@ -46,7 +47,7 @@ pub fn of_file(path: &Path, model: &Model) -> Result<Rig> {
         velocity,
         acceleration,
         band,
-        band_every_log2: monitor_limits::band_every_log2(&filters),
+        band_every_log2: monitor_limits::rate::band_every_log2(&filters),
         limits: None,
     };
     finished(path, &converters, model)
@@ -134,6 +135,29 @@ pub fn usable_limits<'a>(block: &'a Rig, model: &Model) -> std::result::Result<&
     }
 }
 
+/// Refuses the bytes of a rig block that cannot be used, or that is not for the model of this blob; of a blob that is no model, nothing is
+/// said.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`], what is wrong with the block and what to do.
+pub fn check_pair(model: &[u8], rig: &[u8]) -> Result<()> {
+    let Ok(model) = blob::decode(model) else {
+        return Ok(());
+    };
+    let wrong = |what: &dyn std::fmt::Display| {
+        Error::data(format!(
+            "the rig block cannot go with this model: {what}; export it again with this model"
+        ))
+    };
+    let block = rig_block::decode(rig).map_err(|e| wrong(&e))?;
+    Chain::new(&model, &block).map_err(|e| wrong(&e))?;
+    if block.model_checksum == blob::checksum_of(&model) {
+        Ok(())
+    } else {
+        Err(wrong(&"it was made for another one"))
+    }
+}
+
 /// As [`usable_limits`], for a person.
 ///
 /// # Errors
@@ -183,7 +207,7 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Rig> {
 /// # Errors
 /// As [`decode`], and when the file cannot be read.
 pub fn read(path: &Path) -> Result<Rig> {
-    let bytes = std::fs::read(path).map_err(|e| {
+    let bytes = input::read(path).map_err(|e| {
         Error::data(format!(
             "{}: could not be read ({e}); give the file that `jointwatch export --rig` wrote",
             path.display()
@@ -422,4 +446,29 @@ pub fn as_json(rig: &Rig) -> serde_json::Value {
         "limits": rig.limits.as_ref().map(|limits| limits_as_json(limits, rig.sample_rate_hz)),
         "axes": axes.collect::<Vec<_>>(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use jointwatch_shared::selftest::chain::{SHORT_TAPS, reference_rig};
+    use jointwatch_shared::selftest::network::reference_network;
+    use jointwatch_shared::selftest::reference_model;
+
+    #[test]
+    fn a_block_that_is_not_for_the_model_is_refused_with_the_reason() {
+        let model = reference_model();
+        let blob = blob::encode(model);
+        let mut rig = reference_rig(SHORT_TAPS).unwrap();
+        rig.model_checksum = blob::checksum_of(model);
+        let bytes = encode(&rig).unwrap();
+        assert_eq!(check_pair(&blob, &bytes), Ok(()));
+        let said = |model: &[u8], rig: &[u8]| check_pair(model, rig).unwrap_err().sentence;
+        let other = blob::encode(reference_network());
+        assert!(said(&other, &bytes).contains("another one"));
+        let mut damaged = bytes;
+        damaged[100] ^= 1;
+        assert!(said(&blob, &damaged).contains("cannot go with this model"));
+        assert!(said(&blob, &bytes[..100]).contains("cannot go with this model"));
+    }
 }

@@ -8,6 +8,7 @@ use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
 use crate::signal::motion::{self, Filters, Motion};
 use crate::study::{Record, Source, Study};
 use crate::text::error::{Error, Result, in_order};
+use crate::text::input;
 use crate::text::output;
 use jointwatch_shared::base::terms::InSi;
 use rayon::prelude::*;
@@ -206,7 +207,7 @@ impl ModelFile {
     /// # Errors
     /// [`crate::text::error::Kind::Data`] naming the file, the line where it stops being a model, and what to try.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| {
+        let text = input::read_to_string(path).map_err(|e| {
             Error::data(format!(
                 "{}: the model could not be read ({e}); give the file that `jointwatch identify … -o` wrote",
                 path.display()

@@ -10,6 +10,7 @@ pub mod draft;
 mod kinematics;
 mod linear;
 mod log;
+pub(crate) mod lone;
 pub mod mistakes;
 mod naming;
 mod open;

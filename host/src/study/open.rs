@@ -1,8 +1,10 @@
 //! Opening a log: its file, its reader, and the columns that a study uses of it.
 
 use super::log::{Column, Log, Numbering, Request, Table};
+use super::lone;
 use super::readers;
 use crate::text::error::Result;
+use crate::text::input;
 
 impl Request<'_> {
     /// Reads everything in the file that the request needs.
@@ -14,7 +16,7 @@ impl Request<'_> {
         if self.path.is_dir() {
             return Err(self.error("is a folder, not a log; name the file in it"));
         }
-        std::fs::read(self.path).map_err(|e| {
+        input::read(self.path).map_err(|e| {
             self.error(format!(
                 "cannot be read ({e}); check the path, which is relative to study.toml"
             ))
@@ -79,6 +81,49 @@ impl Request<'_> {
 
     fn is_bad(&self, value: f64) -> bool {
         !(value.is_finite() || self.sparse && value.is_nan())
+    }
+
+    /// Refuses values that are no measurements beside the rest of their column, but for the column of time, and gives a note for each
+    /// column with values that stand alone.
+    pub(crate) fn lone_values(&self, log: &Log, time: Option<&str>) -> Result<Vec<String>> {
+        let mut notes = Vec::new();
+        for (wanted, values) in self.wanted.unwrap_or_default().iter().zip(&log.values) {
+            let column = wanted.column.as_str();
+            let Some(values) = values.as_ref().filter(|_| Some(column) != time) else {
+                continue;
+            };
+            if let Some(row) = lone::impossible(values) {
+                return Err(self.error_at(
+                    &log.row_name(row),
+                    column,
+                    format!(
+                        "{:e} stands alone between {:e} and {:e}, more than ten times the range of all other values; repair the log \
+                         or leave the row out with rows = […]",
+                        values[row],
+                        values[row - 1],
+                        values[row + 1]
+                    ),
+                ));
+            }
+            let found = lone::lone(values);
+            if let Some(first) = found.first() {
+                let row = first.row;
+                notes.push(format!(
+                    "{}, {}, column {column:?}: {:e} stands alone between {:e} and {:e}, as no sampled motion does{}; look at it \
+                     and repair the log",
+                    self.file,
+                    log.row_name(row),
+                    values[row],
+                    values[row - 1],
+                    values[row + 1],
+                    match found.len() {
+                        1 => String::new(),
+                        more => format!(", the first of {more} such values"),
+                    }
+                ));
+            }
+        }
+        Ok(notes)
     }
 
     fn check_finite(&self, log: &Log) -> Result<()> {

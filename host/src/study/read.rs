@@ -7,6 +7,7 @@ use super::plan::{Plan, plan};
 use super::sampling::Sampling;
 use super::{Record, Role, Study, check, time};
 use crate::text::error::{Error, Result, in_order};
+use crate::text::input;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -25,7 +26,7 @@ impl Study {
         } else {
             path.to_owned()
         };
-        let bytes = std::fs::read(&path).map_err(|e| {
+        let bytes = input::read(&path).map_err(|e| {
             Error::data(format!(
                 "{} cannot be read ({e}); give the path of a study.toml or of the folder it is in",
                 path.display()
@@ -307,6 +308,8 @@ fn records(
     plan: &Plan,
 ) -> Result<Read> {
     let mut notes = log.notes.clone();
+    let time = plan.time.as_ref().map(|channel| channel.column.as_str());
+    notes.extend(request.lone_values(log, time)?);
     notes.extend(plan.check_units(request, log)?);
     let done = sampling.done.iter();
     notes.extend(done.map(|done| format!("{}: {done}", request.file)));

@@ -6,35 +6,8 @@ use super::judged::Reason;
 use super::level::{GROSS, most_of_block, values};
 use super::sensors::forget;
 use super::sliding::{FAST, SLOW};
+use super::steps::STEPS;
 use super::{Block, Monitor, MonitorState, OUTSIDE_MEMORY};
-
-/// What is still to be done about a block that has ended.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Ending {
-    /// Steps that are left: the sensors, each axis, the verdict.
-    left: u8,
-    /// Blocks that ended, those in a gap included.
-    blocks: u32,
-    /// Whether residuals of either kind are to be judged.
-    fine: bool,
-    gross: bool,
-    /// What kept residuals out of the block.
-    kept_out: Option<Reason>,
-}
-
-/// The sensors, two axes, and the verdict.
-const STEPS: u8 = 4;
-
-impl Ending {
-    /// Whether a block that has ended is not done with.
-    pub(super) fn is_under_way(&self) -> bool {
-        self.left != 0
-    }
-
-    fn begin(&mut self, blocks: u32) {
-        (self.left, self.blocks) = (STEPS, blocks);
-    }
-}
 
 impl<S: Default + Copy> Block<S> {
     /// Whether there is a block to be judged, which is then taken for judged.

@@ -28,6 +28,7 @@ mod logarithm;
 mod review;
 mod sensors;
 mod sliding;
+mod steps;
 mod verdict;
 
 pub use block::{Gross, GrossSums, Statistics, Sums, share_of_change};
@@ -43,12 +44,12 @@ use crate::chain::{Chain, Output, RawSample};
 use crate::fault::{Checks, Error};
 use crate::wire::rig::MAX_BAND_TAPS;
 use block::Waiting;
-use ending::Ending;
 use judged::{Judged, Reason};
 use level::Level;
 use limits::{CHANNELS, Limits};
 use sensors::SensorState;
 use sliding::Sliding;
+use steps::Ending;
 
 /// The longest wait for the low-pass over the residual and for the sample after it, in samples.
 const MAX_WAIT: usize = MAX_BAND_TAPS / 2 + 2;

@@ -1,4 +1,5 @@
-//! Whether the logs can be believed, before anything is read into them: clipped, stuck, dropped out, too coarse, humming, skewed.
+//! Whether the logs can be believed, before anything is read into them: clipped, stuck, dropped out, wrong in single rows, too coarse,
+//! humming, skewed.
 //!
 //! A finding is serious when what it spoils is of the size of the effects that a diagnosis looks for; then the verdict is "data".
 //! The others are remarks: they are said, and the diagnosis stands.
@@ -8,6 +9,7 @@ mod clipping;
 mod dropouts;
 mod finding;
 mod mains;
+mod single;
 mod skew;
 mod stuck;
 
@@ -42,6 +44,7 @@ pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
             for channel in &all {
                 found.extend(clipping::check(channel, &place));
                 found.extend(dropouts::check(channel, &place));
+                found.extend(single::check(channel, &place));
             }
             found
         })

@@ -1,6 +1,6 @@
 //! Records of a healthy joint whose gain or stiffness has drifted.
 
-use super::ChainedRecord;
+use super::chained::ChainedRecord;
 use crate::device::replay::SetUp;
 use crate::study::{Record, Study};
 use crate::text::error::Result;

@@ -16,69 +16,39 @@
 //! displacements, larger and smaller by that part. What was set is tried on the records it was set from, drifted ones included, and raised
 //! where one of them comes near an alarm.
 
+mod calibration;
+mod chained;
 mod cusum;
 mod drift;
+mod figures;
+pub(crate) mod rate;
 mod trial;
 
 use crate::device::replay::SetUp;
 use crate::fit::errors::AT_REST_BELOW;
-use crate::signal::every::every_log2;
-use crate::signal::filters::Filters;
-use crate::study::{Record, Role, Study};
+use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
+pub use calibration::Calibration;
+use chained::ChainedRecord;
 pub use cusum::Healthy;
 use cusum::{gross_threshold, healthy};
+use figures::{GROSS, MIN_BLOCKS, mean, quarters};
 use jointwatch_shared::base::Model;
-use jointwatch_shared::chain::{Output, RawSample};
+use jointwatch_shared::chain::RawSample;
 use jointwatch_shared::monitor::limits::{
-    AxisLimits, BLOCK, CHANNELS, Cusum, Limits, MAX_CUSUM, MIN_VALUES, TwoSided,
+    AxisLimits, CHANNELS, Cusum, Limits, MAX_CUSUM, TwoSided,
 };
 use jointwatch_shared::monitor::{
     Faults, GrossSums, Monitor, MonitorState, OCTAVE, SIDES, Sums, share_of_change,
 };
-use jointwatch_shared::wire::rig::MAX_BAND_EVERY_LOG2;
+use rate::block;
 
 /// The change of stiffness or friction that the limits are tuned to, as a part of the RMS force.
 const CHANGE: f64 = 0.1;
 /// The least drift above the healthy mean of the error, in octaves of power.
 const MIN_GROWTH_OCTAVES: f64 = 0.5;
-/// How long a block lasts, s: some periods of what moves a joint, and some ten of them within the time to an alarm.
-const BLOCK_S: f64 = 0.064;
-/// The fewest judged blocks of validation from which limits are set.
-const MIN_BLOCKS: usize = 24;
 /// Share of the time outside the training range that is suspect, in 1/1000, where the validation records ask for no more.
 const OUTSIDE_PERMILLE: f64 = 200.0;
-/// Statistics of a gross change per axis, after the five others.
-const GROSS: [usize; 2] = [5, 6];
-
-/// The limits and what they were made from.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Calibration {
-    /// For the rig block.
-    pub limits: Limits,
-    /// Judged blocks of validation records, per axis.
-    pub blocks: Vec<usize>,
-    /// Per axis: error, stiffer, softer, more friction, less friction.
-    pub healthy: Vec<[Healthy; 5]>,
-}
-
-/// One record after the chain.
-struct ChainedRecord {
-    file: String,
-    validation: bool,
-    samples: Vec<(RawSample, Option<Output>)>,
-}
-
-impl ChainedRecord {
-    fn new(record: &Record, set_up: &SetUp, model: &Model) -> Self {
-        Self {
-            file: record.file.clone(),
-            validation: record.role == Role::Validate,
-            samples: set_up.samples(record, model).collect(),
-        }
-    }
-}
-
 /// What the limits are for, besides a model on a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Purpose {
@@ -206,13 +176,6 @@ fn set_axis(
     (sides, count)
 }
 
-/// A threshold of a gross change as the limits hold it: in quarters of an octave, rounded up.
-fn quarters(threshold: f64) -> u8 {
-    (4.0 * threshold / f64::from(OCTAVE))
-        .ceil()
-        .min(u8::MAX.into()) as u8
-}
-
 /// The values of a gross change to less (0) or more (1) force, per record that is not a short one.
 fn gross(
     seen: &[Seen],
@@ -230,21 +193,6 @@ fn gross(
         judged.collect()
     };
     seen.iter().map(of_record).collect()
-}
-
-/// Binary logarithm of the samples from one residual in the band to the next on the device ([`every_log2`]): as many as the band
-/// allows, and not so many that a block of the monitor would sum up too few of them.
-pub fn band_every_log2(filters: &Filters) -> u8 {
-    let of_block = i32::from(block(filters.sample_rate_hz)) / MIN_VALUES;
-    let most = (of_block.max(1).ilog2() as u8).min(MAX_BAND_EVERY_LOG2);
-    every_log2(&filters.band, filters.sample_rate_hz, filters.band_hz, most)
-}
-
-/// The power of two nearest to [`BLOCK_S`], within [`BLOCK`].
-fn block(sample_rate_hz: f64) -> u16 {
-    let [least, most] = BLOCK;
-    let exponent = (BLOCK_S * sample_rate_hz).log2().round();
-    (exponent.exp2() as u16).clamp(least, most)
 }
 
 /// Three times the share of the validation records, and [`OUTSIDE_PERMILLE`] at least.
@@ -450,10 +398,6 @@ fn sides(series: &[Series], log_rarity: f64) -> [Healthy; 5] {
     })
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
 fn mean_square(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64
 }
@@ -467,7 +411,8 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::rate::band_every_log2;
+    use crate::signal::filters::Filters;
 
     #[test]
     fn the_usual_rig_is_judged_at_every_fourth_sample() {

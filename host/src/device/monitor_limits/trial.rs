@@ -1,6 +1,9 @@
 //! Limits tried on the very records they were set from: none of those may come near an alarm.
 
-use super::{Calibration, ChainedRecord, GROSS, drift, quarters};
+use super::calibration::Calibration;
+use super::chained::ChainedRecord;
+use super::drift;
+use super::figures::{GROSS, quarters};
 use crate::device::replay::SetUp;
 use crate::study::Study;
 use crate::text::error::{Error, Result};

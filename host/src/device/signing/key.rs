@@ -62,7 +62,7 @@ impl PrivateKey {
                 path.display()
             ))
         };
-        let text = std::fs::read_to_string(path)
+        let text = crate::text::input::read_to_string(path)
             .map_err(|e| refused(format!("could not be read ({e})")))?;
         if text.starts_with(PUBLIC) {
             return Err(refused("is a public key, which cannot sign".into()));

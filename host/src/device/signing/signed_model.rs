@@ -2,6 +2,7 @@
 
 use super::PrivateKey;
 use crate::text::error::{Error, Result};
+use crate::text::input;
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use jointwatch_shared::wire::slot::{
     CONFIRMED_OFFSETS, ContentCrc, MARKED, RIG_OFFSET, RIG_ROOM, SEAL_LEN, SEAL_OFFSET,
@@ -52,7 +53,7 @@ impl SignedModel {
     /// # Errors
     /// [`crate::text::error::Kind::Data`] with what is wrong: not signed at all, cut, or damaged.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|e| {
+        let bytes = input::read(path).map_err(|e| {
             Error::data(format!(
                 "{}: could not be read ({e}); give the file that `jointwatch sign` wrote",
                 path.display()

@@ -9,6 +9,9 @@ use super::text::{decode, lines};
 use crate::study::log::{Column, Numbering, Request, Table, line_name};
 use crate::text::error::{Error, Result};
 
+/// Bytes of a line at the top of a log. A line's cells are compared with each other, and each of them is a name.
+const LONGEST_LINE: usize = 1 << 20;
+
 /// Reads the columns that the request needs.
 pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     let decoded = decode(request, bytes)?;
@@ -69,6 +72,12 @@ pub(super) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
 
 fn layout_of(request: &Request<'_>, text: &str) -> Result<Layout> {
     let top: Vec<(usize, &str)> = lines(text).take(TOP).collect();
+    if let Some((line, _)) = top.iter().find(|(_, line)| line.len() > LONGEST_LINE) {
+        return Err(request.error_in(
+            &line_name(*line),
+            format!("it is longer than {LONGEST_LINE} bytes, as no row of a log is; check that the lines of the file end"),
+        ));
+    }
     if top.iter().all(|(_, line)| is_comment(line)) {
         return Err(request.error("holds only comments; check that the logger finished writing it"));
     }

@@ -1,9 +1,11 @@
 //! Reader of MATLAB files of version 5 (`save -v6`, `save -v7`): each numeric vector is a column, and so is each column of a
 //! matrix, called `name[1]`, `name[2]`, ….
 
+use super::packed;
 use crate::study::log::{Column, Request, Table};
 use crate::text::error::Result;
 use matfile::{Array, MatFile, NumericData};
+use std::io::Read;
 
 /// Whether the bytes begin like such a file.
 pub(super) fn recognises(bytes: &[u8]) -> bool {
@@ -12,6 +14,7 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
 
 /// Reads the wanted columns.
 pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
+    check_size(request, bytes)?;
     let file = MatFile::parse(bytes).map_err(|e| {
         request.error(format!(
             "is a MATLAB file of version 5 that cannot be read ({e}); it was cut off or damaged, save it again with -v7"
@@ -22,6 +25,39 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
         add_columns(request, array, &mut columns)?;
     }
     Ok(Table::whole("MATLAB version 5", columns))
+}
+
+/// The type of an element that is packed, and where the elements of a file begin.
+const PACKED: u32 = 15;
+const HEADER: usize = 128;
+
+/// Refuses a file whose packed elements unpack to more than the limit, without keeping what they hold.
+fn check_size(request: &Request<'_>, bytes: &[u8]) -> Result<()> {
+    // The two letters that say the order of the bytes stand as they were written.
+    let is_big = bytes.get(126..128) == Some(b"MI");
+    let word = |at: usize| -> Option<u32> {
+        let bytes = bytes.get(at..at.checked_add(4)?)?.try_into().ok()?;
+        Some(if is_big {
+            u32::from_be_bytes(bytes)
+        } else {
+            u32::from_le_bytes(bytes)
+        })
+    };
+    let (mut at, mut left) = (HEADER, packed::limit());
+    while let (Some(kind), Some(size)) = (word(at), word(at + 4)) {
+        let end = (at + 8).saturating_add(size as usize);
+        if kind == PACKED {
+            let packed = bytes.get(at + 8..end.min(bytes.len())).unwrap_or_default();
+            let mut unpacked = flate2::read::ZlibDecoder::new(packed).take(left.saturating_add(1));
+            // What is damaged is told by the reader proper.
+            let size = std::io::copy(&mut unpacked, &mut std::io::sink()).unwrap_or(0);
+            left = left
+                .checked_sub(size)
+                .ok_or_else(|| request.error(packed::too_large()))?;
+        }
+        at = end;
+    }
+    Ok(())
 }
 
 /// A vector's one column, or the columns of a matrix with more rows than columns; a scalar is a remark, not a log.

@@ -1,0 +1,54 @@
+//! Single wrong rows: values that stand alone, and a displacement that jumps.
+
+use super::channel::{Channel, Kind, liveliness};
+use super::finding::{Finding, RecordPosition};
+use crate::study::lone::{Lone, lone, lone_by};
+
+/// A body does not jump by so many times what it moves by from row to row around it. Measured displacements come to 6, where a logger
+/// was late by a row.
+const JUMPS: f64 = 12.0;
+/// Part of a channel's RMS that such rows are wrong by from which on a diagnosis means nothing: as large as the effects that are sought.
+const SERIOUS: f64 = 0.01;
+
+/// Values that stand alone, or jumps.
+pub(super) fn check(channel: &Channel<'_>, place: &RecordPosition<'_>) -> Option<Finding> {
+    let alone = lone(channel.series);
+    if !alone.is_empty() {
+        let what = "stands alone between its neighbours, as no sampled motion does";
+        return finding(channel, place, &alone, what, "repair the log");
+    }
+    if !matches!(channel.kind, Kind::Position | Kind::Relative) {
+        return None;
+    }
+    let steps = channel.series.windows(2).map(|pair| pair[1] - pair[0]);
+    let jumps = lone_by(&steps.collect::<Vec<f64>>(), JUMPS);
+    let what = "jumps from there to the next row, as no body does";
+    let what_to_do =
+        "look for a counter that lost counts, and log anew or cut the record there with `rows`";
+    finding(channel, place, &jumps, what, what_to_do)
+}
+
+fn finding(
+    channel: &Channel<'_>,
+    place: &RecordPosition<'_>,
+    rows: &[Lone],
+    what: &str,
+    what_to_do: &str,
+) -> Option<Finding> {
+    let first = rows.first()?.row;
+    let power: f64 = rows.iter().map(|lone| lone.off * lone.off).sum();
+    let part = (power / channel.series.len() as f64).sqrt() / liveliness(channel.series);
+    Some(Finding {
+        sentence: format!(
+            "{}, {}: {}, {:.5e} {}, {what}; {} such rows in all, {:.1} % of its RMS; {what_to_do}",
+            place.file,
+            place.row(first),
+            channel.name,
+            channel.series[first],
+            channel.unit,
+            rows.len(),
+            100.0 * part
+        ),
+        serious: part >= SERIOUS,
+    })
+}

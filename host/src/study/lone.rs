@@ -1,0 +1,146 @@
+//! Values that no sensor gives: a row that stands alone between neighbours that agree, as one wrong digit or sign of a log does.
+//!
+//! A channel that was sampled as it should be has nothing above half its sample rate, so that no excursion is one row long: its
+//! neighbours take part in it. What counts is how far a row is from the middle of its neighbours, beside the same of the rows around it
+//! and of the usual row.
+
+/// So many times as far as any row around it, and as 99 of 100 rows of the channel. On measured logs an impact, a step of a command and a
+/// coarse counter come to 5; a wrong sign of a usual value comes to 20 and more.
+const ALONE: f64 = 8.0;
+/// Rows around it, on either side.
+const AROUND: usize = 50;
+/// Of the rows that are off at all, the share that is usual.
+const USUAL: f64 = 0.99;
+/// The neighbours agree: they are closer to each other than this part of what the row is off by.
+const AGREE: f64 = 0.5;
+/// So many times the range of all other rows is no measurement.
+const IMPOSSIBLE: f64 = 10.0;
+
+/// A row that stands alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lone {
+    /// Which.
+    pub(crate) row: usize,
+    /// How far it is from the middle of its neighbours.
+    pub(crate) off: f64,
+}
+
+/// How far every row is from the middle of its neighbours; 0 at both ends, which have one only.
+fn off(series: &[f64]) -> Vec<f64> {
+    let inner = series
+        .windows(3)
+        .map(|w| (w[1] - f64::midpoint(w[0], w[2])).abs());
+    let ends = usize::from(series.len() > 1);
+    let mut all = vec![0.0; ends];
+    all.extend(inner);
+    all.resize(series.len(), 0.0);
+    all
+}
+
+/// The rows that stand alone by `times` as far as usual.
+pub(crate) fn lone_by(series: &[f64], times: f64) -> Vec<Lone> {
+    let off = off(series);
+    let mut some: Vec<f64> = off.iter().copied().filter(|d| *d > 0.0).collect();
+    if some.is_empty() {
+        return Vec::new();
+    }
+    let at = ((USUAL * some.len() as f64) as usize).min(some.len() - 1);
+    let usual = *some.select_nth_unstable_by(at, f64::total_cmp).1;
+    let stands_alone = |&(row, &own): &(usize, &f64)| {
+        if own <= times * usual {
+            return false;
+        }
+        let before = &off[row.saturating_sub(AROUND)..row - 1];
+        let after = &off[row + 2..(row + 1 + AROUND).min(off.len()).max(row + 2)];
+        let around = before.iter().chain(after).fold(0.0, |a: f64, b| a.max(*b));
+        let apart = (series[row + 1] - series[row - 1]).abs();
+        own > times * around && apart < AGREE * own
+    };
+    // Neither end has neighbours on both sides.
+    let all = off.iter().enumerate();
+    let inner = all.skip(1).take(series.len().saturating_sub(2));
+    let alone = inner.filter(stands_alone);
+    alone.map(|(row, &off)| Lone { row, off }).collect()
+}
+
+/// The rows that stand alone.
+pub(crate) fn lone(series: &[f64]) -> Vec<Lone> {
+    lone_by(series, ALONE)
+}
+
+/// The first row that stands alone by so much that it is no measurement.
+pub(crate) fn impossible(series: &[f64]) -> Option<usize> {
+    let found = lone(series);
+    let mut rows = found.iter().map(|lone| lone.row).peekable();
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for (row, value) in series.iter().enumerate() {
+        if rows.next_if_eq(&row).is_none() {
+            (low, high) = (low.min(*value), high.max(*value));
+        }
+    }
+    let range = (high - low).max(0.0);
+    // Beside a channel that is constant everything is far: a pulse that lasts a row, perhaps.
+    let far = |lone: &&Lone| range > 0.0 && lone.off > IMPOSSIBLE * range;
+    let far = found.iter().find(far);
+    far.map(|lone| lone.row)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A motion with some noise of a coarse counter.
+    fn motion() -> Vec<f64> {
+        let at = |n: i32| (0.05 * f64::from(n)).sin() + 0.3 * (0.31 * f64::from(n)).sin();
+        (0..2000)
+            .map(|n| 5.9e-4 * (at(n) * 500.0).round() / 500.0)
+            .collect()
+    }
+
+    #[test]
+    fn a_wrong_digit_and_a_wrong_sign_stand_alone() {
+        assert_eq!(lone(&motion()), []);
+        let row = 777;
+        for (factor, no_measurement) in [(1e8, true), (-1.0, false), (1e2, true), (0.0, false)] {
+            let mut series = motion();
+            assert!(series[row].abs() > 3e-4);
+            series[row] *= factor;
+            let found = lone(&series);
+            assert_eq!(found.len(), 1, "{factor}: {found:?}");
+            assert_eq!(found[0].row, row);
+            let seen = impossible(&series);
+            assert_eq!(seen, no_measurement.then_some(row), "{factor}");
+        }
+        // Twice in a log, both.
+        let mut series = motion();
+        series[row] *= 1e8;
+        series[1500] *= 1e8;
+        assert_eq!(lone(&series).len(), 2);
+        assert_eq!(impossible(&series), Some(row));
+    }
+
+    #[test]
+    fn steps_impacts_counts_and_rests_are_left_in_peace() {
+        let mut step = motion();
+        step[1000..].iter_mut().for_each(|v| *v += 1e-2);
+        let mut impact = motion();
+        for (n, v) in impact[1000..].iter_mut().enumerate() {
+            *v += 1e-2 * (-0.2 * n as f64).exp() * (1.3 * n as f64).cos();
+        }
+        let mut rest = vec![0.0; 2000];
+        rest[500..520].fill(1.0);
+        let constant = vec![3.0; 2000];
+        for (what, series) in [
+            ("step", step),
+            ("impact", impact),
+            ("rest", rest),
+            ("constant", constant),
+            ("short", vec![1.0, 2.0, 1.0]),
+            ("one", vec![1.0]),
+            ("none", vec![]),
+        ] {
+            assert_eq!(lone(&series), [], "{what}");
+            assert_eq!(impossible(&series), None, "{what}");
+        }
+    }
+}
