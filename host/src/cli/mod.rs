@@ -34,7 +34,7 @@ mod watched;
 
 use crate::text::error::{Error, Result};
 use crate::text::printable;
-use clap::{Args, FromArgMatches, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use console::Console;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -124,10 +124,15 @@ enum Command {
     Manual(terminal::Manual),
 }
 
+/// The whole command line, with examples in every help.
+fn command_line() -> clap::Command {
+    examples::with_examples(Cli::command())
+}
+
 impl Cli {
     /// Reads the command line of this process, with examples in every help; ends the process where it is wrong or asks for help.
     pub fn from_command_line() -> Self {
-        let matches = examples::command().get_matches();
+        let matches = command_line().get_matches();
         Self::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
     }
 }
@@ -153,8 +158,8 @@ fn perform(command: Command, console: &Console) -> Result<()> {
         Command::Sign(command) => command.run(console),
         Command::Upload(command) => command.run(console),
         Command::Study(command) => command.run(console),
-        Command::Completions(command) => command.run(console),
-        Command::Manual(command) => command.run(console),
+        Command::Completions(completions) => completions.run(console, command_line()),
+        Command::Manual(manual) => manual.run(console, command_line()),
         Command::Lab(command) => command.run(console),
         Command::Respond(command) => command.run(console),
         Command::Paper(command) => command.run(console),
@@ -188,6 +193,35 @@ pub fn run(cli: Cli) -> ExitCode {
             let end = if e.sentence.ends_with('?') { "" } else { "." };
             eprintln!("jointwatch: {}{end}", printable::message(&e.sentence));
             ExitCode::from(e.exit_code())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::examples::EXAMPLES;
+    use super::{Cli, command_line};
+    use clap::CommandFactory;
+
+    #[test]
+    fn every_command_has_two_examples_that_can_be_typed() {
+        let commands: Vec<String> = Cli::command()
+            .get_subcommands()
+            .map(|c| c.get_name().to_owned())
+            .collect();
+        let named: Vec<&str> = EXAMPLES.iter().map(|(name, _)| *name).collect();
+        for name in &commands {
+            assert!(named.contains(&name.as_str()), "{name} has no examples");
+        }
+        assert_eq!(commands.len(), named.len());
+        for (name, lines) in EXAMPLES {
+            for line in lines {
+                let words: Vec<&str> = line.split(' ').collect();
+                assert_eq!(words[1], name, "{line}");
+                command_line()
+                    .try_get_matches_from(words)
+                    .unwrap_or_else(|e| panic!("{line}: {e}"));
+            }
         }
     }
 }

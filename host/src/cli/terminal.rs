@@ -1,10 +1,9 @@
 //! What the shell and the editor want to know: completions, man pages, and the keys of study.toml.
 
 use super::console::Console;
-use super::examples;
 use crate::text::error::{Error, Result};
 use crate::text::output;
-use clap::Args;
+use clap::{Args, Command};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
@@ -17,14 +16,9 @@ pub(crate) struct Completions {
 }
 
 impl Completions {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(super) fn run(self, console: &Console, mut whole: Command) -> Result<()> {
         let mut script = Vec::new();
-        clap_complete::generate(
-            self.shell,
-            &mut examples::command(),
-            "jointwatch",
-            &mut script,
-        );
+        clap_complete::generate(self.shell, &mut whole, "jointwatch", &mut script);
         console.say(String::from_utf8_lossy(&script).trim_end())
     }
 }
@@ -38,7 +32,7 @@ pub(crate) struct Manual {
 }
 
 impl Manual {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(super) fn run(self, console: &Console, whole: Command) -> Result<()> {
         let failed = |e: std::io::Error| {
             Error::failed(format!(
                 "{}: the pages could not be written ({e}); name a folder that you may write to",
@@ -46,7 +40,6 @@ impl Manual {
             ))
         };
         std::fs::create_dir_all(&self.output).map_err(failed)?;
-        let whole = examples::command();
         let mut pages = vec![(whole.clone(), "jointwatch".to_owned())];
         for command in whole.get_subcommands() {
             let name = format!("jointwatch-{}", command.get_name());

@@ -14,6 +14,7 @@ pub(crate) mod lone;
 pub mod mistakes;
 mod naming;
 mod open;
+mod pieces;
 mod plan;
 mod read;
 mod readers;

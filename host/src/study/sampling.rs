@@ -6,17 +6,15 @@
 
 use super::calibrated::Calibrated;
 use super::log::{Log, Request};
+use super::pieces::{SHORTEST_PIECE, density, said_of_gaps};
 use super::plan::Plan;
 use super::stretches::Stretches;
 use super::time::{
     BRIDGED_SHARE, Gap, Grid, LONGEST_GAP, RATE_TOLERANCE, bridge, median, quantum, round_rate,
 };
 use crate::text::error::Result;
-use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS};
 use std::ops::Range;
 
-/// Fewest rows of a piece between gaps: after the longest differentiator there are twice as many left as the longest low-pass has taps.
-pub(super) const SHORTEST_PIECE: usize = MAX_TAPS + 2 * MAX_BAND_TAPS - 1;
 /// Jitter of a time stamp, in samples, above which the user is told.
 const JITTER_TOLD: f64 = 0.1;
 
@@ -83,7 +81,14 @@ impl Sampling {
             .expect("the column of time is not optional and was located before");
         let column = &channel.column;
         let sampling = match plan.resample_hz {
-            Some(rate_hz) => Stretches::sampling(request, log, plan, seconds, rate_hz)?,
+            Some(rate_hz) => {
+                let (stretches, done) = Stretches::of(request, log, plan, seconds, rate_hz)?;
+                Self {
+                    rate_hz,
+                    kind: Kind::Grid(stretches),
+                    done,
+                }
+            }
             None => {
                 let times = Times {
                     request,
@@ -356,22 +361,6 @@ impl Times<'_> {
     }
 }
 
-/// “split at 2 gaps, the first before …”.
-pub(super) fn said_of_gaps(gaps: usize, before: &str, left_out: usize) -> String {
-    let gaps = match gaps {
-        1 => "a gap".to_owned(),
-        n => format!("{n} gaps, the first"),
-    };
-    let left_out = match left_out {
-        0 => String::new(),
-        1 => format!("; one part of fewer than {SHORTEST_PIECE} rows is left out"),
-        n => format!("; {n} parts of fewer than {SHORTEST_PIECE} rows are left out"),
-    };
-    format!(
-        "split at {gaps} before {before}: nothing is differentiated or filtered across{left_out}"
-    )
-}
-
 /// The rate to propose for uneven stamps, in two digits.
 pub(super) fn typical_rate(seconds: &[f64]) -> f64 {
     let mut sorted = seconds.to_vec();
@@ -380,26 +369,4 @@ pub(super) fn typical_rate(seconds: &[f64]) -> f64 {
     let rate = density(&sorted).map_or(1.0, |d| d.rate_hz);
     let unit = 10_f64.powf(rate.log10().floor() - 1.0);
     ((rate / unit).round() * unit * 1e6).round() / 1e6
-}
-
-/// How densely times lie that are in order.
-pub(super) struct Density {
-    /// Different times per second, gaps left out.
-    pub(super) rate_hz: f64,
-    /// A longer step is a gap, s.
-    pub(super) gap_s: f64,
-}
-
-/// `None` where there are no two different times.
-pub(super) fn density(sorted: &[f64]) -> Option<Density> {
-    let steps = || {
-        let steps = sorted.windows(2).map(|w| w[1] - w[0]);
-        steps.filter(|s| *s > 0.0)
-    };
-    let gap_s = (LONGEST_GAP as f64 + 1.5) * median(steps().collect())?;
-    let short = || steps().filter(|s| *s <= gap_s);
-    Some(Density {
-        rate_hz: round_rate(short().count() as f64 / short().sum::<f64>(), 1e-4),
-        gap_s,
-    })
 }

@@ -2,9 +2,9 @@
 
 use super::calibrated::Calibrated;
 use super::log::{Log, Request};
+use super::pieces::{Density, SHORTEST_PIECE, density, said_of_gaps};
 use super::plan::Plan;
 use super::resample::Resampler;
-use super::sampling::{Density, Kind, SHORTEST_PIECE, Sampling, density, said_of_gaps};
 use super::time::{Grid, quantum, round_rate};
 use crate::text::error::Result;
 use std::borrow::Cow;
@@ -62,14 +62,14 @@ impl Stretches {
         })
     }
 
-    /// How the channels of a log are brought to `rate_hz`.
-    pub(super) fn sampling(
+    /// How the channels of a log are brought to `rate_hz`, and what was done, in words.
+    pub(super) fn of(
         request: &Request<'_>,
         log: &Log,
         plan: &Plan,
         seconds: Vec<f64>,
         rate_hz: f64,
-    ) -> Result<Sampling> {
+    ) -> Result<(Self, Vec<String>)> {
         let mut clocks = vec![seconds];
         for clock in &plan.clocks {
             let seconds = clock.series(log, 0..log.rows(clock.place));
@@ -108,16 +108,12 @@ impl Stretches {
         let facts = facts.into_iter().filter(|(fact, _)| !fact.is_empty());
         done.extend(facts.map(|(fact, names)| format!("{} {fact}", names.join(", "))));
         let parts = parts(request, &looked_at, rate_hz, &mut done)?;
-        let kind = Kind::Grid(Self {
+        let stretches = Self {
             rate_hz,
             clocks,
             parts,
-        });
-        Ok(Sampling {
-            rate_hz,
-            kind,
-            done,
-        })
+        };
+        Ok((stretches, done))
     }
 }
 

@@ -4,10 +4,9 @@
 //!
 //! Every address and size in the file is checked before it is used.
 
+use super::cursor::{Cursor, Message, Told};
 use super::packed;
 use super::stored::{Chunks, Dataset, Layout, dataset};
-
-pub(super) type Told<T> = std::result::Result<T, String>;
 
 /// Groups within groups that are followed.
 const DEEPEST: usize = 8;
@@ -20,31 +19,6 @@ const UNDEFINED: u64 = u64::MAX;
 pub(super) struct Hierarchy<'a> {
     bytes: &'a [u8],
     root: u64,
-}
-
-/// A message of an object's header.
-pub(super) struct Message<'a> {
-    pub(super) kind: u16,
-    pub(super) data: &'a [u8],
-}
-
-/// Reads little-endian numbers one after the other.
-pub(super) struct Cursor<'a>(pub(super) &'a [u8]);
-
-impl<'a> Cursor<'a> {
-    pub(super) fn take(&mut self, count: usize) -> Told<&'a [u8]> {
-        let (taken, rest) = self.0.split_at_checked(count).ok_or("it ends too early")?;
-        self.0 = rest;
-        Ok(taken)
-    }
-
-    pub(super) fn number(&mut self, size: usize) -> Told<u64> {
-        let bytes = self.take(size)?;
-        Ok(bytes
-            .iter()
-            .rev()
-            .fold(0, |sum, b| (sum << 8) | u64::from(*b)))
-    }
 }
 
 impl<'a> Hierarchy<'a> {

@@ -6,6 +6,7 @@
 mod archive;
 mod cells;
 mod csv;
+mod cursor;
 mod hdf5;
 mod hierarchy;
 mod json;
