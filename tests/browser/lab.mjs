@@ -49,6 +49,14 @@ async function run(page, start) {
   await rest(page);
 }
 
+/** The same for what ends with another view on the stage: the plots may move before it is drawn. */
+async function redrawn(page, start) {
+  const before = await page.evaluate(() => document.documentElement.dataset.view);
+  await run(page, start);
+  await page.waitForFunction((old) => document.documentElement.dataset.view !== old, before);
+  await rest(page);
+}
+
 /** Serious faults that axe-core finds. */
 async function judge(page, name) {
   await page.evaluate(axe);
@@ -93,7 +101,7 @@ async function byMouse() {
   await picture(page, "1-region");
   step("a region is chosen by button and on the map");
 
-  await run(page, () => page.click("#diagnose"));
+  await redrawn(page, () => page.click("#diagnose"));
   check((await page.locator(".verdict").first().textContent()).includes("coulomb@x"), "the verdict names the effect");
   await page.click("#candidates .candidate >> nth=1");
   await judge(page, "diagnosed");
@@ -114,11 +122,11 @@ async function byMouse() {
 
   await page.click("#tab-models");
   await picture(page, "5-models");
-  await run(page, () => page.click("#undo"));
+  await redrawn(page, () => page.click("#undo"));
   check(Number(await errorOf()) === before, "undo brings the old error back");
   step("undo");
   await page.click("#tab-models");
-  await run(page, () => page.click("button[aria-label^='Lay']:not([disabled]) >> nth=0"));
+  await redrawn(page, () => page.click("button[aria-label^='Lay']:not([disabled]) >> nth=0"));
   check(await page.evaluate(() => contents.versions.length === 2), "two models side by side");
   await run(page, () => page.click("#export"));
   await run(page, () => page.click("#replay"));
@@ -140,17 +148,17 @@ async function byKeyboard() {
   const page = await open(studyUrl);
   await rest(page);
   await tabTo(page, "identify-physical");
-  await run(page, () => page.keyboard.press("Enter"));
+  await redrawn(page, () => page.keyboard.press("Enter"));
   await tabTo(page, "diagnose");
-  await run(page, () => page.keyboard.press("Enter"));
+  await redrawn(page, () => page.keyboard.press("Enter"));
   await tabTo(page, "add-found");
-  await run(page, () => page.keyboard.press("Space"));
+  await redrawn(page, () => page.keyboard.press("Space"));
   check(await page.evaluate(() => document.activeElement.id) === "undo", "the keyboard keeps its place");
   check(await page.evaluate(() => chosen.version === 1), "added by keyboard");
   await page.keyboard.press("b");
   await page.waitForFunction(() => chosen.version === 0 && chosen.moved === 1);
   await tabTo(page, "undo");
-  await run(page, () => page.keyboard.press("Enter"));
+  await redrawn(page, () => page.keyboard.press("Enter"));
   const tab = await page.evaluate(() => document.querySelector("[role=tab][aria-selected=true]").id);
   await tabTo(page, tab);
   await page.keyboard.press("ArrowRight");
