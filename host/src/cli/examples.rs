@@ -3,10 +3,17 @@
 use clap::Command;
 
 /// Per command its examples, one a line.
-pub(crate) const EXAMPLES: [(&str, [&str; 2]); 22] = [
+pub(crate) const EXAMPLES: [(&str, [&str; 2]); 23] = [
     (
         "demo",
         ["jointwatch demo", "jointwatch demo --out story --seed 4"],
+    ),
+    (
+        "lab",
+        [
+            "jointwatch lab study.toml model.json",
+            "jointwatch lab run1.csv run2.csv --open",
+        ],
     ),
     (
         "simulate",

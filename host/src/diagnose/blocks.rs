@@ -143,6 +143,6 @@ mod tests {
         let force: Vec<f64> = (0..150).map(|row| (0.3 * f64::from(row)).sin()).collect();
         let blocks = Blocks::new(&force, &[150]);
         assert!(blocks.rows.len() >= 5, "{:?}", blocks.rows);
-        assert!(blocks.rows.iter().all(|rows| rows.len() >= 20));
+        assert!(blocks.rows.iter().all(|rows| rows.len() >= 8));
     }
 }
