@@ -158,7 +158,6 @@ fn the_slide_with_its_physical_model_and_a_polynomial() {
     };
     let folder = study(&data, "docs/measured-axis.toml", &EMPS);
     let notebook = page("docs/notebook/measured-axis.md");
-    let howto = page("docs/howto/respond.md");
     let models = ["physical", "polynomial"].map(|kind| {
         let file = format!("{kind}.json");
         identify(folder.path(), kind, &file);
@@ -189,7 +188,7 @@ fn the_slide_with_its_physical_model_and_a_polynomial() {
                 })
             })
             .collect();
-        agree(name, &row(&howto, name), &seen);
+        agree(name, &row(&notebook, name), &seen);
     }
 }
 

@@ -65,7 +65,7 @@ fn figures_of_the_simulation(results: &Results) -> String {
     format!(
         "\n## The simulated rig\n\n\
          The rig has the four bodies of the paper's Section 3. The paper gives no parameter values, so they are ours \
-         ([the simulated rig](../explanation/simulated-rig.md)). Both axes have clearance, a coupling connects them, and the \
+         ([the simulated rig](simulated-rig.md)). Both axes have clearance, a coupling connects them, and the \
          drives are random, {low} to {high} Hz. There are three training records of {duration} s at {rate} Hz, {rows} rows in \
          all: x driven alone, φ driven alone, both driven. The validation record has both axes driven at {level} of that level, \
          with another seed. The figures show seed 1 with noise-free sensors, as in the paper.\n\n\
@@ -360,7 +360,7 @@ const DIFFERENCES: &str = "\n## Differences from the paper\n\n\
 - **Parameters of the rig.** The paper refers to another source for them. Ours are chosen, with the contact stiffness and the coupling \
 among them. The error ratio depends on both.\n\
 - **Eq. (16).** The printed equation has lost the dots over its velocities. We read the coupling as a friction force that depends on \
-velocity and position and acts when both axes move ([the simulated rig](../explanation/simulated-rig.md)).\n\
+velocity and position and acts when both axes move ([the simulated rig](simulated-rig.md)).\n\
 - **Least squares.** The paper calls its solver non-linear. The polynomial is linear in its coefficients, so one linear solution is the \
 minimum.\n\
 - **Unknown mass.** The paper adds the acceleration to the inputs of a network. Here the inertia is identified first, by a linear fit \
