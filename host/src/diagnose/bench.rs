@@ -221,7 +221,7 @@ impl<'a> Bench<'a> {
         for parameter in bound.entry.parameters() {
             match parameter.role {
                 Role::Linear { .. } => bounds.push([
-                    if bound.is_positive(&parameter) {
+                    if bound.is_positive(parameter) {
                         0.0
                     } else {
                         f64::NEG_INFINITY
