@@ -1,10 +1,10 @@
 // Goes the lab's loop in a real browser, by mouse and by keyboard, and writes down what it saw; tests/tests/lab_browser.rs judges.
-// node lab.mjs MODULES CHROMIUM SCREENSHOTS STUDY_URL EMPTY_URL LOG FIGURES
+// node lab.mjs MODULES CHROMIUM SCREENSHOTS STUDY_URL EMPTY_URL LOG FIGURES PROCESS
 
 import { createRequire } from "node:module";
-import { readFileSync } from "node:fs";
+import { readFileSync, readdirSync } from "node:fs";
 
-const [modules, executablePath, shots, studyUrl, emptyUrl, log, figuresFile] = process.argv.slice(2);
+const [modules, executablePath, shots, studyUrl, emptyUrl, log, figuresFile, lab] = process.argv.slice(2);
 const require = createRequire(`${modules}/`);
 const { chromium } = require("playwright-core");
 const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
@@ -20,7 +20,7 @@ const browser = await chromium.launch({
 async function open(url, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options });
   const page = await context.newPage();
-  page.on("console", (message) => seen.console.push(message.text()));
+  page.on("console", (message) => seen.console.push(`${message.text()} ${message.location().url}`));
   page.on("pageerror", (error) => seen.errors.push(error.message));
   page.on("request", (request) => {
     const { hostname, protocol } = new URL(request.url());
@@ -33,6 +33,14 @@ async function open(url, options = {}) {
 const step = (words) => seen.steps.push(words);
 const check = (holds, words) => { if (!holds) throw new Error(words); };
 const picture = (page, name) => page.screenshot({ path: `${shots}/${name}.png` });
+
+/** Holds the command that the lab runs, so that it is still there however fast the machine is. */
+function hold() {
+  const threads = readdirSync(`/proc/${lab}/task`);
+  const children = threads.flatMap((thread) => readFileSync(`/proc/${lab}/task/${thread}/children`, "utf8").split(" ").filter(Boolean));
+  check(children.length === 1, `one command runs, not ${children.length}`);
+  process.kill(Number(children[0]), "SIGSTOP");
+}
 
 /** Waits until nothing runs and the plots rest on the newest view. */
 async function rest(page) {
@@ -169,6 +177,7 @@ async function byKeyboard() {
   await tabTo(page, "identify-network");
   await page.keyboard.press("Enter");
   await page.waitForSelector("#cancel");
+  hold();
   await page.reload();
   await page.waitForSelector("#cancel");
   const other = await open(studyUrl);

@@ -28,6 +28,11 @@ impl Drop for Lab {
 }
 
 impl Lab {
+    /// The number of its process.
+    pub fn id(&self) -> u32 {
+        self.process.id()
+    }
+
     /// Starts the lab in a folder, with these words behind `jointwatch lab`.
     ///
     /// # Panics

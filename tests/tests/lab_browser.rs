@@ -52,6 +52,7 @@ fn a_browser_goes_the_whole_loop() {
         .args([&modules, &PathBuf::from(chromium_path(chromium)), &shots])
         .args([&lab.url, &first.url])
         .args([rig.join("train_x.csv"), folder.path().join("figures.json")])
+        .arg(lab.id().to_string())
         .output()
         .unwrap();
     let said = String::from_utf8_lossy(&output.stdout);

@@ -97,10 +97,8 @@ async fn view(State(session): State<Arc<Session>>, Path(key): Path<u64>) -> Resp
 }
 
 async fn draft(State(session): State<Arc<Session>>) -> Response {
-    match session.state().draft.clone() {
-        Some(draft) => Json(&*draft).into_response(),
-        None => refusal(StatusCode::NOT_FOUND, "there are no logs without a study"),
-    }
+    // It may have become a study since the page heard of it.
+    Json(session.state().draft.as_deref()).into_response()
 }
 
 async fn act(State(session): State<Arc<Session>>, headers: HeaderMap, body: Body) -> Response {
