@@ -21,6 +21,9 @@ const SHAPES_MOVE: f64 = 0.3;
 const MAX_FORCE: f64 = 3.0;
 /// Error power that counts as none, beside that of the force.
 const NO_POWER: f64 = 1e-7;
+/// Without an applied force there is no second channel whose gain, zero or lateness could pass for a force: then so much less is explained
+/// at least.
+const ONE_CHANNEL: f64 = 0.1;
 /// Of a column's energy, what has to be left in the blocks that a fold learns from.
 const LEARNT: f64 = 0.02;
 
@@ -55,6 +58,8 @@ pub(super) struct Bench<'a> {
     pub(super) blocks: Blocks,
     /// Mean square of the force.
     pub(super) power: f64,
+    /// What an effect explains at least, RMS beside the RMS force.
+    pub(super) least_share: f64,
     /// The largest RMS force of a term of the base, or the measured one.
     scale: f64,
     /// The same of the largest force.
@@ -99,6 +104,11 @@ impl<'a> Bench<'a> {
             measured,
             blocks: Blocks::new(measured, &records.rows),
             power: records.references.force[axis].powi(2),
+            least_share: if records.forced[axis] {
+                CRITERIA.least_share
+            } else {
+                ONE_CHANNEL * CRITERIA.least_share
+            },
             scale: rms(measured),
             peak: peak(measured),
             instruments: Vec::new(),
@@ -175,6 +185,7 @@ impl<'a> Bench<'a> {
         };
         let applied = self.records.applied_rms(self.axis);
         let stated = self.records.inertias[self.axis].filter(|inertia| *inertia > 0.0);
+        let stated = stated.filter(|_| self.records.forced[self.axis]);
         [
             within("preload", CRITERIA.zero * applied),
             stated.and_then(|stated| within("inertia_error", CRITERIA.gain * stated)),

@@ -14,6 +14,8 @@ use rand::{RngExt, SeedableRng};
 const DRAWS: usize = 300;
 /// Part of a set that has a number more than another one that is as good.
 const PER_NUMBER: f64 = 0.5;
+/// Part of the effects that are named in a draw in which more has no name than may have none: they may imitate it.
+const IMITATES: f64 = 0.5;
 
 /// Mean and its standard error.
 pub(super) fn mean_and_error(values: &[f64]) -> (f64, f64) {
@@ -29,17 +31,20 @@ pub(super) struct Rivals<'a> {
     errors: Vec<&'a [f64]>,
     powers: Vec<f64>,
     numbers: Vec<usize>,
+    /// RMS beside the RMS force that counts at least.
+    least_share: f64,
 }
 
 impl<'a> Rivals<'a> {
     /// Reads them.
-    pub(super) fn of(looked: &[&'a Looked]) -> Self {
+    pub(super) fn of(looked: &[&'a Looked], least_share: f64) -> Self {
         let all = || looked.iter().copied();
         Self {
             sets: all().map(|l| l.hypothesis.added()).collect(),
             errors: all().map(|l| l.score.log_errors.as_slice()).collect(),
             powers: all().map(|l| l.score.error.powi(2)).collect(),
             numbers: all().map(|l| l.score.numbers).collect(),
+            least_share,
         }
     }
 
@@ -64,7 +69,7 @@ impl<'a> Rivals<'a> {
             let chance = (square / whole / whole)
                 .sqrt()
                 .max(CRITERIA.least_difference);
-            behind <= chance || self.powers[at] - self.powers[best] < CRITERIA.least_share.powi(2)
+            behind <= chance || self.powers[at] - self.powers[best] < self.least_share.powi(2)
         });
         good.collect()
     }
@@ -148,7 +153,7 @@ impl Chances {
             let left = taken.before.iter().zip(&taken.after);
             let unnamed = power(&mut left.map(|(a, b)| a - b)).max(0.0);
             let unknown = gain > CRITERIA.least_difference
-                && unnamed.sqrt() > CRITERIA.least_share
+                && unnamed.sqrt() > rivals.least_share
                 && unnamed > CRITERIA.unknown * named;
             chances.unknown += if unknown { each } else { 0.0 };
             for (at, part) in rivals.parts(&rivals.good(&weights)) {
@@ -157,9 +162,10 @@ impl Chances {
                 if set.is_empty() && !unknown {
                     chances.nothing += part * each;
                 }
+                let part = part * each * if unknown { IMITATES } else { 1.0 };
                 match chances.votes.iter_mut().find(|(known, _)| *known == set) {
-                    Some((_, votes)) => *votes += part * each,
-                    None => chances.votes.push((set, part * each)),
+                    Some((_, votes)) => *votes += part,
+                    None => chances.votes.push((set, part)),
                 }
             }
         }
@@ -170,7 +176,7 @@ impl Chances {
     pub(super) fn any_of(&self, bounds: &[Bound]) -> f64 {
         let votes = self.votes.iter();
         let with = votes.filter(|(set, _)| set.iter().any(|bound| bounds.contains(bound)));
-        with.map(|(_, part)| part).sum::<f64>().clamp(0.0, 1.0)
+        with.fold(0.0, |sum, (_, part)| sum + part).min(1.0)
     }
 
     /// Every effect that has a chance, with it.
@@ -217,6 +223,7 @@ mod tests {
             errors: errors.to_vec(),
             powers: vec![1.0, 0.1, 0.01],
             numbers: vec![2, 4, 6],
+            least_share: 0.005,
         };
         let leak = |v: &Vec<f64>| -> &'static [f64] { v.clone().leak() };
         let alike = vec![1.0; 24];

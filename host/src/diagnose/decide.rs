@@ -72,7 +72,7 @@ impl Taken {
         let (mean, error) = mean_and_error(&differences);
         let sure = mean > error.max(CRITERIA.least_difference);
         let power = (before - after).max(0.0);
-        if sure && power.sqrt() > CRITERIA.least_share {
+        if sure && power.sqrt() > self.least_share {
             power
         } else {
             0.0
@@ -91,16 +91,34 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     let full = field.full;
     let base = look(full, base, &[]);
     let looked = rank(field, base.clone());
-    let sound: Vec<&Looked> = looked
+    let mut sound: Vec<&Looked> = looked
         .iter()
-        .filter(|l| l.hypothesis.added().is_empty() || (l.sound && helps(l, &base)))
+        .filter(|l| {
+            l.hypothesis.added().is_empty() || (l.sound && helps(l, &base, full.least_share))
+        })
         .collect();
-    let rivals = Rivals::of(&sound);
-    let alike = vec![1.0; base.score.log_errors.len()];
-    let good = rivals.good(&alike);
-    let chosen = rivals.simplest(&good, &alike);
     let inputs = Inputs::new(full, axes);
-    let (decided, taken) = pruned(field, &inputs, sound[chosen].clone(), &base);
+    let mut edged: Option<Choice<'_>> = None;
+    let choice = loop {
+        let choice = Choice::of(field, &inputs, &sound, &base);
+        let added = choice.decided.hypothesis.added().to_vec();
+        if choice.decided.sound || added.is_empty() {
+            // What is physics only beside an effect that explains next to nothing gives way to what predicts better.
+            break edged
+                .filter(|edged| edged.decided.score.rank < choice.decided.score.rank)
+                .unwrap_or(choice);
+        }
+        edged.get_or_insert(choice);
+        let holds = |l: &Looked| added.iter().all(|b| l.hypothesis.added().contains(b));
+        sound.retain(|l| !holds(l));
+    };
+    let Choice {
+        rivals,
+        good,
+        chosen,
+        decided,
+        taken,
+    } = choice;
     let as_good: Vec<Bound> = rivals.sole(&good);
     let design = full.design(&decided.hypothesis, &decided.parts);
     let left = full.solved(&design).1;
@@ -119,7 +137,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         base_rank: base.score.rank,
         base_errors: base.score.log_errors.clone(),
     };
-    let weak = sound[chosen].hypothesis.added().iter();
+    let weak = chosen.hypothesis.added().iter();
     let weak: Vec<Bound> = weak
         .filter(|bound| !decided.hypothesis.added().contains(bound))
         .copied()
@@ -145,13 +163,40 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     decision
 }
 
+/// The simplest of the sets that no other one beats by more than chance, without what explains next to nothing.
+struct Choice<'a> {
+    rivals: Rivals<'a>,
+    /// Those that no other one beats.
+    good: Vec<usize>,
+    chosen: &'a Looked,
+    decided: Looked,
+    taken: Taken,
+}
+
+impl<'a> Choice<'a> {
+    fn of(field: &Field<'_, '_>, inputs: &Inputs, sound: &[&'a Looked], base: &Looked) -> Self {
+        let rivals = Rivals::of(sound, field.full.least_share);
+        let alike = vec![1.0; base.score.log_errors.len()];
+        let good = rivals.good(&alike);
+        let chosen = sound[rivals.simplest(&good, &alike)];
+        let (decided, taken) = pruned(field, inputs, chosen.clone(), base);
+        Self {
+            rivals,
+            good,
+            chosen,
+            decided,
+            taken,
+        }
+    }
+}
+
 /// Whether a hypothesis beats the base by more than chance, and by more than every model of a real joint is wrong by.
-fn helps(looked: &Looked, base: &Looked) -> bool {
+fn helps(looked: &Looked, base: &Looked, least_share: f64) -> bool {
     let pairs = base.score.log_errors.iter().zip(&looked.score.log_errors);
     let gains: Vec<f64> = pairs.map(|(before, after)| before - after).collect();
     let (mean, error) = mean_and_error(&gains);
     let explained = base.score.error.powi(2) - looked.score.error.powi(2);
-    mean > error.max(CRITERIA.least_difference) && explained > CRITERIA.least_share.powi(2)
+    mean > error.max(CRITERIA.least_difference) && explained > least_share.powi(2)
 }
 
 /// Takes out what explains next to nothing, and of several effects what explains less than what has no name: it cannot be told from that.
@@ -182,7 +227,7 @@ fn pruned(
             .collect();
         lost.sort_by(|a, b| a.0.total_cmp(&b.0));
         let least = lost.first().map_or(f64::INFINITY, |(lost, ..)| *lost);
-        let counts = (CRITERIA.least_importance * explained).max(CRITERIA.least_share.powi(2));
+        let counts = (CRITERIA.least_importance * explained).max(field.full.least_share.powi(2));
         if least >= counts {
             let taken = taken(&decided);
             if added.len() < 2 || least >= taken.surely() {

@@ -7,7 +7,7 @@ use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::units::Dimension;
 use std::sync::Arc;
 
-/// A length or a time within this part of its bound stands there.
+/// A length, a time or a power within this part of its bound stands there.
 const AT_BOUND: f64 = 0.01;
 /// A pitch up to the travel, in units of the largest displacement.
 const TRAVEL: f64 = 2.0;
@@ -117,7 +117,10 @@ pub(super) fn is_at_bound(bound: &Bound, values: &[f64], records: &Records<'_>) 
         if shape.is_given() {
             return None;
         }
-        let decides = [Dimension::DISPLACEMENT, Dimension::TIME].contains(&parameter.dimension);
+        // The power of a law without memory is the law; in a hysteresis it rounds a knee.
+        let power = parameter.dimension == Dimension::NONE && bound.entry.state_bounds.is_empty();
+        let decides =
+            power || [Dimension::DISPLACEMENT, Dimension::TIME].contains(&parameter.dimension);
         let relative = value / reference(bound, parameter, &records.references);
         let outside =
             relative < (1.0 + AT_BOUND) * shape.least || relative > (1.0 - AT_BOUND) * shape.most;

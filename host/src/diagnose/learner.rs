@@ -68,6 +68,8 @@ pub(super) struct Taken {
     pub(super) after: Vec<f64>,
     /// Over the folds that deal every block once.
     pub(super) power: [f64; 2],
+    /// RMS beside the RMS force that counts at least.
+    pub(super) least_share: f64,
 }
 
 /// Inputs of the learner on an axis, with what it knows at each step.
@@ -201,6 +203,7 @@ impl Inputs {
             before: of(0),
             after: of(1),
             power,
+            least_share: bench.least_share,
         }
     }
 }

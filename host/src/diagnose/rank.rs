@@ -123,7 +123,7 @@ fn added(field: &Field<'_, '_>, hypothesis: &Hypothesis, most: usize) -> Vec<Hyp
     let design = excerpt.design(hypothesis, &parts);
     let promises = field.library.scan(excerpt, hypothesis, &design);
     let best = promises.first().map_or(0.0, |best| best.gain);
-    let worth = CRITERIA.least_share.powi(2) / MORE;
+    let worth = field.full.least_share.powi(2) / MORE;
     let told = hypothesis.added().is_empty();
     promises
         .into_iter()

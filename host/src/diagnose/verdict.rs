@@ -254,6 +254,11 @@ fn floors(study: &Study, model: &ModelFile, search: &Search, motions: &[Motion])
     noise_floor::floors(&study.axes, &all, &model.filters.band, &terms, &inertia)
 }
 
+/// Above the noise of the sensors, a force that nobody measured is more than this part of what has a name: no law of a joint fits to the noise.
+const KNOWN_NOISE: f64 = 0.2;
+/// The same where the noise was not seen at rest, and may be larger.
+const GUESSED_NOISE: f64 = 1.0;
+
 /// Power, beside that of the force, of a force on an axis that nobody measured: what stands above the sensors' noise though neither effects
 /// nor a learner without physics take it away.
 fn unmeasured(
@@ -273,9 +278,10 @@ fn unmeasured(
         return noise * noise;
     }
     let stands_out = left > CRITERIA.above_noise * noise && above.sqrt() > share;
-    // Where the noise was not seen at rest, it may be larger; but not by more than all that has a name.
     let named = decision.named();
-    if stands_out && (floor.at_rest || floor.ends || (named > 0.0 && above > named)) {
+    let known = floor.at_rest || floor.ends;
+    let counts = if known { KNOWN_NOISE } else { GUESSED_NOISE } * named;
+    if stands_out && above > counts && (known || named > 0.0) {
         above
     } else {
         0.0

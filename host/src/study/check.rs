@@ -102,9 +102,11 @@ fn traces(plan: &AxisPlan, records: &[Record], axis: usize) -> Vec<Trace> {
             c.acceleration.clone().unwrap_or_default()
         }));
     }
-    list.push(trace(joined(&plan.force, " + "), false, &|c| {
-        c.force.clone()
-    }));
+    if !plan.force.is_empty() {
+        list.push(trace(joined(&plan.force, " + "), false, &|c| {
+            c.force.clone()
+        }));
+    }
     list
 }
 

@@ -38,7 +38,7 @@ pub(crate) struct AxisEntry {
     pub(crate) velocity: Option<Spanned<Channels>>,
     pub(crate) body_position: Option<Spanned<Channel>>,
     pub(crate) acceleration: Option<Spanned<Channel>>,
-    pub(crate) force: Spanned<Channels>,
+    pub(crate) force: Spanned<Force>,
     pub(crate) inertia: Option<Spanned<f64>>,
     #[serde(default)]
     pub(crate) restoring_force: Convention,
@@ -122,6 +122,23 @@ pub(crate) struct Channel(pub(crate) ChannelTable);
 /// One channel or a list of them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Channels(pub(crate) Vec<ChannelTable>);
+
+/// The applied force: its columns, none of them where nothing is applied and the log has no such channel.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Force {
+    Columns(Vec<ChannelTable>),
+    Nothing,
+}
+
+impl Force {
+    /// Its columns.
+    pub(crate) fn columns(&self) -> &[ChannelTable] {
+        match self {
+            Self::Columns(columns) => columns,
+            Self::Nothing => &[],
+        }
+    }
+}
 
 fn plain(column: &str) -> ChannelTable {
     ChannelTable {
@@ -223,6 +240,56 @@ impl<'de> Visitor<'de> for SomeChannels {
 impl<'de> Deserialize<'de> for Channels {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
         deserializer.deserialize_any(SomeChannels)
+    }
+}
+
+struct TheForce;
+
+impl TheForce {
+    fn number<E: de::Error>(value: f64) -> std::result::Result<Force, E> {
+        if value == 0.0 {
+            return Ok(Force::Nothing);
+        }
+        let what = de::Unexpected::Float(value);
+        Err(E::invalid_value(
+            what,
+            &"the columns of the applied force, or 0",
+        ))
+    }
+}
+
+impl<'de> Visitor<'de> for TheForce {
+    type Value = Force;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        SomeChannels.expecting(f)?;
+        f.write_str(", or 0 where nothing is applied")
+    }
+
+    fn visit_str<E: de::Error>(self, column: &str) -> std::result::Result<Force, E> {
+        SomeChannels.visit_str(column).map(|c| Force::Columns(c.0))
+    }
+
+    fn visit_i64<E: de::Error>(self, value: i64) -> std::result::Result<Force, E> {
+        Self::number(value as f64)
+    }
+
+    fn visit_f64<E: de::Error>(self, value: f64) -> std::result::Result<Force, E> {
+        Self::number(value)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Force, A::Error> {
+        SomeChannels.visit_map(map).map(|c| Force::Columns(c.0))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<Force, A::Error> {
+        SomeChannels.visit_seq(seq).map(|c| Force::Columns(c.0))
+    }
+}
+
+impl<'de> Deserialize<'de> for Force {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        deserializer.deserialize_any(TheForce)
     }
 }
 

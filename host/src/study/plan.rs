@@ -1,7 +1,7 @@
 //! What to read from every log and what it means, checked before any log is opened.
 
 use super::calibrated::{Calibrated, Columns, calibrate};
-use super::description::{AxisEntry, ChannelTable, Description, Source};
+use super::description::{AxisEntry, ChannelTable, Description, Force, Source};
 use super::log::{Log, Request, Wanted};
 use super::units::Quantity;
 use super::{Axis, Channels};
@@ -331,8 +331,17 @@ fn check_columns(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
             ),
         ));
     }
-    if entry.force.get_ref().0.is_empty() {
-        return Err(source.wrong(&entry.force, "force needs a column; name at least one"));
+    match entry.force.get_ref() {
+        Force::Columns(columns) if columns.is_empty() => {
+            return Err(source.wrong(&entry.force, "force needs a column; name at least one"));
+        }
+        Force::Nothing if entry.inertia.as_ref().is_none_or(|i| *i.get_ref() == 0.0) => {
+            return Err(source.wrong(
+                &entry.force,
+                "with force = 0 the inertia force is all there is; add the inertia, or inertia = 1 to have every force per unit of it",
+            ));
+        }
+        _ => {}
     }
     match &entry.velocity {
         Some(v) if v.get_ref().0.len() > 2 => Err(source.wrong(
@@ -397,7 +406,7 @@ fn axis_plan(source: &Source<'_>, entry: &AxisEntry, columns: &mut Columns) -> R
         force: list(
             "force",
             entry.force.span().start,
-            &entry.force.get_ref().0,
+            entry.force.get_ref().columns(),
             Quantity::Force(kind),
         )?,
     })

@@ -21,6 +21,7 @@ pub(super) const GAP: Shape = Shape {
 
 impl Effect for Clearance {
     const TAG: u8 = 3;
+    const LOOKS_LIKE: &'static [&'static str] = &["end_stop"];
 
     const ABOUT: About = About {
         name: "clearance",

@@ -13,6 +13,7 @@ pub(super) struct EndStop;
 
 impl Effect for EndStop {
     const TAG: u8 = 11;
+    const LOOKS_LIKE: &'static [&'static str] = &["clearance"];
 
     const ABOUT: About = About {
         name: "end_stop",

@@ -49,6 +49,8 @@ pub(crate) struct Records<'a> {
     pub(crate) measured: Vec<f64>,
     /// The inertia that is stated, per axis, kg or kg·m².
     pub(crate) inertias: Vec<Option<f64>>,
+    /// Whether a force is applied, per axis; where none is, the inertia force is all that is measured.
+    pub(crate) forced: Vec<bool>,
     /// One column per axis whose inertia is not stated: the acceleration, with the sign it has in the force.
     pub(crate) accelerations: Vec<Option<Vec<f64>>>,
 }
@@ -84,6 +86,12 @@ impl<'a> Records<'a> {
             },
             measured: Vec::new(),
             inertias: axes.iter().map(|axis| axis.inertia).collect(),
+            forced: (0..axes.len())
+                .map(|axis| {
+                    let mut applied = motions.iter().map(|m| m.applied_force(axis));
+                    applied.any(|force| force.iter().any(|f| *f != 0.0))
+                })
+                .collect(),
             accelerations: Vec::new(),
         };
         let thin = |series: &[f64]| apply_every(series, low_pass, every);

@@ -100,7 +100,7 @@ impl Columns {
                 .as_ref()
                 .map_or(String::new(), |v| list(&v.get_ref().0)),
             acceleration: one(&axis.acceleration).unwrap_or_default(),
-            force: list(&axis.force.get_ref().0),
+            force: list(axis.force.get_ref().columns()),
         }
     }
 }

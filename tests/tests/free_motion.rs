@@ -1,0 +1,222 @@
+//! Records without an applied force: a pendulum that swings out, a body on a shaken base.
+
+use jointwatch_tests::program::{fail, succeed};
+use serde_json::Value;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+const RATE_HZ: f64 = 500.0;
+const INERTIA: f64 = 0.8;
+const WEIGHT: f64 = 8.24;
+const FRICTION: f64 = 0.1;
+const DRAG: f64 = 0.06;
+
+/// Moves states on by a step of a fourth-order rule, `acceleration` from displacement, velocity and time.
+fn step(
+    [x, v]: [f64; 2],
+    t: f64,
+    dt: f64,
+    acceleration: &dyn Fn(f64, f64, f64) -> f64,
+) -> [f64; 2] {
+    let slope = |x: f64, v: f64, t: f64| [v, acceleration(x, v, t)];
+    let a = slope(x, v, t);
+    let b = slope(x + 0.5 * dt * a[0], v + 0.5 * dt * a[1], t + 0.5 * dt);
+    let c = slope(x + 0.5 * dt * b[0], v + 0.5 * dt * b[1], t + 0.5 * dt);
+    let d = slope(x + dt * c[0], v + dt * c[1], t + dt);
+    let mean = |i: usize| (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]) / 6.0;
+    [x + dt * mean(0), v + dt * mean(1)]
+}
+
+/// Noise of no seed, between −1 and 1.
+fn noise(row: u32, shift: f64) -> f64 {
+    ((f64::from(row) + shift) * 12.9898).sin() * 43758.5453 % 1.0
+}
+
+/// A pendulum with dry friction and drag that is let go.
+fn swings_out(from: f64) -> String {
+    let mut text = String::from("t,q\n");
+    let mut state = [from, 0.0];
+    let dt = 1.0 / RATE_HZ / 10.0;
+    let acceleration = |q: f64, v: f64, _: f64| {
+        -(WEIGHT * q.sin() + DRAG * v * v.abs() + FRICTION * (v / 2e-3).tanh()) / INERTIA
+    };
+    for row in 0..7500 {
+        let q = state[0] + 2e-5 * noise(row, from);
+        writeln!(text, "{:.4},{q:.8}", f64::from(row) / RATE_HZ).unwrap();
+        for _ in 0..10 {
+            state = step(state, 0.0, dt, &acceleration);
+        }
+    }
+    text
+}
+
+fn pendulum(folder: &Path, force: &str, inertia: &str) {
+    let text = format!(
+        "time = \"t\"\n[[axis]]\nname = \"q\"\nkind = \"rotation\"\ndisplacement = \"q\"\nforce = {force}\n{inertia}\n\
+         [[record]]\nfile = \"high.csv\"\nrole = \"train\"\n[[record]]\nfile = \"low.csv\"\nrole = \"train\"\n\
+         [[record]]\nfile = \"middle.csv\"\nrole = \"validate\"\n\
+         [base]\nterms = [\"gravity@q\", \"viscous@q\"]\n"
+    );
+    fs::write(folder.join("study.toml"), text).unwrap();
+    for (name, from) in [("high", 1.6), ("low", 1.0), ("middle", 1.3)] {
+        fs::write(folder.join(format!("{name}.csv")), swings_out(from)).unwrap();
+    }
+}
+
+fn read(folder: &Path, file: &str) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.join(file)).unwrap()).unwrap()
+}
+
+const IDENTIFY: [&str; 6] = [
+    "identify",
+    "study.toml",
+    "--model",
+    "physical",
+    "-o",
+    "model.json",
+];
+
+#[test]
+fn a_free_decay_names_its_friction_and_its_drag_and_no_instrument() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    pendulum(folder, "0", &format!("inertia = {INERTIA}"));
+    succeed(folder, &IDENTIFY);
+    succeed(
+        folder,
+        &[
+            "diagnose",
+            "study.toml",
+            "model.json",
+            "--apply",
+            "-o",
+            "applied.json",
+            "--json",
+            "verdict.json",
+        ],
+    );
+    let verdict = read(folder, "verdict.json");
+    let names = |key: &str| -> Vec<String> {
+        let list = verdict[key].as_array().unwrap().iter();
+        list.map(|e| e["effect"].as_str().unwrap().to_owned())
+            .collect()
+    };
+    let mut found = names("found");
+    found.sort();
+    assert_eq!(verdict["verdict"], "effect", "{verdict}");
+    assert_eq!(found, ["coulomb", "quadratic_drag"], "{verdict}");
+    for instrument in ["inertia_error", "force_gain", "time_delay", "crosstalk"] {
+        assert!(
+            !names("ranked").iter().any(|n| n == instrument),
+            "{verdict}"
+        );
+    }
+    let model = read(folder, "applied.json");
+    let value = |effect: &str| {
+        let effects = model["effects"].as_array().unwrap();
+        let own = effects.iter().find(|e| e["effect"] == effect).unwrap();
+        own["parameters"][0]["value"].as_f64().unwrap()
+    };
+    for (effect, truth) in [
+        ("gravity", WEIGHT),
+        ("coulomb", FRICTION),
+        ("quadratic_drag", DRAG),
+    ] {
+        let off = value(effect) / truth - 1.0;
+        assert!(off.abs() < 0.05, "{effect} is off by {off}: {model}");
+    }
+}
+
+#[test]
+fn a_body_on_a_shaken_base_shows_its_spring_per_unit_of_mass() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let (stiffness, damping, cubic) = (900.0, 6.0, 4e6);
+    for (name, shift) in [("one", 0.2), ("two", 1.9)] {
+        let mut text = String::from("t,base,body,a\n");
+        let ground = |t: f64| {
+            let tones = [1.7, 3.1, 4.3, 5.9].map(|f| (TAU * f * t + shift * f).sin() / f);
+            6e-3 * tones.iter().sum::<f64>()
+        };
+        let speed = |t: f64| (ground(t + 1e-5) - ground(t - 1e-5)) / 2e-5;
+        let acceleration = |x: f64, v: f64, t: f64| {
+            let apart = x - ground(t);
+            -(stiffness * apart + cubic * apart.powi(3) + damping * (v - speed(t)))
+        };
+        let mut state = [ground(0.0), 0.0];
+        for row in 0..6000 {
+            let t = f64::from(row) / RATE_HZ;
+            let body = state[0] + 1e-7 * noise(row, shift);
+            let a = acceleration(state[0], state[1], t) + 1e-3 * noise(row, 3.0 * shift);
+            writeln!(text, "{t:.4},{:.9},{body:.9},{a:.6}", ground(t)).unwrap();
+            for part in 0..5 {
+                let dt = 0.2 / RATE_HZ;
+                state = step(state, t + f64::from(part) * dt, dt, &acceleration);
+            }
+        }
+        fs::write(folder.join(format!("{name}.csv")), text).unwrap();
+    }
+    let text = "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = [\"body\", \"base\"]\n\
+                body_position = \"body\"\nacceleration = \"a\"\nforce = 0\ninertia = 1\n\
+                [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n\
+                [base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n";
+    fs::write(folder.join("study.toml"), text).unwrap();
+    succeed(folder, &IDENTIFY);
+    let asked = [
+        "diagnose",
+        "study.toml",
+        "model.json",
+        "--json",
+        "verdict.json",
+    ];
+    succeed(folder, &asked);
+    let verdict = read(folder, "verdict.json");
+    assert_eq!(
+        verdict["found"][0]["effect"], "cubic_hardening",
+        "{verdict}"
+    );
+    succeed(
+        folder,
+        &[
+            "add",
+            "study.toml",
+            "model.json",
+            "cubic_hardening@x",
+            "-o",
+            "added.json",
+        ],
+    );
+    let model = read(folder, "added.json");
+    let value = |at: usize| {
+        model["effects"][at]["parameters"][0]["value"]
+            .as_f64()
+            .unwrap()
+    };
+    for (at, truth) in [stiffness, damping, cubic].into_iter().enumerate() {
+        let off = value(at) / truth - 1.0;
+        assert!(off.abs() < 0.03, "term {at} is off by {off}: {model}");
+    }
+}
+
+#[test]
+fn a_force_that_is_no_force_is_refused_with_what_to_write() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (force, inertia, words) in [
+        ("0", "", "inertia = 1 to have every force per unit of it"),
+        (
+            "0",
+            "inertia = 0",
+            "inertia = 1 to have every force per unit of it",
+        ),
+        ("2.5", "inertia = 1", "or 0"),
+        ("[]", "inertia = 1", "force needs a column"),
+    ] {
+        pendulum(folder, force, inertia);
+        let said = fail(folder, &IDENTIFY, 3);
+        assert!(said.contains(words), "force = {force}: {said}");
+        assert!(said.contains("line 6"), "{said}");
+    }
+}
