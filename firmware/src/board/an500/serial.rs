@@ -57,11 +57,12 @@ impl SerialPort for Serial {
 
 /// What the interrupt of a received byte does. What finds no room is missed by its frame's checksum.
 pub fn interrupt() {
+    // First: a byte that comes later than the last look below then interrupts again.
+    CLEAR.write(RECEIVED);
     while STATE.read() & WAITING != 0 {
         let byte = DATA.read() as u8;
         let _ = free(|section| BYTES.borrow(section).borrow_mut().push_back(byte));
     }
-    CLEAR.write(RECEIVED);
 }
 
 /// The next byte that has come, if one has.
