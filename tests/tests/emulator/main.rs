@@ -104,18 +104,6 @@ fn cortex_m0_computes_the_same_bits() {
 }
 
 #[test]
-fn a_board_of_another_family_with_a_cortex_m7_computes_the_same_bits() {
-    let slot = model(2, 21);
-    let report = run(Board::An500, Some(&blob::encode(&slot)), 100_000);
-    assert!(report.passed, "{report:?}");
-    assert_eq!(report.board, "mps2-an500");
-    same_reference_bits(&report, 100_000);
-    same_chain(&report, 2_000);
-    assert_eq!(report.slot("a"), Some(&SlotState::Model));
-    same_bits(&report, "a", &slot);
-}
-
-#[test]
 fn instructions_are_few_and_do_not_depend_on_the_input() {
     // As many multiplications as there are numbers in the model; fewer would mean that something else was counted.
     let of_polynomial = 512..=MAX_OF_POLYNOMIAL;

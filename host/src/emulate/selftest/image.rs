@@ -10,8 +10,6 @@ use std::process::{Command, Stdio};
 pub enum Board {
     /// STM32F405, a Cortex-M4F; QEMU's `netduinoplus2`.
     Stm32f405,
-    /// Arm's MPS2+ board AN500, a Cortex-M7; QEMU's `mps2-an500`.
-    An500,
     /// nRF51822, a Cortex-M0, for the self-test only; QEMU's `microbit`.
     Microbit,
 }
@@ -21,7 +19,6 @@ impl Board {
     pub fn machine(self) -> &'static str {
         match self {
             Board::Stm32f405 => "netduinoplus2",
-            Board::An500 => "mps2-an500",
             Board::Microbit => "microbit",
         }
     }
@@ -29,17 +26,8 @@ impl Board {
     /// The name of the compiler's target.
     pub fn target(self) -> &'static str {
         match self {
-            Board::Stm32f405 | Board::An500 => "thumbv7em-none-eabihf",
+            Board::Stm32f405 => "thumbv7em-none-eabihf",
             Board::Microbit => "thumbv6m-none-eabi",
-        }
-    }
-
-    /// Where slot A begins in its flash, as its memory map divides it; tests compare the two. `None` without slots.
-    pub fn slot_a(self) -> Option<u32> {
-        match self {
-            Board::Stm32f405 => Some(0x080C_0000),
-            Board::An500 => Some(0x0030_0000),
-            Board::Microbit => None,
         }
     }
 
@@ -47,7 +35,6 @@ impl Board {
     fn feature(self) -> &'static str {
         match self {
             Board::Stm32f405 => "stm32f405",
-            Board::An500 => "an500",
             Board::Microbit => "microbit",
         }
     }
@@ -68,7 +55,6 @@ const SELFTEST: &str = "JOINTWATCH_SELFTEST";
 pub fn selftest(board: Board) -> Result<PathBuf> {
     match std::env::var_os(SELFTEST) {
         Some(file) if board == Board::Stm32f405 => Ok(file.into()),
-        _ if board == Board::An500 => build(board, "selftest-an500"),
         _ => build(board, "selftest"),
     }
 }

@@ -83,7 +83,7 @@ pub fn run_selftest(
     points: u32,
 ) -> Result<SelfTestReport> {
     let qemu = require_qemu()?;
-    if blob.is_some() && board.slot_a().is_none() {
+    if let (Some(_), Board::Microbit) = (blob, board) {
         return Err(Error::usage(
             "the micro:bit has no slot for a model: emulate the STM32F405",
         ));
@@ -97,8 +97,8 @@ pub fn run_selftest(
             command.args(["-icount", "shift=0"]);
             command.args(["-global", "stm32f2xx-timer.clock-frequency=1000000000"]);
         }
-        if let (Some(blob), Some(address)) = (blob, board.slot_a()) {
-            command.arg("-device").arg(load_into_flash(blob, address));
+        if let Some(blob) = blob {
+            command.arg("-device").arg(load_into_flash(blob, SLOT_A));
         }
         command.arg("-kernel").arg(elf);
         // Emulated, a point takes some microseconds on a Cortex-M4F and less than 100 on a Cortex-M0.
