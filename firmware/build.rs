@@ -7,6 +7,7 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=../memory.x");
     println!("cargo::rerun-if-changed=microbit.x");
+    println!("cargo::rerun-if-changed=an500.x");
 
     // Cargo sets these for every build script.
     let target = env::var("TARGET").expect("cargo sets TARGET");
@@ -17,9 +18,11 @@ fn main() {
         return;
     }
 
-    let microbit = env::var_os("CARGO_FEATURE_MICROBIT").is_some();
-    let map: &Path = if microbit {
+    let is_for = |feature: &str| env::var_os(feature).is_some();
+    let map: &Path = if is_for("CARGO_FEATURE_MICROBIT") {
         Path::new("microbit.x")
+    } else if is_for("CARGO_FEATURE_AN500") {
+        Path::new("an500.x")
     } else {
         Path::new("../memory.x")
     };

@@ -1,4 +1,4 @@
-//! The inner loops of a sample in assembly, for a Cortex-M4: the bits of `jointwatch_shared::base::kernels` in fewer instructions.
+//! The inner loops of a sample in assembly, for a Cortex-M4 or M7: the bits of `jointwatch_shared::base::kernels` in fewer instructions.
 //!
 //! They load four words with one instruction, which also moves on to the next four; the compiler pairs two at most, and computes addresses
 //! besides. What runs is the same for all values: no branch depends on one.
@@ -9,7 +9,7 @@ use jointwatch_shared::base::network::Neuron;
 use jointwatch_shared::base::polynomial::{BLOCKS, Block, Blocks};
 use jointwatch_shared::base::tanh::{LAST, Row, TABLE};
 
-/// The loops in assembly, for a Cortex-M4.
+/// The loops in assembly, for a processor with the instructions of Armv7E-M.
 #[derive(Clone, Copy, Debug)]
 pub struct Assembly;
 

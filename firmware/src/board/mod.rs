@@ -1,6 +1,8 @@
 //! The boards: what differs between one microcontroller and another, and the only `unsafe` code of the firmware.
 
-#[cfg(feature = "stm32f405")]
+#[cfg(feature = "an500")]
+pub mod an500;
+#[cfg(any(feature = "stm32f405", feature = "an500"))]
 mod kernels;
 #[cfg(feature = "semihosting-link")]
 pub mod link;
@@ -11,15 +13,15 @@ pub mod restart;
 #[cfg(feature = "stm32f405")]
 mod rtt;
 pub mod semihosting;
-#[cfg(feature = "stm32f405")]
+#[cfg(any(feature = "stm32f405", feature = "an500"))]
 mod slots;
 #[cfg(feature = "stm32f405")]
 pub mod stack;
 #[cfg(feature = "stm32f405")]
 pub mod stm32f405;
 
-#[cfg(not(feature = "stm32f405"))]
+#[cfg(not(any(feature = "stm32f405", feature = "an500")))]
 pub use jointwatch_shared::base::kernels::Portable as Kernels;
 /// The inner loops of a sample on this board, chosen here and nowhere else: in assembly where the processor has the instructions.
-#[cfg(feature = "stm32f405")]
+#[cfg(any(feature = "stm32f405", feature = "an500"))]
 pub use kernels::Assembly as Kernels;

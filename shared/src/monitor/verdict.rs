@@ -42,7 +42,7 @@ impl State {
     }
 
     /// One word.
-    pub fn words(self) -> &'static str {
+    pub const fn words(self) -> &'static str {
         match self {
             Self::Unjudged => "not judged",
             Self::Healthy => "healthy",
@@ -156,7 +156,7 @@ impl Cause {
     }
 
     /// What happened, without saying where.
-    pub fn words(self) -> &'static str {
+    pub const fn words(self) -> &'static str {
         match self {
             Self::Starting => "starting",
             Self::AsExpected => "as expected",

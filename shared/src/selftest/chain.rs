@@ -195,9 +195,13 @@ fn reference_chain(model: &Model, taps: [usize; 2]) -> Result<Chain, Error> {
     reference_rig(taps).and_then(|rig| Chain::new(model, &rig))
 }
 
-/// The chain of a rig with filters of the usual length and forces of the model's size, with mains hum in them or without.
+/// A rig with filters of the usual length and forces of the model's size, with mains hum in them or without, and limits under which every
+/// statistic is judged.
+///
+/// # Errors
+/// As [`reference_rig`].
 #[inline(never)]
-fn usual_chain(model: &Model, humming: bool) -> Result<Chain, Error> {
+pub fn usual_rig(model: &Model, humming: bool) -> Result<Rig, Error> {
     let mut rig = reference_rig(USUAL_TAPS)?;
     let forces = model.outputs().iter().zip(reference_model().outputs());
     for (axis, (output, reference)) in rig.axes.iter_mut().zip(forces) {
@@ -215,7 +219,14 @@ fn usual_chain(model: &Model, humming: bool) -> Result<Chain, Error> {
             axis.hum = Hum::NONE;
         }
     }
-    Chain::new(model, &rig)
+    rig.limits = Some(limits(model.axes()));
+    Ok(rig)
+}
+
+/// Its chain.
+#[inline(never)]
+fn usual_chain(model: &Model, humming: bool) -> Result<Chain, Error> {
+    usual_rig(model, humming).and_then(|rig| Chain::new(model, &rig))
 }
 
 #[inline(never)]
