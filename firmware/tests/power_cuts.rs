@@ -8,9 +8,12 @@ use ed25519_compact::{KeyPair, Seed};
 use flash::{Cut, Flash, How, Operation, SECTOR};
 use jointwatch_firmware::store::{Check, Key, SlotName, Started, Store, Trust, Upload, Verifier};
 use jointwatch_shared::base::Model;
+use jointwatch_shared::selftest::chain;
 use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::reference_model;
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
+use jointwatch_shared::wire::rig::Rig;
+use jointwatch_shared::wire::rig_block::{self, RIG_BLOCK_LEN};
 use jointwatch_shared::wire::slot::{ContentCrc, SIGNATURE_LEN, signed_prefix};
 use jointwatch_shared::wire::telemetry::{Kind, Signature, UploadReply, UploadRequest};
 use std::collections::{HashMap, HashSet};
@@ -258,12 +261,22 @@ fn on_all_cores<T: Sync>(items: &[T], work: impl Fn(usize, &T) + Sync) {
     });
 }
 
+/// A rig block for this model.
+fn rig(model: &Model) -> [u8; RIG_BLOCK_LEN] {
+    let rig = chain::reference_rig(chain::SHORT_TAPS).expect("a sound rig");
+    rig_block::encode(&Rig {
+        model_checksum: blob::checksum_of(model),
+        ..rig
+    })
+    .expect("a sound block")
+}
+
 fn old() -> Package {
-    package(reference_model(), &[0x11; 256])
+    package(reference_model(), &rig(reference_model()))
 }
 
 fn new() -> Package {
-    package(reference_network(), &[0x22; 300])
+    package(reference_network(), &rig(reference_network()))
 }
 
 /// The flash of a device that has been through these updates.

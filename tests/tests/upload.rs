@@ -8,8 +8,10 @@ use jointwatch::device::upload::{Patience, Uploaded, upload};
 use jointwatch::text::error::Error;
 use jointwatch_firmware::key::{IS_DEVELOPMENT_KEY, PUBLIC_KEY};
 use jointwatch_firmware::store::{Key, SlotName, Store, Trust, Upload};
-use jointwatch_shared::selftest::reference_model;
+use jointwatch_shared::selftest::{chain, reference_model};
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
+use jointwatch_shared::wire::rig::Rig;
+use jointwatch_shared::wire::rig_block::{self, RIG_BLOCK_LEN};
 use jointwatch_shared::wire::telemetry::{Decoder, MAX_FRAME, Report, Request, encode};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -149,10 +151,20 @@ fn send(device: &mut Device, model: &SignedModel) -> std::result::Result<Uploade
     upload(device, model, patience(), |_| ())
 }
 
+/// The rig block of the model that is sent.
+fn rig() -> [u8; RIG_BLOCK_LEN] {
+    let rig = chain::reference_rig(chain::SHORT_TAPS).unwrap();
+    rig_block::encode(&Rig {
+        model_checksum: blob::checksum_of(reference_model()),
+        ..rig
+    })
+    .unwrap()
+}
+
 fn signed() -> SignedModel {
     SignedModel::sign(
         &blob::encode(reference_model()),
-        &[9; 512],
+        &rig(),
         &PrivateKey::development(),
     )
     .unwrap()
@@ -175,15 +187,15 @@ fn a_good_model_arrives_over_good_and_bad_lines_and_runs_on_trial() {
     ] {
         let mut device = Device::new(loss, bit_errors, seed);
         let done = send(&mut device, &signed()).unwrap();
-        assert_eq!(done.bytes, 4096 + 512);
+        assert_eq!(done.bytes, 4096 + 4096);
         assert_eq!(done.repeated == 0, loss + bit_errors == 0.0, "{done:?}");
         println!(
             "loss {loss}, bit errors {bit_errors}: {} requests sent again",
             done.repeated
         );
         assert_eq!(device.restart(), Some(SlotName::A));
-        let mut rig = [0; 4096];
-        assert_eq!(device.store.rig(512, &mut rig), Some(&[9; 512][..]));
+        let mut block = [0; RIG_BLOCK_LEN];
+        assert_eq!(device.store.rig(4096, &mut block), Some(&rig()[..]));
     }
 }
 

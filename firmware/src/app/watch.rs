@@ -5,7 +5,7 @@ use super::evaluation::Evaluated;
 use crate::clock::Rate;
 use crate::sensor::acquire::CHIPS;
 use crate::sensor::presence::Health as ChipHealth;
-use crate::store::Trial;
+use crate::store::{Ended, Trial};
 use heapless::{Deque, Vec};
 use jointwatch_shared::chain::{Output, RawSample};
 use jointwatch_shared::monitor::{
@@ -19,6 +19,8 @@ use jointwatch_shared::wire::telemetry::{
 
 /// Samples in a row without a usable code after which a chip is told to be missing: longer than it takes to start.
 const MISSING_AFTER: u8 = 64;
+/// Fitted chips that may be unusable in a sample that counts for a trial: a chip that died is not the new model's fault.
+const DEAD_IN_TRIAL: u8 = 1;
 /// Events that wait for the line.
 const EVENTS: usize = 16;
 /// Bits that a byte takes on the line.
@@ -44,6 +46,17 @@ impl Streamed {
             self.output.as_ref(),
         ))
     }
+}
+
+/// The model that is on trial.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OnTrial {
+    /// Where it lies.
+    pub(super) slot: Slot,
+    /// It has a rig block, so that samples without an output prove nothing.
+    pub(super) evaluates: bool,
+    /// There is another model to go back to.
+    pub(super) fallback: bool,
 }
 
 /// What is kept of one chip.
@@ -77,8 +90,7 @@ pub struct Watch {
     stream_left: u16,
     rate_hz: u32,
     trial: Trial,
-    trial_length: Trial,
-    on_trial: Option<Slot>,
+    on_trial: Option<OnTrial>,
     proven: bool,
     /// Samples until the device restarts with a new model.
     restart_in: Option<u32>,
@@ -105,7 +117,6 @@ impl Watch {
             stream_left: 0,
             rate_hz: 1,
             trial: Trial::none(),
-            trial_length: Trial::none(),
             on_trial: None,
             proven: false,
             restart_in: None,
@@ -136,8 +147,16 @@ impl Watch {
     }
 
     /// Puts the model on trial.
-    pub(super) fn try_out(&mut self, trial: Trial, slot: Slot) {
-        (self.trial, self.trial_length, self.on_trial) = (trial, trial, Some(slot));
+    pub(super) fn try_out(&mut self, trial: Trial, of: OnTrial) {
+        (self.trial, self.on_trial) = (trial, Some(of));
+    }
+
+    /// The model on trial cannot run: the one before it takes its place with the next restart, which is soon.
+    pub(super) fn give_up(&mut self) {
+        self.trial = Trial::none();
+        if self.on_trial.is_some_and(|of| of.fallback) {
+            self.restart_soon();
+        }
     }
 
     /// An event for the host; dropped and counted when too many wait already.
@@ -176,18 +195,21 @@ impl Watch {
             counters.saturated = counters.saturated.saturating_add(at_rail);
             self.recorder.sample(output.residual);
         }
-        self.chips_did(&frame.health);
+        let unusable = self.chips_did(&frame.health);
         self.remember(&faults);
         if let Ok(monitor) = &self.monitor {
             let said = monitor.update(&mut self.state, &frame.sample, output, &faults);
             self.say(said);
         }
-        let in_time = frame.missed == 0 && frame.overruns == 0;
-        if self
-            .trial
-            .sample(in_time && frame.usable && output.is_some())
-        {
-            self.proven = true;
+        if let Some(of) = self.on_trial {
+            let evaluated = output.is_some() || !of.evaluates;
+            let healthy = evaluated && unusable <= DEAD_IN_TRIAL && !frame.follows_gap();
+            let lost = frame.missed.saturating_add(frame.overruns);
+            match self.trial.sample(healthy, lost) {
+                Some(Ended::Proven) => self.proven = true,
+                Some(Ended::TooLate) => self.give_up(),
+                None => {}
+            }
         }
         self.restart_in = self.restart_in.map(|left| left.saturating_sub(1));
         self.status_left = self.status_left.saturating_sub(1);
@@ -205,11 +227,13 @@ impl Watch {
         self.recorder.verdict(&before, &said);
     }
 
-    /// Counts what went wrong with each chip, and tells when one falls silent or comes back.
-    fn chips_did(&mut self, health: &[ChipHealth; CHIPS]) {
+    /// Counts what went wrong with each chip, and tells when one falls silent or comes back. Gives how many fitted chips have no
+    /// usable code.
+    fn chips_did(&mut self, health: &[ChipHealth; CHIPS]) -> u8 {
+        let mut unusable = 0;
         for (chip, health) in health.iter().enumerate() {
             let Some(tally) = self.chips.get_mut(chip) else {
-                return;
+                break;
             };
             match health {
                 ChipHealth::NotFitted => continue,
@@ -221,6 +245,7 @@ impl Watch {
                 | ChipHealth::TimedOut
                 | ChipHealth::Restarted => tally.bus_errors = tally.bus_errors.saturating_add(1),
             }
+            unusable += u8::from(!health.usable());
             let was_missing = tally.silent >= MISSING_AFTER;
             tally.silent = if health.usable() {
                 0
@@ -238,6 +263,7 @@ impl Watch {
                 });
             }
         }
+        unusable
     }
 
     fn remember(&mut self, faults: &Faults) {
@@ -395,12 +421,11 @@ impl Watch {
         core::mem::take(&mut self.proven)
     }
 
-    /// Says whether the mark could be set; if not, the trial begins again.
+    /// Says whether the mark could be set; if not, the trial goes on as long as its time lasts.
     pub fn confirmed(&mut self, marked: bool) {
-        if !marked {
-            self.trial = self.trial_length;
-        } else if let Some(slot) = self.on_trial.take() {
-            self.tell(Event::ModelConfirmed { slot });
+        self.trial.marked(marked);
+        if marked && let Some(of) = self.on_trial.take() {
+            self.tell(Event::ModelConfirmed { slot: of.slot });
         }
     }
 

@@ -18,6 +18,10 @@ pub enum Fault {
     Signature,
     /// The model's own checks refuse it.
     Model(ModelFault),
+    /// The rig block behind it cannot be used.
+    Rig(ModelFault),
+    /// Model and rig block do not fit each other.
+    Mismatch,
     /// The flash could not be read.
     Flash,
 }
@@ -31,7 +35,8 @@ impl Fault {
             Self::Checksum => "its bytes do not have the checksum of its seal",
             Self::Unsigned => "nobody signed it",
             Self::Signature => "its signature is not by the key in this firmware",
-            Self::Model(fault) => fault.words(),
+            Self::Model(fault) | Self::Rig(fault) => fault.words(),
+            Self::Mismatch => "its model and its rig block do not fit each other",
             Self::Flash => "the flash could not be read",
         }
     }

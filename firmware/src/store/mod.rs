@@ -22,10 +22,11 @@ mod verify;
 
 pub use blob_slot::{Slot, SlotName, choose, phrase};
 pub use choice::{Choice, Fault, Progress, State};
-pub use trial::Trial;
+pub use trial::{Ended, Trial};
 pub use upload::Upload;
 pub use verify::{Check, Ed25519Check, Key, Trust, Verifier};
 
+use crate::pair::{self, Unfit};
 use embedded_storage::nor_flash::NorFlash;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
@@ -56,6 +57,8 @@ pub struct Started {
     pub trial: bool,
     /// The slot whose model has just failed its trial.
     pub set_aside: Option<SlotName>,
+    /// Whether there is another model to go back to, should this one fail its trial.
+    pub fallback: bool,
     /// Set when a mark could not be programmed; the choice stands, but will be made anew at the next restart.
     pub flash_failed: bool,
 }
@@ -141,6 +144,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
                 rig_len,
                 trial: choice.trial,
                 set_aside,
+                fallback,
                 flash_failed,
             };
         }
@@ -152,6 +156,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
             rig_len: 0,
             trial: false,
             set_aside,
+            fallback: false,
             flash_failed,
         }
     }
@@ -304,6 +309,24 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         }
     }
 
+    /// Whether the rig block behind a model can go with it. Not inlined, as above.
+    #[inline(never)]
+    fn check_pair(&mut self, place: SlotName, rig_len: u32, work: &mut Work) -> Result<(), Fault> {
+        if rig_len == 0 {
+            return Ok(());
+        }
+        let model = self.model(place, work)?;
+        let checksum = blob::checksum(work);
+        let bytes = work
+            .get_mut(..rig_len as usize)
+            .ok_or(Fault::Rig(ModelFault::Length))?;
+        self.read(place, RIG_OFFSET, bytes)?;
+        pair::check(bytes, &model, checksum).map_err(|why| match why {
+            Unfit::Refused(why) => Fault::Rig(pair::fault(&why)),
+            Unfit::Mismatch => Fault::Mismatch,
+        })
+    }
+
     fn begin_check(
         &self,
         signature: &[u8; SIGNATURE_LEN],
@@ -407,6 +430,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
             signature,
         };
         self.check(place, &seal, work)?;
+        self.check_pair(place, rig_len, work)?;
         let bytes = seal.encode();
         self.write(place, SEAL_OFFSET, &bytes)?;
         let mut seen = [0; SEAL_LEN];

@@ -187,6 +187,8 @@ impl From<Fault> for Refusal {
             Fault::Unsigned => Self::Unsigned,
             Fault::Signature => Self::Signature,
             Fault::Model(fault) => Self::Model(fault),
+            Fault::Rig(fault) => Self::Rig(fault),
+            Fault::Mismatch => Self::Mismatch,
             // The content had its CRC a moment ago, so the flash does not hold what was written.
             Fault::Flash | Fault::Checksum | Fault::Seal | Fault::Unfinished => Self::Flash,
         }

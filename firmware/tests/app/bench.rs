@@ -58,7 +58,9 @@ pub(crate) fn content(slot: &Slot) -> Vec<u8> {
     let Slot::Bytes(bytes) = slot else {
         return Vec::new();
     };
-    bytes[..RIG_OFFSET + rig_block::RIG_BLOCK_LEN].to_vec()
+    let seal = bytes[SEAL_OFFSET..][..SEAL_LEN].try_into().unwrap();
+    let rig_len = Seal::decode(seal).unwrap().rig_len as usize;
+    bytes[..RIG_OFFSET + rig_len].to_vec()
 }
 
 fn keys() -> KeyPair {
@@ -73,12 +75,17 @@ pub(crate) fn signed(model: &Model, rig: Option<&Rig>) -> Slot {
 
 /// A signed slot with these bytes for its rig block.
 pub(crate) fn sealed(model: &Model, rig: &[u8]) -> Slot {
+    sealed_as(1, model, rig)
+}
+
+/// The same with this number of its upload.
+pub(crate) fn sealed_as(sequence: u32, model: &Model, rig: &[u8]) -> Slot {
     let content = [&blob::encode(model)[..], rig].concat();
     let message = [&signed_prefix(rig.len() as u32)[..], &content].concat();
     let mut crc = ContentCrc::new();
     crc.absorb(&content);
     let seal = Seal {
-        sequence: 1,
+        sequence,
         rig_len: rig.len() as u32,
         content_crc: crc.value(),
         signature: Some(*keys().sk.sign(&message, None)),
@@ -247,7 +254,6 @@ impl Bench {
             missed,
             sample,
             health: [Health::Ok; CHIPS],
-            usable: true,
             ..Frame::default()
         });
     }
@@ -255,7 +261,6 @@ impl Bench {
     pub(crate) fn sample_with(&mut self, health: [Health; CHIPS]) {
         self.enqueue(Frame {
             health,
-            usable: health.into_iter().all(Health::usable),
             ..Frame::default()
         });
     }
