@@ -16,7 +16,8 @@ use jointwatch_shared::monitor::{Cause, Monitor};
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use jointwatch_shared::wire::rig_block::Refusal;
 use jointwatch_shared::wire::telemetry::{
-    Event, Hello, ModelFault, ModelIdentity, Occasion, PROTOCOL_VERSION, Restart, RigIdentity, Slot,
+    Access, Event, Hello, ModelFault, ModelIdentity, Occasion, PROTOCOL_VERSION, Restart,
+    RigIdentity, Slot,
 };
 use jointwatch_shared::wire::wiring::Wiring;
 
@@ -67,6 +68,8 @@ pub struct Setup {
     pub why: Restart,
     /// Whether every model in use was signed.
     pub signed: bool,
+    /// Whether the firmware trusts the development key.
+    pub development_key: bool,
 }
 
 /// Looks at both slots, and builds what runs from what they hold. `report` is shown what the store found. What evaluates samples
@@ -113,6 +116,10 @@ pub fn begin<F: NorFlash, V: Verifier>(
             occasion: Occasion::Restart,
             model: None,
             rig: None,
+            access: Access {
+                development_key: setup.development_key,
+                ..Access::default()
+            },
         },
         rig_refused: None,
     };
@@ -151,7 +158,9 @@ pub fn begin<F: NorFlash, V: Verifier>(
     }
     let samples = begun.rate.samples(TRIAL_S);
     let places = Places::of(&begun.wiring);
-    begun.watch.start(begun.rate, places, &events);
+    begun
+        .watch
+        .start(begun.rate, places, setup.development_key, &events);
     if let Some(of) = confirming {
         let within = begun.rate.samples(TRIAL_WITHIN_S);
         begun.watch.try_out(Trial::over(samples, within), of);
@@ -255,13 +264,15 @@ fn refused(place: SlotName, state: State) -> Option<Event> {
         return None;
     };
     let fault = match why {
-        Fault::Unsigned | Fault::Signature => return Some(Event::ModelUnsigned { slot }),
+        Fault::Unsigned | Fault::Signature | Fault::Class => {
+            return Some(Event::ModelUnsigned { slot });
+        }
         Fault::Model(fault) | Fault::Rig(fault) => fault,
         Fault::Mismatch => ModelFault::Other,
         Fault::Checksum => ModelFault::Checksum,
         Fault::Seal => ModelFault::Field,
         Fault::Unfinished => ModelFault::Length,
-        Fault::Flash => ModelFault::Other,
+        Fault::Flash | Fault::Worn => ModelFault::Other,
     };
     Some(Event::ModelRefused { slot, fault })
 }

@@ -13,14 +13,16 @@ use jointwatch_shared::monitor::{
 };
 use jointwatch_shared::wire::snapshot::Recorder;
 use jointwatch_shared::wire::telemetry::{
-    Answered, AxisStatus, Counters, Event, Health, MAX_FRAME, Report, Request, STATUS_HZ, Sample,
-    SensorStatus, Slot, Status, Verdict,
+    Alarm, Answered, AxisStatus, Counters, Event, Health, MAX_FRAME, Report, Request, STATUS_HZ,
+    Sample, SensorStatus, Slot, Status, Verdict,
 };
 
 /// Samples in a row without a usable code after which a chip is told to be missing: longer than it takes to start.
 const MISSING_AFTER: u8 = 64;
 /// Fitted chips that may be unusable in a sample that counts for a trial: a chip that died is not the new model's fault.
 const DEAD_IN_TRIAL: u8 = 1;
+/// Seconds of an hour, which erasures are counted by.
+const HOUR_S: u32 = 3600;
 /// Events that wait for the line.
 const EVENTS: usize = 16;
 /// Bits that a byte takes on the line.
@@ -84,8 +86,15 @@ pub struct Watch {
     samples: u64,
     status_every: u32,
     status_left: u32,
-    /// A status was told, and how the axes stand is still to be.
+    /// A status was told, and how the axes stand is still to be; then the alarm that stands.
     health_due: bool,
+    alarm_due: bool,
+    /// The first alarm since the last one was acknowledged.
+    alarm: Option<Alarm>,
+    development_key: bool,
+    /// Sampling instants until an hour is over.
+    hour_left: u32,
+    hour_over: bool,
     stream_every: u16,
     stream_left: u16,
     rate_hz: u32,
@@ -113,6 +122,11 @@ impl Watch {
             status_every: 1,
             status_left: 0,
             health_due: false,
+            alarm_due: false,
+            alarm: None,
+            development_key: false,
+            hour_left: 0,
+            hour_over: false,
             stream_every: 0,
             stream_left: 0,
             rate_hz: 1,
@@ -135,9 +149,17 @@ impl Watch {
     }
 
     /// Sets what follows from the sample rate and the wiring, and takes over what the start has to tell.
-    pub(super) fn start(&mut self, rate: Rate, places: Places, events: &[Event]) {
+    pub(super) fn start(
+        &mut self,
+        rate: Rate,
+        places: Places,
+        development_key: bool,
+        events: &[Event],
+    ) {
         // Between 1 and 10,000, as the start has checked.
         self.rate_hz = rate.samples(1);
+        self.hour_left = rate.samples(HOUR_S);
+        self.development_key = development_key;
         self.status_every = (self.rate_hz / STATUS_HZ).max(1);
         self.recorder = Recorder::new(self.rate_hz);
         self.places = places;
@@ -211,6 +233,11 @@ impl Watch {
                 None => {}
             }
         }
+        self.hour_left = self
+            .hour_left
+            .saturating_sub(frame.missed)
+            .saturating_sub(1);
+        self.hour_over |= self.hour_left == 0;
         self.restart_in = self.restart_in.map(|left| left.saturating_sub(1));
         self.status_left = self.status_left.saturating_sub(1);
         self.stream(evaluated)
@@ -222,6 +249,14 @@ impl Watch {
         self.verdict = said;
         if said.same_reason(&before) {
             return;
+        }
+        if said.state == State::Alarm && before.state != State::Alarm {
+            let alarm = self.alarm.get_or_insert(Alarm {
+                sample: self.samples,
+                verdict: said.into(),
+                alarms: 0,
+            });
+            alarm.alarms = alarm.alarms.saturating_add(1);
         }
         self.tell(Event::Verdict(said.into()));
         self.recorder.verdict(&before, &said);
@@ -306,11 +341,16 @@ impl Watch {
             return Some(Report::Event(event));
         }
         if self.status_left == 0 && self.samples > 0 {
-            (self.status_left, self.health_due) = (self.status_every, true);
+            (self.status_left, self.health_due, self.alarm_due) = (self.status_every, true, true);
             return Some(Report::Status(self.status()));
         }
         if core::mem::take(&mut self.health_due) {
             return Some(Report::Health(self.health()));
+        }
+        if core::mem::take(&mut self.alarm_due)
+            && let Some(alarm) = self.alarm
+        {
+            return Some(Report::Alarm(alarm));
         }
         self.recorder.piece().map(Report::Snapshot)
     }
@@ -342,6 +382,7 @@ impl Watch {
             axes: Vec::new(),
             channels: Vec::new(),
             counters: self.counters,
+            development_key: self.development_key,
         };
         if let Ok(monitor) = &self.monitor {
             for axis in 0..axes.min(2) {
@@ -394,7 +435,7 @@ impl Watch {
             } else {
                 Answered::Nothing
             }),
-            Request::Hello | Request::Upload(_) => None,
+            Request::Hello | Request::Upload(_) | Request::Order { .. } => None,
         }
     }
 
@@ -406,7 +447,8 @@ impl Watch {
             // Bits per `every` samples on both sides, so that nothing is divided.
             let wanted =
                 u64::from(BITS * SAMPLE_FRAME + BITS) * u64::from(self.rate_hz) / u64::from(every);
-            let status = u64::from(BITS * (MAX_FRAME as u32 + HEALTH_FRAME) * STATUS_HZ);
+            let status =
+                u64::from(BITS * (MAX_FRAME as u32 + HEALTH_FRAME + ALARM_FRAME) * STATUS_HZ);
             if wanted + status > u64::from(baud) {
                 return Answered::LineTooSlow;
             }
@@ -427,6 +469,26 @@ impl Watch {
         if marked && let Some(of) = self.on_trial.take() {
             self.tell(Event::ModelConfirmed { slot: of.slot });
         }
+    }
+
+    /// Whether there is an alarm that nobody has acknowledged.
+    pub fn has_alarm(&self) -> bool {
+        self.alarm.is_some()
+    }
+
+    /// The alarm that stands has been seen.
+    pub fn acknowledged(&mut self) {
+        self.alarm = None;
+    }
+
+    /// True once after every hour of sampling.
+    pub fn take_hour(&mut self) -> bool {
+        let over = core::mem::take(&mut self.hour_over);
+        if over {
+            // At most 10,000 samples a second.
+            self.hour_left = self.rate_hz * HOUR_S;
+        }
+        over
     }
 
     /// A new model is in place: the device is to restart in a second, when the host has had its answer.
@@ -454,6 +516,8 @@ impl Watch {
 pub(super) const SAMPLE_FRAME: u32 = 118;
 /// The longest frame that tells how the axes stand, which a test pins.
 pub(super) const HEALTH_FRAME: u32 = 56;
+/// The longest frame that tells of an alarm, which a test pins.
+pub(super) const ALARM_FRAME: u32 = 30;
 
 /// The code of what is wrong with a channel; 0 when nothing is.
 fn cause(faults: &Faults, bit: u16) -> u8 {

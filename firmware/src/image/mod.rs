@@ -32,7 +32,9 @@ mod app {
     };
     use jointwatch_firmware::board::stm32f405::watchdog;
     use jointwatch_firmware::board::{restart, stack, stm32f405 as board};
-    use jointwatch_firmware::key::PUBLIC_KEY;
+    use jointwatch_firmware::key::{
+        DEVICE_CLASS, IS_DEVELOPMENT_KEY, PUBLIC_KEY, SECOND_PUBLIC_KEY,
+    };
     use jointwatch_firmware::sensor::acquire::Sensors;
     use jointwatch_firmware::store::{Key, Store, Trust};
     use jointwatch_shared::wire::telemetry::Occasion;
@@ -82,7 +84,8 @@ mod app {
         parts::open();
         log::start(clock, why);
         let trust = Trust {
-            verifier: Key::new(PUBLIC_KEY),
+            keys: [Some(Key::new(PUBLIC_KEY)), SECOND_PUBLIC_KEY.map(Key::new)],
+            class: DEVICE_CLASS,
             unsigned: false,
         };
         let mut store = Store::new(parts::slots(), trust);
@@ -90,6 +93,7 @@ mod app {
             clock,
             why,
             signed: !trust.unsigned,
+            development_key: IS_DEVELOPMENT_KEY,
         };
         let begun = begin(&mut store, setup, cx.local.room, log::slots);
         log::begun(&begun);
