@@ -10,16 +10,16 @@ mod flash;
 mod signing;
 
 use bench::{Bench, RATE_HZ, Slot, content, reference_rig, sealed_as};
-use jointwatch_firmware::store::ERASURES_PER_HOUR;
+use jointwatch_firmware::store::{ERASURES_PER_HOUR, ERASURES_PER_LIFE};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::RawSample;
 use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::reference_model;
 use jointwatch_shared::wire::bytes::Bytes;
-use jointwatch_shared::wire::slot::{Header, Order};
+use jointwatch_shared::wire::slot::{ENTRY_LEN, Entry, Header, JOURNAL_OFFSET, Order, RIG_OFFSET};
 use jointwatch_shared::wire::telemetry::{
-    Alarm, Answered, Event, Hello, Refusal, Report, Request, Signature, Slot as Place, Status,
-    UploadReply, UploadRequest,
+    Alarm, Answered, Event, Hello, ModelFault, Refusal, Report, Request, Signature, Slot as Place,
+    Status, UploadReply, UploadRequest,
 };
 use jointwatch_shared::wire::{blob, rig_block};
 
@@ -353,6 +353,110 @@ fn a_revoked_key_opens_nothing_and_the_last_one_cannot_be_revoked() {
     let mut bench = bench.restart();
     let reply = begin(&mut bench, third.header(), by_second);
     assert_eq!(reply, refused(Refusal::Signature));
+}
+
+#[test]
+fn content_that_is_not_what_was_signed_neither_runs_nor_is_sealed() {
+    // A sound pair, under the signature of another one.
+    let mut bench = two_proven();
+    let third = release(3, reference_model());
+    let mut header = third.header();
+    header.digest = Bytes::new([0x5A; 32]);
+    let signature = signing::signature(&header);
+    let mut reply = begin(&mut bench, header, signature);
+    for (piece, offset) in content(&third).chunks(128).zip((0..).step_by(128)) {
+        assert!(matches!(reply, UploadReply::Accepted { .. }), "{reply:?}");
+        let data = piece.try_into().expect("at most 128");
+        reply = step(&mut bench, UploadRequest::Chunk { offset, data });
+    }
+    let reply = step(&mut bench, UploadRequest::Finish);
+    assert!(matches!(
+        reply,
+        UploadReply::Refused(Refusal::Checksum { .. })
+    ));
+    assert!(bench.restart().evaluates());
+
+    // The same in flash: a rig block without limits where one with limits was signed.
+    let mut slot = release(1, reference_model());
+    let Slot::Bytes(bytes) = &mut slot else {
+        panic!("it has bytes")
+    };
+    let other = rig_block::encode(&reference_rig(reference_model(), None)).unwrap();
+    bytes[RIG_OFFSET..][..other.len()].copy_from_slice(&other);
+    let mut bench = Bench::start([slot, Slot::Empty]);
+    let said = bench.reports();
+    assert!(!bench.evaluates());
+    let refused = Event::ModelRefused {
+        slot: Place::A,
+        fault: ModelFault::Checksum,
+    };
+    bench.sample(RawSample::default());
+    let said = [said, bench.reports()].concat();
+    assert!(said.contains(&Report::Event(refused)), "{said:?}");
+}
+
+#[test]
+fn a_flash_at_the_end_of_its_life_is_not_erased() {
+    for (erasures, taken) in [(ERASURES_PER_LIFE - 1, true), (ERASURES_PER_LIFE, false)] {
+        let mut slot = release(1, reference_model());
+        let Slot::Bytes(bytes) = &mut slot else {
+            panic!("it has bytes")
+        };
+        let entry = Entry {
+            number: 9,
+            erasures,
+            ..Entry::default()
+        };
+        bytes[JOURNAL_OFFSET..][..ENTRY_LEN].copy_from_slice(&entry.encode());
+        let mut bench = Bench::start([slot, Slot::Empty]);
+        let third = release(3, reference_model());
+        let reply = begin(&mut bench, third.header(), third.signature().unwrap());
+        if taken {
+            assert_eq!(reply, UploadReply::Accepted { next: 0 });
+        } else {
+            assert_eq!(reply, refused(Refusal::Worn));
+        }
+    }
+}
+
+#[test]
+fn a_place_of_the_journal_that_lost_power_is_passed_over() {
+    let mut slot = release(1, reference_model());
+    let Slot::Bytes(bytes) = &mut slot else {
+        panic!("it has bytes")
+    };
+    bytes[JOURNAL_OFFSET..][..ENTRY_LEN].fill(0xF0);
+    let mut bench = Bench::start([slot, Slot::Empty]);
+    let third = release(3, reference_model());
+    let reply = begin(&mut bench, third.header(), third.signature().unwrap());
+    assert_eq!(reply, UploadReply::Accepted { next: 0 });
+    assert_eq!(hello(&mut bench.restart()).access.erasures, 1);
+}
+
+#[test]
+fn there_is_no_going_back_to_a_model_that_has_not_run() {
+    let mut bench = proven();
+    let second = release(2, reference_network());
+    let reply = upload(&mut bench, &second, second.signature().unwrap());
+    assert!(matches!(reply, UploadReply::Activated { .. }), "{reply:?}");
+    let number = hello(&mut bench).access.number;
+    let back = signing::order(0, Order::RollBack, number);
+    assert_eq!(answer(&mut bench, &back), Answered::Nothing);
+}
+
+#[test]
+fn a_full_journal_refuses_what_it_cannot_remember() {
+    let mut slot = release(1, reference_model());
+    let Slot::Bytes(bytes) = &mut slot else {
+        panic!("it has bytes")
+    };
+    // Every place was once begun and lost power.
+    bytes[JOURNAL_OFFSET..].fill(0xF0);
+    let mut bench = Bench::start([slot, Slot::Empty]);
+    assert!(bench.evaluates());
+    let third = release(3, reference_model());
+    let reply = begin(&mut bench, third.header(), third.signature().unwrap());
+    assert_eq!(reply, refused(Refusal::Worn));
 }
 
 fn alarms(bench: &mut Bench) -> (Vec<Alarm>, Vec<Status>) {

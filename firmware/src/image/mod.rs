@@ -21,6 +21,7 @@ impl<T: Mutex<T = &'static mut Watch>> Shared for Locked<T> {
 #[rtic::app(device = stm32f4::stm32f405, peripherals = false)]
 mod app {
     use super::{Locked, log};
+    use core::sync::atomic::{AtomicBool, Ordering};
     use heapless::spsc::{Consumer, Producer, Queue};
     use jointwatch_firmware::app::{
         Begun, Evaluated, Evaluator, Frame, Progress, Room, Sampler, Server, Setup, Streamed,
@@ -46,6 +47,9 @@ mod app {
     const STREAMED: usize = 8;
     /// Received bytes that wait to be looked at.
     const RECEIVED: usize = 512;
+
+    /// The line was served since the watchdog was fed last.
+    static SERVED: AtomicBool = AtomicBool::new(true);
 
     #[shared]
     struct Shared {
@@ -81,6 +85,7 @@ mod app {
         stack::paint();
         let why = restart::why();
         let (clock, _) = board::start();
+        watchdog::start();
         parts::open();
         log::start(clock, why);
         let trust = Trust {
@@ -134,7 +139,7 @@ mod app {
             received_in,
             received,
         };
-        watchdog::start();
+        watchdog::feed();
         defmt::info!("ready");
         (Shared { watch }, local)
     }
@@ -168,7 +173,7 @@ mod app {
             cx.local.evaluated_in,
             cx.local.overruns,
         );
-        if cx.local.progress.made(newest) {
+        if cx.local.progress.made(newest, &SERVED) {
             watchdog::feed();
         }
         rtic::pend(Interrupt::USART6);
@@ -203,6 +208,7 @@ mod app {
         if watch.0.lock(|watch| watch.restart_now()) {
             restart::on_purpose();
         }
+        SERVED.store(true, Ordering::Relaxed);
         parts::stage(3, begun);
     }
 
