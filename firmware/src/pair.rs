@@ -2,9 +2,7 @@
 
 use crate::clock::Rate;
 use jointwatch_shared::base::Model;
-use jointwatch_shared::chain::Chain;
 use jointwatch_shared::fault::Error;
-use jointwatch_shared::monitor::Monitor;
 use jointwatch_shared::wire::rig::Rig;
 use jointwatch_shared::wire::rig_block::{self, Refusal};
 use jointwatch_shared::wire::telemetry::ModelFault;
@@ -17,12 +15,12 @@ pub(crate) enum Unfit {
     Mismatch,
 }
 
-/// A rig block that was made for the model of this checksum, and its sample rate.
+/// The sample rate of a rig block that was made for the model of this checksum. The block stays where it is: it is large, and the
+/// stack is not.
 ///
 /// # Errors
 /// [`Unfit`], whichever comes first.
-pub(crate) fn read(bytes: &[u8], model: &Model, checksum: u32) -> Result<(Rig, Rate), Unfit> {
-    let rig = rig_block::decode(bytes).map_err(Unfit::Refused)?;
+pub(crate) fn rate(rig: &Rig, model: &Model, checksum: u32) -> Result<Rate, Unfit> {
     let rate = Rate {
         hz: rig.sample_rate_hz,
         uhz: rig.sample_rate_uhz(),
@@ -39,24 +37,18 @@ pub(crate) fn read(bytes: &[u8], model: &Model, checksum: u32) -> Result<(Rig, R
     if rig.model_checksum != checksum || rig.axes.len() != model.axes() {
         return Err(Unfit::Mismatch);
     }
-    Ok((rig, rate))
+    Ok(rate)
 }
 
-/// Whether everything that the start makes of a model and a rig block can be made.
-///
-/// Not inlined: what is made here is on the stack only meanwhile.
+/// Whether a rig block is undamaged and for the model of this checksum. What the stack has no room for beside an upload, whether its
+/// quantities can be used, shows at the start: a trial then ends at once.
 ///
 /// # Errors
-/// [`Unfit`]: with [`Unfit::Mismatch`] also when a quantity of the two lies outside the device's integers.
-#[inline(never)]
-pub(crate) fn check(bytes: &[u8], model: &Model, checksum: u32) -> Result<(), Unfit> {
-    let (rig, _) = read(bytes, model, checksum)?;
-    let chain = Chain::new(model, &rig).map_err(|_| Unfit::Mismatch)?;
-    match rig.limits {
-        Some(limits) if limits.model_checksum == checksum => Monitor::new(limits, &chain)
-            .map(|_| ())
-            .map_err(|_| Unfit::Mismatch),
-        _ => Ok(()),
+/// [`Unfit`], whichever comes first.
+pub(crate) fn check(bytes: &[u8], checksum: u32) -> Result<(), Unfit> {
+    match rig_block::model_checksum(bytes).map_err(Unfit::Refused)? {
+        seen if seen == checksum => Ok(()),
+        _ => Err(Unfit::Mismatch),
     }
 }
 

@@ -14,7 +14,7 @@ use jointwatch_shared::chain::{Chain, ChainState};
 use jointwatch_shared::monitor::limits::Limits;
 use jointwatch_shared::monitor::{Cause, Monitor};
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
-use jointwatch_shared::wire::rig_block::Refusal;
+use jointwatch_shared::wire::rig_block::{self, Refusal};
 use jointwatch_shared::wire::telemetry::{
     Access, Event, Hello, ModelFault, ModelIdentity, Occasion, PROTOCOL_VERSION, Restart,
     RigIdentity, Slot,
@@ -224,7 +224,8 @@ fn with_rig(
     begun: &mut Begun,
     (evaluator, state): (&'static mut MaybeUninit<Evaluator>, &'static mut ChainState),
 ) -> Result<(), Unused> {
-    let (rig, rate) = pair::read(bytes, &model, checksum)?;
+    let rig = rig_block::decode(bytes).map_err(Unused::Refused)?;
+    let rate = pair::rate(&rig, &model, checksum)?;
     let chain = Chain::new(&model, &rig).map_err(|error| Unused::Refused(error.into()))?;
     let evaluator = evaluator.write(Evaluator {
         chain,

@@ -5,7 +5,7 @@
 
 use super::{Fault, SlotName, Store, Verifier};
 use embedded_storage::nor_flash::NorFlash;
-use jointwatch_shared::wire::slot::{ENTRY_LEN, Entry, JOURNAL_OFFSET};
+use jointwatch_shared::wire::slot::{ENTRY_LEN, ERASED, Entry, JOURNAL_OFFSET};
 
 /// Entries of a journal that are used at most: they are all read when one is wanted.
 const MOST_ENTRIES: usize = 2000;
@@ -33,8 +33,11 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         let mut latest = Entry::default();
         for place in SlotName::ALL {
             for number in 0..Self::ENTRIES {
-                let bytes = self.entry(place, number)?;
-                if let Some(entry) = Entry::decode(&bytes)
+                // Most places were never written: their first word is enough.
+                let mut first = ERASED;
+                self.read(place, JOURNAL_OFFSET + number * ENTRY_LEN, &mut first)?;
+                if first != ERASED
+                    && let Some(entry) = Entry::decode(&self.entry(place, number)?)
                     && entry.number > latest.number
                 {
                     latest = entry;

@@ -389,13 +389,13 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         if rig_len == 0 {
             return Ok(());
         }
-        let model = self.model(place, work)?;
+        self.read(place, MODEL_OFFSET, work)?;
         let checksum = blob::checksum(work);
         let bytes = work
             .get_mut(..rig_len as usize)
             .ok_or(Fault::Rig(ModelFault::Length))?;
         self.read(place, RIG_OFFSET, bytes)?;
-        pair::check(bytes, &model, checksum).map_err(|why| match why {
+        pair::check(bytes, checksum).map_err(|why| match why {
             Unfit::Refused(why) => Fault::Rig(pair::fault(&why)),
             Unfit::Mismatch => Fault::Mismatch,
         })
