@@ -48,6 +48,8 @@ fn main() {
 fn write_key(package: &Path, out: &Path, for_a_device: bool) {
     println!("cargo::rerun-if-changed=keys/development.pub");
     println!("cargo::rerun-if-env-changed=JOINTWATCH_PUBLIC_KEY");
+    println!("cargo::rerun-if-env-changed=JOINTWATCH_SECOND_PUBLIC_KEY");
+    println!("cargo::rerun-if-env-changed=JOINTWATCH_DEVICE_CLASS");
     let own = env::var_os("JOINTWATCH_PUBLIC_KEY").filter(|name| !name.is_empty());
     let file = match &own {
         Some(name) => PathBuf::from(name),
@@ -60,16 +62,37 @@ fn write_key(package: &Path, out: &Path, for_a_device: bool) {
              with `jointwatch keygen` and name its .pub file in JOINTWATCH_PUBLIC_KEY"
         );
     }
-    let text = fs::read_to_string(&file)
-        .unwrap_or_else(|why| panic!("the public key {} is not readable: {why}", file.display()));
-    let key = read_key(&text)
-        .unwrap_or_else(|| panic!("{} is no public key of `jointwatch keygen`", file.display()));
+    let key = key_of(&file);
     let development = own.is_none();
+    let second = env::var_os("JOINTWATCH_SECOND_PUBLIC_KEY")
+        .filter(|name| !name.is_empty())
+        .map(PathBuf::from);
+    if let Some(second) = &second {
+        println!("cargo::rerun-if-changed={}", second.display());
+    }
+    let second = second.map(|second| key_of(&second));
+    let class = env::var("JOINTWATCH_DEVICE_CLASS").unwrap_or_default();
+    assert!(
+        class.len() <= 16 && class.bytes().all(|byte| byte.is_ascii_graphic()),
+        "JOINTWATCH_DEVICE_CLASS has to have at most 16 letters, digits and signs, without spaces"
+    );
+    let mut class = class.into_bytes();
+    class.resize(16, 0);
     let program = format!(
         "/// The public key.\npub const PUBLIC_KEY: [u8; 32] = {key:?};\n\
-         /// Whether it is the development key.\npub const IS_DEVELOPMENT_KEY: bool = {development};\n"
+         /// Whether it is the development key.\npub const IS_DEVELOPMENT_KEY: bool = {development};\n\
+         /// The second public key, if there is one.\npub const SECOND_PUBLIC_KEY: Option<[u8; 32]> = {second:?};\n\
+         /// The class of devices.\npub const DEVICE_CLASS: [u8; 16] = {class:?};\n"
     );
     fs::write(out.join("key.rs"), program).expect("cargo's own folder is writable");
+}
+
+/// The public key in a file.
+fn key_of(file: &Path) -> Vec<u8> {
+    let text = fs::read_to_string(file)
+        .unwrap_or_else(|why| panic!("the public key {} is not readable: {why}", file.display()));
+    read_key(&text)
+        .unwrap_or_else(|| panic!("{} is no public key of `jointwatch keygen`", file.display()))
 }
 
 /// The 32 bytes of a public key file.

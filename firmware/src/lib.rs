@@ -13,6 +13,7 @@ pub mod app;
 pub mod board;
 pub mod clock;
 pub mod key;
+mod pair;
 pub mod sensor;
 pub mod store;
 pub mod suite;

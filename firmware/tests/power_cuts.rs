@@ -3,16 +3,21 @@
 
 #[path = "flash/mod.rs"]
 mod flash;
+#[path = "app/signing.rs"]
+#[allow(dead_code, reason = "orders are for the device without a board")]
+mod signing;
 
-use ed25519_compact::{KeyPair, Seed};
 use flash::{Cut, Flash, How, Operation, SECTOR};
-use jointwatch_firmware::store::{Check, Key, SlotName, Started, Store, Trust, Upload, Verifier};
+use jointwatch_firmware::store::{Key, SlotName, Started, Store, Trust, Upload, Verifier};
 use jointwatch_shared::base::Model;
+use jointwatch_shared::selftest::chain;
 use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::reference_model;
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
-use jointwatch_shared::wire::slot::{ContentCrc, SIGNATURE_LEN, signed_prefix};
-use jointwatch_shared::wire::telemetry::{Kind, Signature, UploadReply, UploadRequest};
+use jointwatch_shared::wire::rig::Rig;
+use jointwatch_shared::wire::rig_block::{self, RIG_BLOCK_LEN};
+use jointwatch_shared::wire::slot::{Header, SIGNATURE_LEN};
+use jointwatch_shared::wire::telemetry::{Signature, UploadReply, UploadRequest};
 use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -23,26 +28,24 @@ struct Package {
     model: Model,
     rig: Vec<u8>,
     content: Vec<u8>,
-    crc: u32,
-    signature: [u8; SIGNATURE_LEN],
+    header: Header,
+    signature: Signature,
 }
 
-fn keys() -> KeyPair {
-    KeyPair::from_seed(Seed::new([5; 32]))
-}
-
-fn package(model: &Model, rig: &[u8]) -> Package {
+fn package(release: u32, model: &Model, rig: &[u8]) -> Package {
     let content = [&blob::encode(model)[..], rig].concat();
-    let message = [&signed_prefix(rig.len() as u32)[..], &content].concat();
-    let mut crc = ContentCrc::new();
-    crc.absorb(&content);
+    let header = signing::header(&content, release);
     Package {
         model: model.clone(),
         rig: rig.to_vec(),
-        crc: crc.value(),
-        signature: *keys().sk.sign(&message, None),
+        header,
+        signature: signing::signature(&header),
         content,
     }
+}
+
+fn key() -> Key {
+    Key::new(*signing::keys(0).pk)
 }
 
 /// The real check, its verdict remembered for each signature and content: a campaign judges the same bytes a million times.
@@ -52,45 +55,16 @@ struct Remembering<'a> {
     known: &'a RwLock<HashMap<u64, bool>>,
 }
 
-struct RememberingCheck<'a> {
-    verifier: Remembering<'a>,
-    signature: [u8; SIGNATURE_LEN],
-    content: Vec<u8>,
-}
-
-impl<'a> Verifier for Remembering<'a> {
-    type Check = RememberingCheck<'a>;
-
-    fn begin(&self, signature: &[u8; SIGNATURE_LEN]) -> Option<RememberingCheck<'a>> {
-        Some(RememberingCheck {
-            verifier: *self,
-            signature: *signature,
-            content: Vec::with_capacity(8192),
-        })
-    }
-}
-
-impl Check for RememberingCheck<'_> {
-    fn absorb(&mut self, bytes: &[u8]) {
-        self.content.extend_from_slice(bytes);
-    }
-
-    fn holds(self) -> bool {
+impl Verifier for Remembering<'_> {
+    fn holds(&self, message: &[u8], signature: &[u8; SIGNATURE_LEN]) -> bool {
         let mut hasher = DefaultHasher::new();
-        (&self.signature, &self.content).hash(&mut hasher);
+        (signature, message).hash(&mut hasher);
         let name = hasher.finish();
-        if let Some(&known) = self.verifier.known.read().unwrap().get(&name) {
+        if let Some(&known) = self.known.read().unwrap().get(&name) {
             return known;
         }
-        let holds = self
-            .verifier
-            .key
-            .begin(&self.signature)
-            .is_some_and(|mut check| {
-                check.absorb(&self.content);
-                check.holds()
-            });
-        self.verifier.known.write().unwrap().insert(name, holds);
+        let holds = self.key.holds(message, signature);
+        self.known.write().unwrap().insert(name, holds);
         holds
     }
 }
@@ -115,7 +89,8 @@ impl<V: Verifier + Copy> Campaign<'_, V> {
         let mut store = Store::new(
             flash,
             Trust {
-                verifier: self.verifier,
+                keys: [Some(self.verifier), None],
+                class: signing::CLASS,
                 unsigned: false,
             },
         );
@@ -153,15 +128,12 @@ impl<V: Verifier + Copy> Campaign<'_, V> {
             let mut step = |request| upload.step(&mut store, &request, &mut work);
             let length = self.new.content.len() as u32;
             let mut reply = step(UploadRequest::Begin {
-                kind: Kind::Model,
-                length,
-                crc: self.new.crc,
+                header: self.new.header,
+                signature: Some(self.new.signature),
             });
             while let UploadReply::Accepted { next } = reply {
                 reply = if next == length {
-                    step(UploadRequest::Finish {
-                        signature: Some(Signature::new(self.new.signature)),
-                    })
+                    step(UploadRequest::Finish)
                 } else {
                     let rest = &self.new.content[next as usize..];
                     step(UploadRequest::Chunk {
@@ -228,7 +200,8 @@ fn cuts(operations: &[Operation], few: bool) -> Vec<Cut> {
             }
             Operation::Erase => {
                 for count in [
-                    0, 1, 100, 4096, 4400, 8192, 8196, 8224, 8300, 8320, 8324, 8328, 8332, 8444,
+                    0, 1, 100, 4096, 4400, 8192, 8196, 8224, 8300, 8364, 8368, 8372, 8376, 8444,
+                    8448, 8468, 8500,
                 ] {
                     add(How::ErasedFromFront(count));
                     add(How::ErasedFromBack(SECTOR - count));
@@ -258,12 +231,22 @@ fn on_all_cores<T: Sync>(items: &[T], work: impl Fn(usize, &T) + Sync) {
     });
 }
 
+/// A rig block for this model.
+fn rig(model: &Model) -> [u8; RIG_BLOCK_LEN] {
+    let rig = chain::reference_rig(chain::SHORT_TAPS).expect("a sound rig");
+    rig_block::encode(&Rig {
+        model_checksum: blob::checksum_of(model),
+        ..rig
+    })
+    .expect("a sound block")
+}
+
 fn old() -> Package {
-    package(reference_model(), &[0x11; 256])
+    package(2, reference_model(), &rig(reference_model()))
 }
 
 fn new() -> Package {
-    package(reference_network(), &[0x22; 300])
+    package(3, reference_network(), &rig(reference_network()))
 }
 
 /// The flash of a device that has been through these updates.
@@ -292,8 +275,8 @@ fn operations<V: Verifier + Copy>(campaign: &Campaign<V>, flash: &Flash) -> Vec<
 #[test]
 fn one_cut_anywhere_with_every_signature_checked() {
     let (old, new) = (old(), new());
-    let older = package(reference_network(), &[]);
-    let key = Key::new(*keys().pk);
+    let older = package(1, reference_network(), &[]);
+    let key = key();
     let full = after(key, &[&older, &old]);
     let campaign = Campaign {
         verifier: key,
@@ -319,10 +302,10 @@ fn one_cut_anywhere_with_every_signature_checked() {
 #[test]
 fn one_cut_anywhere_from_every_kind_of_beginning() {
     let (old, new) = (old(), new());
-    let older = package(reference_network(), &[]);
+    let older = package(1, reference_network(), &[]);
     let known = RwLock::default();
     let verifier = Remembering {
-        key: Key::new(*keys().pk),
+        key: key(),
         known: &known,
     };
     let failed_trial = {
@@ -378,10 +361,10 @@ fn one_cut_anywhere_from_every_kind_of_beginning() {
 #[test]
 fn every_pair_of_cuts() {
     let (old, new) = (old(), new());
-    let older = package(reference_network(), &[]);
+    let older = package(1, reference_network(), &[]);
     let known = RwLock::default();
     let verifier = Remembering {
-        key: Key::new(*keys().pk),
+        key: key(),
         known: &known,
     };
     let full = after(verifier, &[&older, &old]);

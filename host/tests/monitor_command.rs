@@ -2,7 +2,7 @@
 
 use jointwatch_shared::monitor::{self, Cause};
 use jointwatch_shared::wire::telemetry::{
-    Counters, Hello, MAX_FRAME, Occasion, PROTOCOL_VERSION, Report, Status, encode,
+    Access, Counters, Hello, MAX_FRAME, Occasion, PROTOCOL_VERSION, Report, Status, encode,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -62,6 +62,10 @@ fn hello(occasion: Occasion) -> Report {
         occasion,
         model: None,
         rig: None,
+        access: Access {
+            development_key: true,
+            ..Access::default()
+        },
     })
 }
 
@@ -77,6 +81,7 @@ fn status(number: u32) -> Report {
             missed_deadlines: number,
             ..Counters::default()
         },
+        development_key: true,
     })
 }
 
@@ -97,6 +102,9 @@ fn a_whole_session_is_printed_and_nothing_is_lost() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines.len(), 7, "{text}");
     assert!(lines[0].contains("firmware 1.2.3, restarted; no model; no rig block"));
+    for line in &lines[..6] {
+        assert!(line.contains("development key: anybody can put"), "{line}");
+    }
     assert!(lines[1].contains("sample 100: not judged, rig block missing"));
     assert!(lines[3].contains("3 samples late"));
     assert!(lines[6].contains("6 messages") && lines[6].contains("0 lost on the way"));

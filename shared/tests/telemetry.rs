@@ -3,6 +3,8 @@
 mod telemetry_frames;
 
 use jointwatch_shared::monitor::{self, Cause, State};
+use jointwatch_shared::wire::bytes::Bytes;
+use jointwatch_shared::wire::slot::{Header, Order};
 use jointwatch_shared::wire::telemetry::{
     Answer, Answered, Damage, Event, Hello, Kind, MAX_FRAME, Message, ModelFault, Occasion,
     Quantity, Received, Refusal, Report, Request, Restart, Slot, UploadReply, UploadRequest,
@@ -138,9 +140,9 @@ fn what_this_program_does_not_know_is_told_apart_from_damage() {
         assert_eq!(found, [Err(Damage::Unknown { tag })], "{fields:?}");
     };
     unknown(0x00, &[]);
-    unknown(0x09, &[1, 2, 3]);
+    unknown(0x0a, &[1, 2, 3]);
     // An answer with a code that is not there yet, with a byte too many, with one too few.
-    unknown(0x07, &[1, 4]);
+    unknown(0x07, &[1, 7]);
     unknown(0x07, &[1, 0, 0]);
     unknown(0x07, &[1]);
     // A text that is no UTF-8, a list that is longer than it may be.
@@ -217,11 +219,11 @@ fn codes<T: Serialize + Debug>(values: &[T]) {
 fn tags_and_codes_never_change() {
     assert_eq!(
         reports().iter().map(Message::tag).collect::<Vec<u8>>(),
-        [1, 2, 3, 4, 5, 6, 7, 8]
+        [1, 2, 3, 4, 5, 6, 7, 8, 9]
     );
     assert_eq!(
         requests().iter().map(Message::tag).collect::<Vec<u8>>(),
-        [0x81, 0x82, 0x83, 0x84, 0x85, 0x86, 0x86, 0x86, 0x86]
+        [0x81, 0x82, 0x83, 0x84, 0x85, 0x86, 0x86, 0x86, 0x86, 0x87]
     );
     codes(&[Slot::A, Slot::B]);
     codes(&[Kind::Model, Kind::Rig]);
@@ -232,6 +234,9 @@ fn tags_and_codes_never_change() {
         Answered::Busy,
         Answered::Nothing,
         Answered::LineTooSlow,
+        Answered::NotSigned,
+        Answered::Stale,
+        Answered::Failed,
     ]);
     codes(&[
         Restart::PowerOn,
@@ -271,15 +276,19 @@ fn tags_and_codes_never_change() {
     ]);
     codes(&[
         UploadRequest::Begin {
-            kind: Kind::Model,
-            length: 0,
-            crc: 0,
+            header: Header {
+                rig_len: 0,
+                release: 0,
+                class: Bytes::new([0; 16]),
+                digest: Bytes::new([0; 32]),
+            },
+            signature: None,
         },
         UploadRequest::Chunk {
             offset: 0,
             data: heapless::Vec::new(),
         },
-        UploadRequest::Finish { signature: None },
+        UploadRequest::Finish,
         UploadRequest::Abort,
     ]);
     codes(&[
@@ -290,6 +299,12 @@ fn tags_and_codes_never_change() {
         },
         UploadReply::Aborted,
         UploadReply::Refused(Refusal::Busy),
+    ]);
+    codes(&[
+        Order::Restart,
+        Order::RollBack,
+        Order::Acknowledge,
+        Order::RevokeOther,
     ]);
     codes(&[
         Refusal::NotBegun,
@@ -307,6 +322,10 @@ fn tags_and_codes_never_change() {
         Refusal::Rig(fault),
         Refusal::Mismatch,
         Refusal::Flash,
+        Refusal::Worn,
+        Refusal::TooOften,
+        Refusal::Class,
+        Refusal::NotNewer { newest: 0 },
     ]);
 }
 
@@ -352,7 +371,8 @@ fn the_frames_that_a_line_has_to_carry_are_as_long_as_the_firmware_reckons() {
         let lengths = all.iter().filter(|report| report.tag() == tag);
         lengths.map(|report| frame(report, u16::MAX).len()).max()
     };
-    // The firmware's `SAMPLE_FRAME` and `HEALTH_FRAME`.
+    // The firmware's `SAMPLE_FRAME`, `HEALTH_FRAME` and `ALARM_FRAME`.
     assert!(longest(0x04).is_some_and(|bytes| bytes <= 118));
     assert_eq!(longest(0x08), Some(56));
+    assert_eq!(longest(0x09), Some(30));
 }

@@ -6,6 +6,7 @@ pub mod curves;
 pub mod detection;
 pub mod elf;
 pub mod false_alarms;
+pub mod faults;
 pub mod hidden;
 pub mod imports;
 pub mod lab;

@@ -48,7 +48,7 @@ fn reached<'a>(task: &'a str, calls: &'a BTreeMap<String, BTreeSet<String>>) -> 
     let mut to_see = vec![task];
     while let Some(name) = to_see.pop() {
         // The one way to a signature, and to a new model, that the tasks have.
-        if readable(name).contains("server::Server") && readable(name).contains("upload") {
+        if readable(name).contains("server::Server") && readable(name).contains("judged") {
             continue;
         }
         if seen.insert(name) {

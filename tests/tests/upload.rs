@@ -3,13 +3,15 @@
 #[path = "../../firmware/tests/app/flash.rs"]
 mod flash;
 
-use jointwatch::device::signing::{PrivateKey, SignedModel};
+use jointwatch::device::signing::{PrivateKey, SignedModel, Stamp};
 use jointwatch::device::upload::{Patience, Uploaded, upload};
 use jointwatch::text::error::Error;
 use jointwatch_firmware::key::{IS_DEVELOPMENT_KEY, PUBLIC_KEY};
 use jointwatch_firmware::store::{Key, SlotName, Store, Trust, Upload};
-use jointwatch_shared::selftest::reference_model;
+use jointwatch_shared::selftest::{chain, reference_model};
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
+use jointwatch_shared::wire::rig::Rig;
+use jointwatch_shared::wire::rig_block::{self, RIG_BLOCK_LEN};
 use jointwatch_shared::wire::telemetry::{Decoder, MAX_FRAME, Report, Request, encode};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -39,7 +41,8 @@ struct Device {
 
 fn trust(key: [u8; 32]) -> Trust<Key> {
     Trust {
-        verifier: Key::new(key),
+        keys: [Some(Key::new(key)), None],
+        class: [0; 16],
         unsigned: false,
     }
 }
@@ -149,11 +152,22 @@ fn send(device: &mut Device, model: &SignedModel) -> std::result::Result<Uploade
     upload(device, model, patience(), |_| ())
 }
 
+/// The rig block of the model that is sent.
+fn rig() -> [u8; RIG_BLOCK_LEN] {
+    let rig = chain::reference_rig(chain::SHORT_TAPS).unwrap();
+    rig_block::encode(&Rig {
+        model_checksum: blob::checksum_of(reference_model()),
+        ..rig
+    })
+    .unwrap()
+}
+
 fn signed() -> SignedModel {
     SignedModel::sign(
         &blob::encode(reference_model()),
-        &[9; 512],
+        &rig(),
         &PrivateKey::development(),
+        &Stamp::default(),
     )
     .unwrap()
 }
@@ -175,15 +189,15 @@ fn a_good_model_arrives_over_good_and_bad_lines_and_runs_on_trial() {
     ] {
         let mut device = Device::new(loss, bit_errors, seed);
         let done = send(&mut device, &signed()).unwrap();
-        assert_eq!(done.bytes, 4096 + 512);
+        assert_eq!(done.bytes, 4096 + 4096);
         assert_eq!(done.repeated == 0, loss + bit_errors == 0.0, "{done:?}");
         println!(
             "loss {loss}, bit errors {bit_errors}: {} requests sent again",
             done.repeated
         );
         assert_eq!(device.restart(), Some(SlotName::A));
-        let mut rig = [0; 4096];
-        assert_eq!(device.store.rig(512, &mut rig), Some(&[9; 512][..]));
+        let mut block = [0; RIG_BLOCK_LEN];
+        assert_eq!(device.store.rig(4096, &mut block), Some(&rig()[..]));
     }
 }
 
@@ -246,12 +260,12 @@ fn what_the_device_refuses_is_said_in_a_sentence_and_changes_nothing() {
         assert_eq!(device.restart(), None);
     };
     refused(
-        &SignedModel::unsigned(&model, &[]).unwrap(),
+        &SignedModel::unsigned(&model, &[], &Stamp::default()).unwrap(),
         "sign it first",
     );
     let stranger = PrivateKey::generate().unwrap();
     refused(
-        &SignedModel::sign(&model, &[], &stranger).unwrap(),
+        &SignedModel::sign(&model, &[], &stranger, &Stamp::default()).unwrap(),
         "signature is not by the key",
     );
 
@@ -277,25 +291,34 @@ fn what_the_device_refuses_is_said_in_a_sentence_and_changes_nothing() {
 /// A host that checks nothing: what the device itself says to bytes that no honest host sends.
 #[test]
 fn the_device_does_not_rely_on_the_host() {
-    use jointwatch_shared::wire::slot::{ContentCrc, signed_prefix};
+    use jointwatch::device::signing::content_digest;
+    use jointwatch_shared::wire::bytes::Bytes;
+    use jointwatch_shared::wire::slot::Header;
     use jointwatch_shared::wire::telemetry::{
-        Kind, ModelFault, Refusal, Signature, UploadReply, UploadRequest as Ask,
+        ModelFault, Refusal, Signature, UploadReply, UploadRequest as Ask,
     };
     let work = &mut [0; BLOB_LEN];
-    let outcome = |content: &[u8], announced: u32| {
+    let begin = |rig_len: usize, digest: [u8; 32], release: u32| {
+        let header = Header {
+            rig_len: rig_len as u32,
+            release,
+            class: Bytes::new([0; 16]),
+            digest: Bytes::new(digest),
+        };
+        let signature = PrivateKey::development().sign(&header.signed_bytes());
+        Ask::Begin {
+            header,
+            signature: Some(Signature::new(signature)),
+        }
+    };
+    let outcome = |content: &[u8], announced: [u8; 32]| {
         let mut device = Device::new(0.0, 0.0, 9);
-        let message = [&signed_prefix(content.len() as u32 - 4096)[..], content].concat();
-        let signature = Some(Signature::new(PrivateKey::development().sign(&message)));
         let mut step = |ask| {
             device
                 .upload
                 .step(&mut device.store, &ask, &mut [0; BLOB_LEN])
         };
-        let mut reply = step(Ask::Begin {
-            kind: Kind::Model,
-            length: content.len() as u32,
-            crc: announced,
-        });
+        let mut reply = step(begin(content.len() - 4096, announced, 1));
         for (number, data) in content.chunks(128).enumerate() {
             if let UploadReply::Accepted { .. } = reply {
                 let data = data.iter().copied().collect();
@@ -306,37 +329,42 @@ fn the_device_does_not_rely_on_the_host() {
             }
         }
         if let UploadReply::Accepted { .. } = reply {
-            reply = step(Ask::Finish { signature });
+            reply = step(Ask::Finish);
         }
         assert!(device.restart().is_none());
         reply
     };
-    let crc = |content: &[u8]| {
-        let mut crc = ContentCrc::new();
-        crc.absorb(content);
-        crc.value()
-    };
     let good = blob::encode(reference_model());
     let mut corrupt = good;
     corrupt[7] ^= 64;
-    let seen = crc(&corrupt);
+    let [a, b, c, d, ..] = content_digest(&corrupt);
+    let seen = u32::from_be_bytes([a, b, c, d]);
     assert_eq!(
-        outcome(&corrupt, crc(&good)),
+        outcome(&corrupt, content_digest(&good)),
         UploadReply::Refused(Refusal::Checksum { seen })
     );
     // Signed all the same: the model's own checks are asked as well.
     let fault = Refusal::Model(ModelFault::Checksum);
-    assert_eq!(outcome(&corrupt, seen), UploadReply::Refused(fault));
+    assert_eq!(
+        outcome(&corrupt, content_digest(&corrupt)),
+        UploadReply::Refused(fault)
+    );
     let mut newer = good;
     newer[4] = jointwatch_shared::wire::blob::BLOB_VERSION as u8 + 1;
     let fault = Refusal::Model(ModelFault::Version);
-    assert_eq!(outcome(&newer, crc(&newer)), UploadReply::Refused(fault));
+    assert_eq!(
+        outcome(&newer, content_digest(&newer)),
+        UploadReply::Refused(fault)
+    );
     let long = [0; 8196];
     let length = Refusal::Length {
         seen: 8196,
         most: 8192,
     };
-    assert_eq!(outcome(&long, crc(&long)), UploadReply::Refused(length));
+    assert_eq!(
+        outcome(&long, content_digest(&long)),
+        UploadReply::Refused(length)
+    );
 
     let mut device = Device::new(0.0, 0.0, 10);
     let mut step = |ask| device.upload.step(&mut device.store, &ask, work);
@@ -345,15 +373,8 @@ fn the_device_does_not_rely_on_the_host() {
         data: (0..length).collect(),
     };
     assert_eq!(step(chunk(0, 8)), UploadReply::Refused(Refusal::NotBegun));
-    assert_eq!(
-        step(Ask::Finish { signature: None }),
-        UploadReply::Refused(Refusal::NotBegun)
-    );
-    let begin = || Ask::Begin {
-        kind: Kind::Model,
-        length: 4096,
-        crc: 1,
-    };
+    assert_eq!(step(Ask::Finish), UploadReply::Refused(Refusal::NotBegun));
+    let begin = || begin(0, [7; 32], 1);
     assert_eq!(step(begin()), UploadReply::Accepted { next: 0 });
     assert_eq!(step(chunk(0, 7)), UploadReply::Accepted { next: 4 });
     assert_eq!(
@@ -364,7 +385,7 @@ fn the_device_does_not_rely_on_the_host() {
     assert_eq!(step(chunk(0, 4)), UploadReply::Accepted { next: 4 });
     assert_eq!(step(begin()), UploadReply::Accepted { next: 4 });
     assert_eq!(
-        step(Ask::Finish { signature: None }),
+        step(Ask::Finish),
         UploadReply::Refused(Refusal::Incomplete { seen: 4 })
     );
     assert_eq!(step(begin()), UploadReply::Accepted { next: 0 });

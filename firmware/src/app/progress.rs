@@ -1,4 +1,6 @@
-//! When the watchdog is fed: only when sampling, evaluation and what follows it all go on.
+//! When the watchdog is fed: only when sampling, evaluation and what follows it all go on, the serial line's end among it.
+
+use core::sync::atomic::{AtomicBool, Ordering};
 
 /// Which sample was seen last at the end of the evaluation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,12 +12,16 @@ impl Progress {
     /// Whether the watchdog is to be fed after a turn of the evaluation that handed on samples up to this number, if any.
     ///
     /// A sample that was not there before shows that sampling goes on; that it was handed on, that it was evaluated, and that the
-    /// monitor takes what it is given: its queue holds three, and a full one takes nothing.
-    pub fn made(&mut self, handed_on: Option<u64>) -> bool {
+    /// monitor takes what it is given: its queue holds three, and a full one takes nothing. `served` is set by every turn of what
+    /// serves the line; between two feedings there has to be one.
+    pub fn made(&mut self, handed_on: Option<u64>, served: &AtomicBool) -> bool {
         match handed_on {
             Some(number) if number >= self.next => {
                 self.next = number.saturating_add(1);
-                true
+                let served_since = served.load(Ordering::Relaxed);
+                // A turn between these two lines is missed; the next one counts.
+                served.store(false, Ordering::Relaxed);
+                served_since
             }
             _ => false,
         }
@@ -47,7 +53,7 @@ mod tests {
             }
             let newest = evaluate::<Portable>(None, &mut frames, &mut evaluated_in, &mut overruns);
             while monitor_takes && evaluated.dequeue().is_some() {}
-            progress.made(newest)
+            progress.made(newest, &AtomicBool::new(true))
         };
         assert!(turn(1, true));
         assert!(turn(1, true));
@@ -66,7 +72,15 @@ mod tests {
     #[test]
     fn a_sample_feeds_once() {
         let mut progress = Progress::default();
-        let fed = [Some(7), Some(7), Some(6), None, Some(8)].map(|n| progress.made(n));
+        let served = AtomicBool::new(true);
+        let fed = [Some(7), Some(7), Some(6), None, Some(8)].map(|n| {
+            served.store(true, Ordering::Relaxed);
+            progress.made(n, &served)
+        });
         assert_eq!(fed, [true, false, false, false, true]);
+        // Samples go on and nobody serves the line.
+        served.store(true, Ordering::Relaxed);
+        let fed = [Some(9), Some(10), Some(11)].map(|n| progress.made(n, &served));
+        assert_eq!(fed, [true, false, false]);
     }
 }

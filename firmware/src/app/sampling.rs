@@ -23,8 +23,6 @@ pub struct Frame {
     pub faults: Faults,
     /// How each chip did.
     pub health: [Health; CHIPS],
-    /// Whether every fitted chip gave a code that may be used.
-    pub usable: bool,
 }
 
 impl Frame {
@@ -67,7 +65,6 @@ impl<L: SpiDevice, C: SpiDevice, A: SpiDevice, X: SpiDevice> Sampler<L, C, A, X>
             sample: acquired.sample,
             faults: acquired.faults(&self.wiring),
             health: acquired.health,
-            usable: acquired.usable(),
         };
         self.number = self.number.saturating_add(1);
         if frames.enqueue(frame).is_ok() {

@@ -5,8 +5,9 @@ use crate::store::{Store, Upload, Verifier};
 use embedded_storage::nor_flash::NorFlash;
 use heapless::spsc::Consumer;
 use jointwatch_shared::wire::blob::BLOB_LEN;
+use jointwatch_shared::wire::slot::Order;
 use jointwatch_shared::wire::telemetry::{
-    Answer, Decoder, Hello, MAX_FRAME, Occasion, Report, Request, UploadReply, UploadRequest,
+    Answer, Answered, Decoder, Hello, MAX_FRAME, Occasion, Report, Request, Text, UploadReply,
     encode,
 };
 
@@ -29,6 +30,13 @@ impl Shared for &mut Watch {
     fn with<R>(&mut self, what: impl FnOnce(&mut Watch) -> R) -> R {
         what(self)
     }
+}
+
+/// What became of a request that only the device's owner may make.
+enum Judged {
+    Upload(UploadReply),
+    Order(Order, Result<(), Answered>),
+    Neither,
 }
 
 /// The device's end of the line.
@@ -67,6 +75,17 @@ impl<F: NorFlash, V: Verifier, O: SerialPort> Server<F, V, O> {
     /// Introduces the device: the first frame after a restart.
     pub fn introduce(&mut self, occasion: Occasion, watch: &mut impl Shared) {
         self.hello.occasion = occasion;
+        let access = &mut self.hello.access;
+        // A name that cannot be told is left out, and so are counts that cannot be read.
+        let class = self.store.class();
+        let name = class.split(|&byte| byte == 0).next();
+        let name = name.and_then(|name| core::str::from_utf8(name).ok());
+        access.class = Text::try_from(name.unwrap_or_default()).unwrap_or_default();
+        access.keys = self.store.trusted();
+        if let Ok(standing) = self.store.standing() {
+            (access.number, access.newest) = (standing.number, standing.newest);
+            access.erasures = standing.erasures;
+        }
         let hello = Report::Hello(self.hello.clone());
         self.send(&hello, watch);
     }
@@ -99,24 +118,63 @@ impl<F: NorFlash, V: Verifier, O: SerialPort> Server<F, V, O> {
         }
         match received.message {
             Request::Hello => self.introduce(Occasion::Asked, watch),
-            Request::Upload(step) => {
-                let reply = self.upload(&step);
-                self.send(&Report::Upload(reply), watch);
-                if matches!(reply, UploadReply::Activated { .. }) {
-                    watch.with(Watch::restart_soon);
-                }
+            Request::Upload(_) | Request::Order { .. } => {
+                self.signed(received.sequence, &received.message, watch);
             }
             _ => {}
         }
     }
 
-    /// One step of an upload.
+    /// What only the device's owner may ask for: a step of an upload, or an order.
+    fn signed(&mut self, sequence: u16, request: &Request, watch: &mut impl Shared) {
+        match self.judged(request, watch.with(|watch| watch.has_alarm())) {
+            Judged::Upload(reply) => {
+                self.send(&Report::Upload(reply), watch);
+                if matches!(reply, UploadReply::Activated { .. }) {
+                    watch.with(Watch::restart_soon);
+                }
+            }
+            Judged::Order(order, outcome) => {
+                let answered = outcome.err().unwrap_or(Answered::Done);
+                let to = sequence;
+                self.send(&Report::Answer(Answer { to, answered }), watch);
+                if answered == Answered::Done {
+                    watch.with(|watch| match order {
+                        Order::Restart | Order::RollBack => watch.restart_soon(),
+                        Order::Acknowledge => watch.acknowledged(),
+                        Order::RevokeOther => {}
+                    });
+                }
+            }
+            Judged::Neither => {}
+        }
+    }
+
+    /// What the store says to it.
     ///
     /// Not inlined: the room for a blob is on the stack only meanwhile.
     #[inline(never)]
-    fn upload(&mut self, step: &UploadRequest) -> UploadReply {
+    fn judged(&mut self, request: &Request, has_alarm: bool) -> Judged {
         let mut work = [0; BLOB_LEN];
-        self.upload.step(&mut self.store, step, &mut work)
+        match request {
+            Request::Upload(step) => {
+                Judged::Upload(self.upload.step(&mut self.store, step, &mut work))
+            }
+            Request::Order {
+                order: Order::Acknowledge,
+                ..
+            } if !has_alarm => Judged::Order(Order::Acknowledge, Err(Answered::Nothing)),
+            Request::Order {
+                order,
+                number,
+                signature,
+            } => {
+                let signature = signature.bytes();
+                let outcome = self.store.order(*order, *number, &signature, &mut work);
+                Judged::Order(*order, outcome)
+            }
+            _ => Judged::Neither,
+        }
     }
 
     /// Sends what there is to send: streamed samples, then what the watch has to tell; marks a model that has proven itself.
@@ -130,6 +188,10 @@ impl<F: NorFlash, V: Verifier, O: SerialPort> Server<F, V, O> {
         if watch.with(Watch::take_proven) {
             let marked = self.store.confirm().is_ok();
             watch.with(|watch| watch.confirmed(marked));
+        }
+        if watch.with(Watch::take_hour) {
+            // What cannot be written now is waited for another hour.
+            let _ = self.store.an_hour_is_over();
         }
     }
 }

@@ -2,26 +2,29 @@
 
 use super::channels::{Places, raw_wiring};
 use super::evaluation::Evaluator;
-use super::watch::Watch;
+use super::watch::{OnTrial, Watch};
 use crate::clock::{Clock, Rate, Source};
+use crate::pair::{self, Unfit};
 use crate::store::{Fault, SlotName, Started, State, Store, Trial, Verifier};
 use core::mem::MaybeUninit;
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::{Chain, ChainState};
-use jointwatch_shared::fault::Error;
 use jointwatch_shared::monitor::limits::Limits;
 use jointwatch_shared::monitor::{Cause, Monitor};
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use jointwatch_shared::wire::rig_block::{self, Refusal};
 use jointwatch_shared::wire::telemetry::{
-    Event, Hello, ModelFault, ModelIdentity, Occasion, PROTOCOL_VERSION, Restart, RigIdentity, Slot,
+    Access, Event, Hello, ModelFault, ModelIdentity, Occasion, PROTOCOL_VERSION, Restart,
+    RigIdentity, Slot,
 };
 use jointwatch_shared::wire::wiring::Wiring;
 
 /// How long a new model has to run before it is kept, in seconds.
 const TRIAL_S: u32 = 10;
+/// How long it has to do so before the one before it runs again, in seconds.
+const TRIAL_WITHIN_S: u32 = 60;
 
 /// Room for what is too large to be built on the stack and handed round.
 #[derive(Debug)]
@@ -65,6 +68,8 @@ pub struct Setup {
     pub why: Restart,
     /// Whether every model in use was signed.
     pub signed: bool,
+    /// Whether the firmware trusts the development key.
+    pub development_key: bool,
 }
 
 /// Looks at both slots, and builds what runs from what they hold. `report` is shown what the store found. What evaluates samples
@@ -111,6 +116,10 @@ pub fn begin<F: NorFlash, V: Verifier>(
             occasion: Occasion::Restart,
             model: None,
             rig: None,
+            access: Access {
+                development_key: setup.development_key,
+                ..Access::default()
+            },
         },
         rig_refused: None,
     };
@@ -128,7 +137,11 @@ pub fn begin<F: NorFlash, V: Verifier>(
                 checksum,
                 setup.signed,
             ));
-            confirming = trial.then_some(slot(place));
+            confirming = trial.then_some(OnTrial {
+                slot: slot(place),
+                evaluates: rig_len > 0,
+                fallback: started.fallback && !started.flash_failed,
+            });
             let outcome = match store.rig(rig_len, &mut work) {
                 None => Err(Unused::Missing),
                 Some(bytes) => {
@@ -145,9 +158,15 @@ pub fn begin<F: NorFlash, V: Verifier>(
     }
     let samples = begun.rate.samples(TRIAL_S);
     let places = Places::of(&begun.wiring);
-    begun.watch.start(begun.rate, places, &events);
-    if let Some(slot) = confirming {
-        begun.watch.try_out(Trial::over(samples), slot);
+    begun
+        .watch
+        .start(begun.rate, places, setup.development_key, &events);
+    if let Some(of) = confirming {
+        let within = begun.rate.samples(TRIAL_WITHIN_S);
+        begun.watch.try_out(Trial::over(samples, within), of);
+        if of.evaluates && begun.evaluator.is_none() {
+            begun.watch.give_up();
+        }
     }
     begun
 }
@@ -169,7 +188,9 @@ impl Unused {
     fn event(&self) -> Event {
         match self {
             Self::Missing => Event::NoRig,
-            Self::Refused(why) => Event::RigRefused { fault: fault(why) },
+            Self::Refused(why) => Event::RigRefused {
+                fault: pair::fault(why),
+            },
             Self::Mismatch => Event::Mismatch,
         }
     }
@@ -179,6 +200,15 @@ impl Unused {
             Self::Missing => "there is none",
             Self::Refused(why) => why.phrase(),
             Self::Mismatch => "it is for another model",
+        }
+    }
+}
+
+impl From<Unfit> for Unused {
+    fn from(why: Unfit) -> Self {
+        match why {
+            Unfit::Refused(why) => Self::Refused(why),
+            Unfit::Mismatch => Self::Mismatch,
         }
     }
 }
@@ -195,22 +225,7 @@ fn with_rig(
     (evaluator, state): (&'static mut MaybeUninit<Evaluator>, &'static mut ChainState),
 ) -> Result<(), Unused> {
     let rig = rig_block::decode(bytes).map_err(Unused::Refused)?;
-    let rate = Rate {
-        hz: rig.sample_rate_hz,
-        uhz: rig.sample_rate_uhz(),
-    };
-    let [least, most] = Rate::UHZ;
-    if !(least..=most).contains(&rate.uhz) {
-        return Err(Unused::Refused(Refusal::Value(Error::OutOfRange {
-            quantity: "sample rate of the rig in 10⁻⁶ Hz",
-            seen: rate.uhz as f64,
-            least: least as f64,
-            most: most as f64,
-        })));
-    }
-    if rig.model_checksum != checksum || rig.axes.len() != model.axes() {
-        return Err(Unused::Mismatch);
-    }
+    let rate = pair::rate(&rig, &model, checksum)?;
     let chain = Chain::new(&model, &rig).map_err(|error| Unused::Refused(error.into()))?;
     let evaluator = evaluator.write(Evaluator {
         chain,
@@ -250,28 +265,17 @@ fn refused(place: SlotName, state: State) -> Option<Event> {
         return None;
     };
     let fault = match why {
-        Fault::Unsigned | Fault::Signature => return Some(Event::ModelUnsigned { slot }),
-        Fault::Model(fault) => fault,
+        Fault::Unsigned | Fault::Signature | Fault::Class => {
+            return Some(Event::ModelUnsigned { slot });
+        }
+        Fault::Model(fault) | Fault::Rig(fault) => fault,
+        Fault::Mismatch => ModelFault::Other,
         Fault::Checksum => ModelFault::Checksum,
         Fault::Seal => ModelFault::Field,
         Fault::Unfinished => ModelFault::Length,
-        Fault::Flash => ModelFault::Other,
+        Fault::Flash | Fault::Worn => ModelFault::Other,
     };
     Some(Event::ModelRefused { slot, fault })
-}
-
-/// What is told of a rig block that is not used.
-fn fault(why: &Refusal) -> ModelFault {
-    match why {
-        Refusal::Length { .. } => ModelFault::Length,
-        Refusal::Magic { .. } => ModelFault::Magic,
-        Refusal::Version { .. } => ModelFault::Version,
-        Refusal::Checksum { .. } => ModelFault::Checksum,
-        Refusal::Message | Refusal::Form => ModelFault::Field,
-        Refusal::Reserved { .. } => ModelFault::Reserved,
-        Refusal::Value(why) => ModelFault::from(why),
-        _ => ModelFault::Other,
-    }
 }
 
 /// A slot as telemetry names it.

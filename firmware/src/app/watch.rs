@@ -5,7 +5,7 @@ use super::evaluation::Evaluated;
 use crate::clock::Rate;
 use crate::sensor::acquire::CHIPS;
 use crate::sensor::presence::Health as ChipHealth;
-use crate::store::Trial;
+use crate::store::{Ended, Trial};
 use heapless::{Deque, Vec};
 use jointwatch_shared::chain::{Output, RawSample};
 use jointwatch_shared::monitor::{
@@ -13,12 +13,16 @@ use jointwatch_shared::monitor::{
 };
 use jointwatch_shared::wire::snapshot::Recorder;
 use jointwatch_shared::wire::telemetry::{
-    Answered, AxisStatus, Counters, Event, Health, MAX_FRAME, Report, Request, STATUS_HZ, Sample,
-    SensorStatus, Slot, Status, Verdict,
+    Alarm, Answered, AxisStatus, Counters, Event, Health, MAX_FRAME, Report, Request, STATUS_HZ,
+    Sample, SensorStatus, Slot, Status, Verdict,
 };
 
 /// Samples in a row without a usable code after which a chip is told to be missing: longer than it takes to start.
 const MISSING_AFTER: u8 = 64;
+/// Fitted chips that may be unusable in a sample that counts for a trial: a chip that died is not the new model's fault.
+const DEAD_IN_TRIAL: u8 = 1;
+/// Seconds of an hour, which erasures are counted by.
+const HOUR_S: u32 = 3600;
 /// Events that wait for the line.
 const EVENTS: usize = 16;
 /// Bits that a byte takes on the line.
@@ -46,6 +50,17 @@ impl Streamed {
     }
 }
 
+/// The model that is on trial.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OnTrial {
+    /// Where it lies.
+    pub(super) slot: Slot,
+    /// It has a rig block, so that samples without an output prove nothing.
+    pub(super) evaluates: bool,
+    /// There is another model to go back to.
+    pub(super) fallback: bool,
+}
+
 /// What is kept of one chip.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
@@ -71,14 +86,20 @@ pub struct Watch {
     samples: u64,
     status_every: u32,
     status_left: u32,
-    /// A status was told, and how the axes stand is still to be.
+    /// A status was told, and how the axes stand is still to be; then the alarm that stands.
     health_due: bool,
+    alarm_due: bool,
+    /// The first alarm since the last one was acknowledged.
+    alarm: Option<Alarm>,
+    development_key: bool,
+    /// Sampling instants until an hour is over.
+    hour_left: u32,
+    hour_over: bool,
     stream_every: u16,
     stream_left: u16,
     rate_hz: u32,
     trial: Trial,
-    trial_length: Trial,
-    on_trial: Option<Slot>,
+    on_trial: Option<OnTrial>,
     proven: bool,
     /// Samples until the device restarts with a new model.
     restart_in: Option<u32>,
@@ -101,11 +122,15 @@ impl Watch {
             status_every: 1,
             status_left: 0,
             health_due: false,
+            alarm_due: false,
+            alarm: None,
+            development_key: false,
+            hour_left: 0,
+            hour_over: false,
             stream_every: 0,
             stream_left: 0,
             rate_hz: 1,
             trial: Trial::none(),
-            trial_length: Trial::none(),
             on_trial: None,
             proven: false,
             restart_in: None,
@@ -124,9 +149,17 @@ impl Watch {
     }
 
     /// Sets what follows from the sample rate and the wiring, and takes over what the start has to tell.
-    pub(super) fn start(&mut self, rate: Rate, places: Places, events: &[Event]) {
+    pub(super) fn start(
+        &mut self,
+        rate: Rate,
+        places: Places,
+        development_key: bool,
+        events: &[Event],
+    ) {
         // Between 1 and 10,000, as the start has checked.
         self.rate_hz = rate.samples(1);
+        self.hour_left = rate.samples(HOUR_S);
+        self.development_key = development_key;
         self.status_every = (self.rate_hz / STATUS_HZ).max(1);
         self.recorder = Recorder::new(self.rate_hz);
         self.places = places;
@@ -136,8 +169,16 @@ impl Watch {
     }
 
     /// Puts the model on trial.
-    pub(super) fn try_out(&mut self, trial: Trial, slot: Slot) {
-        (self.trial, self.trial_length, self.on_trial) = (trial, trial, Some(slot));
+    pub(super) fn try_out(&mut self, trial: Trial, of: OnTrial) {
+        (self.trial, self.on_trial) = (trial, Some(of));
+    }
+
+    /// The model on trial cannot run: the one before it takes its place with the next restart, which is soon.
+    pub(super) fn give_up(&mut self) {
+        self.trial = Trial::none();
+        if self.on_trial.is_some_and(|of| of.fallback) {
+            self.restart_soon();
+        }
     }
 
     /// An event for the host; dropped and counted when too many wait already.
@@ -176,19 +217,27 @@ impl Watch {
             counters.saturated = counters.saturated.saturating_add(at_rail);
             self.recorder.sample(output.residual);
         }
-        self.chips_did(&frame.health);
+        let unusable = self.chips_did(&frame.health);
         self.remember(&faults);
         if let Ok(monitor) = &self.monitor {
             let said = monitor.update(&mut self.state, &frame.sample, output, &faults);
             self.say(said);
         }
-        let in_time = frame.missed == 0 && frame.overruns == 0;
-        if self
-            .trial
-            .sample(in_time && frame.usable && output.is_some())
-        {
-            self.proven = true;
+        if let Some(of) = self.on_trial {
+            let evaluated = output.is_some() || !of.evaluates;
+            let healthy = evaluated && unusable <= DEAD_IN_TRIAL && !frame.follows_gap();
+            let lost = frame.missed.saturating_add(frame.overruns);
+            match self.trial.sample(healthy, lost) {
+                Some(Ended::Proven) => self.proven = true,
+                Some(Ended::TooLate) => self.give_up(),
+                None => {}
+            }
         }
+        self.hour_left = self
+            .hour_left
+            .saturating_sub(frame.missed)
+            .saturating_sub(1);
+        self.hour_over |= self.hour_left == 0;
         self.restart_in = self.restart_in.map(|left| left.saturating_sub(1));
         self.status_left = self.status_left.saturating_sub(1);
         self.stream(evaluated)
@@ -201,15 +250,25 @@ impl Watch {
         if said.same_reason(&before) {
             return;
         }
+        if said.state == State::Alarm && before.state != State::Alarm {
+            let alarm = self.alarm.get_or_insert(Alarm {
+                sample: self.samples,
+                verdict: said.into(),
+                alarms: 0,
+            });
+            alarm.alarms = alarm.alarms.saturating_add(1);
+        }
         self.tell(Event::Verdict(said.into()));
         self.recorder.verdict(&before, &said);
     }
 
-    /// Counts what went wrong with each chip, and tells when one falls silent or comes back.
-    fn chips_did(&mut self, health: &[ChipHealth; CHIPS]) {
+    /// Counts what went wrong with each chip, and tells when one falls silent or comes back. Gives how many fitted chips have no
+    /// usable code.
+    fn chips_did(&mut self, health: &[ChipHealth; CHIPS]) -> u8 {
+        let mut unusable = 0;
         for (chip, health) in health.iter().enumerate() {
             let Some(tally) = self.chips.get_mut(chip) else {
-                return;
+                break;
             };
             match health {
                 ChipHealth::NotFitted => continue,
@@ -221,6 +280,7 @@ impl Watch {
                 | ChipHealth::TimedOut
                 | ChipHealth::Restarted => tally.bus_errors = tally.bus_errors.saturating_add(1),
             }
+            unusable += u8::from(!health.usable());
             let was_missing = tally.silent >= MISSING_AFTER;
             tally.silent = if health.usable() {
                 0
@@ -238,6 +298,7 @@ impl Watch {
                 });
             }
         }
+        unusable
     }
 
     fn remember(&mut self, faults: &Faults) {
@@ -280,11 +341,16 @@ impl Watch {
             return Some(Report::Event(event));
         }
         if self.status_left == 0 && self.samples > 0 {
-            (self.status_left, self.health_due) = (self.status_every, true);
+            (self.status_left, self.health_due, self.alarm_due) = (self.status_every, true, true);
             return Some(Report::Status(self.status()));
         }
         if core::mem::take(&mut self.health_due) {
             return Some(Report::Health(self.health()));
+        }
+        if core::mem::take(&mut self.alarm_due)
+            && let Some(alarm) = self.alarm
+        {
+            return Some(Report::Alarm(alarm));
         }
         self.recorder.piece().map(Report::Snapshot)
     }
@@ -316,6 +382,7 @@ impl Watch {
             axes: Vec::new(),
             channels: Vec::new(),
             counters: self.counters,
+            development_key: self.development_key,
         };
         if let Ok(monitor) = &self.monitor {
             for axis in 0..axes.min(2) {
@@ -368,7 +435,7 @@ impl Watch {
             } else {
                 Answered::Nothing
             }),
-            Request::Hello | Request::Upload(_) => None,
+            Request::Hello | Request::Upload(_) | Request::Order { .. } => None,
         }
     }
 
@@ -380,7 +447,8 @@ impl Watch {
             // Bits per `every` samples on both sides, so that nothing is divided.
             let wanted =
                 u64::from(BITS * SAMPLE_FRAME + BITS) * u64::from(self.rate_hz) / u64::from(every);
-            let status = u64::from(BITS * (MAX_FRAME as u32 + HEALTH_FRAME) * STATUS_HZ);
+            let status =
+                u64::from(BITS * (MAX_FRAME as u32 + HEALTH_FRAME + ALARM_FRAME) * STATUS_HZ);
             if wanted + status > u64::from(baud) {
                 return Answered::LineTooSlow;
             }
@@ -395,13 +463,32 @@ impl Watch {
         core::mem::take(&mut self.proven)
     }
 
-    /// Says whether the mark could be set; if not, the trial begins again.
+    /// Says whether the mark could be set; if not, the trial goes on as long as its time lasts.
     pub fn confirmed(&mut self, marked: bool) {
-        if !marked {
-            self.trial = self.trial_length;
-        } else if let Some(slot) = self.on_trial.take() {
-            self.tell(Event::ModelConfirmed { slot });
+        self.trial.marked(marked);
+        if marked && let Some(of) = self.on_trial.take() {
+            self.tell(Event::ModelConfirmed { slot: of.slot });
         }
+    }
+
+    /// Whether there is an alarm that nobody has acknowledged.
+    pub fn has_alarm(&self) -> bool {
+        self.alarm.is_some()
+    }
+
+    /// The alarm that stands has been seen.
+    pub fn acknowledged(&mut self) {
+        self.alarm = None;
+    }
+
+    /// True once after every hour of sampling.
+    pub fn take_hour(&mut self) -> bool {
+        let over = core::mem::take(&mut self.hour_over);
+        if over {
+            // At most 10,000 samples a second.
+            self.hour_left = self.rate_hz * HOUR_S;
+        }
+        over
     }
 
     /// A new model is in place: the device is to restart in a second, when the host has had its answer.
@@ -429,6 +516,8 @@ impl Watch {
 pub(super) const SAMPLE_FRAME: u32 = 118;
 /// The longest frame that tells how the axes stand, which a test pins.
 pub(super) const HEALTH_FRAME: u32 = 56;
+/// The longest frame that tells of an alarm, which a test pins.
+pub(super) const ALARM_FRAME: u32 = 30;
 
 /// The code of what is wrong with a channel; 0 when nothing is.
 fn cause(faults: &Faults, bit: u16) -> u8 {

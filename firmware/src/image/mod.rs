@@ -21,6 +21,7 @@ impl<T: Mutex<T = &'static mut Watch>> Shared for Locked<T> {
 #[rtic::app(device = stm32f4::stm32f405, peripherals = false)]
 mod app {
     use super::{Locked, log};
+    use core::sync::atomic::{AtomicBool, Ordering};
     use heapless::spsc::{Consumer, Producer, Queue};
     use jointwatch_firmware::app::{
         Begun, Evaluated, Evaluator, Frame, Progress, Room, Sampler, Server, Setup, Streamed,
@@ -32,7 +33,9 @@ mod app {
     };
     use jointwatch_firmware::board::stm32f405::watchdog;
     use jointwatch_firmware::board::{restart, stack, stm32f405 as board};
-    use jointwatch_firmware::key::PUBLIC_KEY;
+    use jointwatch_firmware::key::{
+        DEVICE_CLASS, IS_DEVELOPMENT_KEY, PUBLIC_KEY, SECOND_PUBLIC_KEY,
+    };
     use jointwatch_firmware::sensor::acquire::Sensors;
     use jointwatch_firmware::store::{Key, Store, Trust};
     use jointwatch_shared::wire::telemetry::Occasion;
@@ -44,6 +47,9 @@ mod app {
     const STREAMED: usize = 8;
     /// Received bytes that wait to be looked at.
     const RECEIVED: usize = 512;
+
+    /// The line was served since the watchdog was fed last.
+    static SERVED: AtomicBool = AtomicBool::new(true);
 
     #[shared]
     struct Shared {
@@ -79,10 +85,12 @@ mod app {
         stack::paint();
         let why = restart::why();
         let (clock, _) = board::start();
+        watchdog::start();
         parts::open();
         log::start(clock, why);
         let trust = Trust {
-            verifier: Key::new(PUBLIC_KEY),
+            keys: [Some(Key::new(PUBLIC_KEY)), SECOND_PUBLIC_KEY.map(Key::new)],
+            class: DEVICE_CLASS,
             unsigned: false,
         };
         let mut store = Store::new(parts::slots(), trust);
@@ -90,6 +98,7 @@ mod app {
             clock,
             why,
             signed: !trust.unsigned,
+            development_key: IS_DEVELOPMENT_KEY,
         };
         let begun = begin(&mut store, setup, cx.local.room, log::slots);
         log::begun(&begun);
@@ -130,7 +139,7 @@ mod app {
             received_in,
             received,
         };
-        watchdog::start();
+        watchdog::feed();
         defmt::info!("ready");
         (Shared { watch }, local)
     }
@@ -164,7 +173,7 @@ mod app {
             cx.local.evaluated_in,
             cx.local.overruns,
         );
-        if cx.local.progress.made(newest) {
+        if cx.local.progress.made(newest, &SERVED) {
             watchdog::feed();
         }
         rtic::pend(Interrupt::USART6);
@@ -199,6 +208,7 @@ mod app {
         if watch.0.lock(|watch| watch.restart_now()) {
             restart::on_purpose();
         }
+        SERVED.store(true, Ordering::Relaxed);
         parts::stage(3, begun);
     }
 

@@ -10,14 +10,22 @@ pub enum Fault {
     Unfinished,
     /// The seal is damaged, or not of this version.
     Seal,
-    /// Model and rig block do not have the CRC that the seal states.
+    /// Model and rig block do not have the digest that the seal states.
     Checksum,
     /// It has no signature where one is required.
     Unsigned,
-    /// The signature is not by the key in the firmware.
+    /// The signature is not by a key that the firmware trusts.
     Signature,
     /// The model's own checks refuse it.
     Model(ModelFault),
+    /// The rig block behind it cannot be used.
+    Rig(ModelFault),
+    /// Model and rig block do not fit each other.
+    Mismatch,
+    /// It is for another class of devices.
+    Class,
+    /// The flash may not be erased again, or its journal is full.
+    Worn,
     /// The flash could not be read.
     Flash,
 }
@@ -30,8 +38,11 @@ impl Fault {
             Self::Seal => "its seal is damaged or of another version",
             Self::Checksum => "its bytes do not have the checksum of its seal",
             Self::Unsigned => "nobody signed it",
-            Self::Signature => "its signature is not by the key in this firmware",
-            Self::Model(fault) => fault.words(),
+            Self::Signature => "its signature is not by a key that this firmware trusts",
+            Self::Model(fault) | Self::Rig(fault) => fault.words(),
+            Self::Mismatch => "its model and its rig block do not fit each other",
+            Self::Class => "it is for another class of devices",
+            Self::Worn => "the flash has been erased too often",
             Self::Flash => "the flash could not be read",
         }
     }
@@ -66,6 +77,10 @@ pub enum State {
         sequence: u32,
         /// Bytes of the rig block behind it.
         rig_len: u32,
+        /// The release that its owner gave it.
+        release: u32,
+        /// The key that signed it; `None` when nobody did.
+        signer: Option<u8>,
         /// How far it has come.
         progress: Progress,
     },
@@ -144,6 +159,8 @@ mod tests {
             [1, 2].map(|sequence| State::Good {
                 sequence,
                 rig_len: 0,
+                release: 0,
+                signer: None,
                 progress,
             })
         });
@@ -169,6 +186,8 @@ mod tests {
                     let tried = State::Good {
                         sequence: 0,
                         rig_len: 0,
+                        release: 0,
+                        signer: None,
                         progress: Progress::Tried,
                     };
                     let State::Good { sequence, .. } = of(aside) else {
@@ -191,6 +210,8 @@ mod tests {
         let good = |sequence, progress| State::Good {
             sequence,
             rig_len: 0,
+            release: 0,
+            signer: None,
             progress,
         };
         let old = good(4, Progress::Confirmed { sure: true });

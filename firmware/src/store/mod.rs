@@ -3,8 +3,9 @@
 //! A new model goes into the slot that is not in use. Its life is a row of words, each programmed once
 //! ([`jointwatch_shared::wire::slot`] has the places):
 //!
-//! 1. The slot is marked void, erased, and written: model, rig block, seal.
-//! 2. All of it is read back and checked: CRC, signature, the model's own checks. Then it is marked **sealed**.
+//! 1. The signature of its header is verified. The slot is marked void, erased, and written: model, rig block, seal.
+//! 2. All of it is read back and checked: digest, the model's own checks, model and rig block against each other. Then it is
+//!    marked **sealed**.
 //! 3. At the next restart the newer good slot is chosen. It is marked **tried** before it runs.
 //! 4. When it has run long enough it is marked **confirmed**. From then on the other slot may be erased.
 //! 5. When a restart finds it tried and not confirmed, it is marked void, and the old model runs again.
@@ -16,25 +17,30 @@
 
 mod blob_slot;
 mod choice;
+mod journal;
+mod orders;
 mod trial;
 mod upload;
 mod verify;
 
 pub use blob_slot::{Slot, SlotName, choose, phrase};
 pub use choice::{Choice, Fault, Progress, State};
-pub use trial::Trial;
+pub use journal::{ERASURES_PER_HOUR, ERASURES_PER_LIFE};
+pub use trial::{Ended, Trial};
 pub use upload::Upload;
-pub use verify::{Check, Ed25519Check, Key, Trust, Verifier};
+pub use verify::{KEYS, Key, Trust, Verifier};
 
+use crate::pair::{self, Unfit};
 use embedded_storage::nor_flash::NorFlash;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use jointwatch_shared::wire::slot::{
-    BEGUN_OFFSET, CONFIRMED_OFFSETS, ContentCrc, ERASED, MARKED, MODEL_OFFSET, RIG_OFFSET,
-    SEAL_LEN, SEAL_OFFSET, SEALED_OFFSET, SIGNATURE_LEN, Seal, SealFault, TRIED_OFFSET,
-    VOID_OFFSETS, signed_prefix,
+    BEGUN_OFFSET, CONFIRMED_OFFSETS, DIGEST_LEN, ERASED, Entry, Header, MARKED, MODEL_OFFSET,
+    RIG_OFFSET, SEAL_LEN, SEAL_OFFSET, SEALED_OFFSET, SIGNATURE_LEN, Seal, SealFault, TRIED_OFFSET,
+    VOID_OFFSETS,
 };
-use jointwatch_shared::wire::telemetry::ModelFault;
+use jointwatch_shared::wire::telemetry::{ModelFault, Refusal};
+use verify::ContentDigest;
 
 /// Room to take a blob out of flash, for as long as a slot is looked at.
 pub type Work = [u8; BLOB_LEN];
@@ -56,6 +62,8 @@ pub struct Started {
     pub trial: bool,
     /// The slot whose model has just failed its trial.
     pub set_aside: Option<SlotName>,
+    /// Whether there is another model to go back to, should this one fail its trial.
+    pub fallback: bool,
     /// Set when a mark could not be programmed; the choice stands, but will be made anew at the next restart.
     pub flash_failed: bool,
 }
@@ -68,6 +76,14 @@ pub struct Store<F, V> {
     active: Option<SlotName>,
     /// The other slot may be erased.
     other_is_free: bool,
+    /// The release of the model that runs, once it has proven itself.
+    proven_release: Option<u32>,
+    /// The release of the model that runs.
+    release: u32,
+    /// The key that the model that runs is signed by.
+    signer: Option<u8>,
+    /// Bit k: key k is trusted no longer.
+    revoked: u8,
 }
 
 impl<F: NorFlash, V: Verifier> Store<F, V> {
@@ -84,6 +100,10 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
             trust,
             active: None,
             other_is_free: false,
+            proven_release: None,
+            release: 0,
+            signer: None,
+            revoked: 0,
         }
     }
 
@@ -102,8 +122,10 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     /// Reads all of both slots and checks up to two signatures; programs at most four words, none when nothing has changed.
     /// To be called once, before anything runs. Whatever the flash holds, this gives a model if a slot has a good one.
     pub fn start(&mut self, work: &mut Work) -> Started {
+        let remembered = self.remembered();
+        let mut flash_failed = remembered.is_err();
+        self.revoked = remembered.map_or(0, |entry| entry.revoked);
         let mut states = SlotName::ALL.map(|place| self.examine(place, work));
-        let mut flash_failed = false;
         let mut set_aside = None;
         // Twice at most: a slot that was good a moment ago and now is not becomes refused, and the other one is taken.
         for _ in SlotName::ALL {
@@ -121,7 +143,11 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
                 }
             };
             let State::Good {
-                rig_len, progress, ..
+                rig_len,
+                progress,
+                release,
+                signer,
+                ..
             } = of(&states, place)
             else {
                 break;
@@ -134,6 +160,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
             let other = of(&states, place.other());
             let fallback = matches!(other, State::Good { .. }) && choice.set_aside.is_none();
             self.active = Some(place);
+            (self.release, self.signer) = (release, signer);
+            self.proven_release = (!choice.trial).then_some(release);
             self.other_is_free = !(flash_failed || choice.trial && fallback);
             return Started {
                 states,
@@ -141,6 +169,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
                 rig_len,
                 trial: choice.trial,
                 set_aside,
+                fallback,
                 flash_failed,
             };
         }
@@ -152,6 +181,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
             rig_len: 0,
             trial: false,
             set_aside,
+            fallback: false,
             flash_failed,
         }
     }
@@ -170,6 +200,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
             return Ok(());
         };
         self.confirm_in(place)?;
+        self.proven_release = Some(self.release);
         self.other_is_free = true;
         Ok(())
     }
@@ -221,10 +252,12 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
             return Err(Fault::Unfinished);
         }
         let seal = Seal::decode(&seal).map_err(|_: SealFault| Fault::Seal)?;
-        self.check(place, &seal, work)?;
+        let signer = self.check(place, &seal, work)?;
         Ok(State::Good {
             sequence: seal.sequence,
-            rig_len: seal.rig_len,
+            rig_len: seal.header.rig_len,
+            release: seal.header.release,
+            signer,
             progress: if confirmed_at_all {
                 Progress::Confirmed {
                     sure: confirmed.contains(&MARKED),
@@ -250,48 +283,94 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         Ok(State::Good {
             sequence: 0,
             rig_len: 0,
+            release: 0,
+            signer: None,
             progress: Progress::Confirmed { sure: true },
         })
     }
 
-    /// Holds content against its seal: CRC, signature, and the model's own checks, in this order.
-    fn check(&mut self, place: SlotName, seal: &Seal, work: &mut Work) -> Result<(), Fault> {
-        self.check_content(place, seal)?;
-        self.check_model(place, work)
+    /// Holds content against its seal: signature, class, digest, and the model's own checks, in this order. Gives the key that
+    /// signed.
+    fn check(
+        &mut self,
+        place: SlotName,
+        seal: &Seal,
+        work: &mut Work,
+    ) -> Result<Option<u8>, Fault> {
+        let signer = self.check_header(&seal.header, seal.signature.as_ref())?;
+        if self.digest(place, seal.header.rig_len)? != seal.header.digest.bytes() {
+            return Err(Fault::Checksum);
+        }
+        self.check_model(place, work)?;
+        Ok(signer)
     }
 
-    /// CRC and signature. Not inlined: what they need on the stack is free again when the model is looked at.
-    #[inline(never)]
-    fn check_content(&mut self, place: SlotName, seal: &Seal) -> Result<(), Fault> {
-        let mut crc = ContentCrc::new();
-        let mut check = match &seal.signature {
-            Some(signature) => Some(self.begin_check(signature, seal.rig_len)?),
+    /// Who signed a header, and whether it is for this class of devices.
+    fn check_header(
+        &self,
+        header: &Header,
+        signature: Option<&[u8; SIGNATURE_LEN]>,
+    ) -> Result<Option<u8>, Fault> {
+        let signer = match signature {
+            Some(signature) => {
+                let message = header.signed_bytes();
+                let signer = self.trust.signer(&message, signature, self.revoked);
+                Some(signer.ok_or(Fault::Signature)?)
+            }
             None if self.trust.unsigned => None,
             None => return Err(Fault::Unsigned),
         };
-        let end = RIG_OFFSET as u32 + seal.rig_len;
+        if header.class.bytes() == self.trust.class {
+            Ok(signer)
+        } else {
+            Err(Fault::Class)
+        }
+    }
+
+    /// Whether what a header announces may be taken now: it is signed, for this device, newer than all that has proven itself, and
+    /// the flash may be erased once more. Erases nothing.
+    fn admit(
+        &mut self,
+        header: &Header,
+        signature: Option<[u8; SIGNATURE_LEN]>,
+    ) -> Result<(), Refusal> {
+        self.check_header(header, signature.as_ref())?;
+        let entry = self.remembered()?;
+        let newest = self.newest(&entry);
+        if header.release <= newest {
+            return Err(Refusal::NotNewer { newest });
+        }
+        if entry.erasures >= ERASURES_PER_LIFE {
+            return Err(Refusal::Worn);
+        }
+        if entry.this_hour >= ERASURES_PER_HOUR {
+            return Err(Refusal::TooOften);
+        }
+        Ok(())
+    }
+
+    /// The largest release of a model that has proven itself, or was taken back.
+    fn newest(&self, entry: &Entry) -> u32 {
+        entry.newest.max(self.proven_release.unwrap_or(0))
+    }
+
+    /// The digest of model and rig block. Not inlined: what it needs on the stack is free again when the model is looked at.
+    #[inline(never)]
+    fn digest(&mut self, place: SlotName, rig_len: u32) -> Result<[u8; DIGEST_LEN], Fault> {
+        let mut digest = ContentDigest::new();
+        let end = RIG_OFFSET as u32 + rig_len;
         let mut piece = [0; 64];
         let mut at = 0;
         while at < end {
-            // Both lengths are multiples of 4, and so is the piece.
             let length = (end - at).min(piece.len() as u32);
             let Some(piece) = piece.get_mut(..length as usize) else {
                 break;
             };
             self.read(place, at as usize, piece)?;
-            crc.absorb(piece);
-            if let Some(check) = &mut check {
-                check.absorb(piece);
-            }
+            digest.absorb(piece);
             at += length;
         }
-        if crc.value() != seal.content_crc {
-            return Err(Fault::Checksum);
-        }
-        if check.is_some_and(|check| !check.holds()) {
-            return Err(Fault::Signature);
-        }
-        Ok(())
+        Ok(digest.value())
     }
 
     /// The model's own checks. Not inlined, as above.
@@ -304,18 +383,22 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         }
     }
 
-    fn begin_check(
-        &self,
-        signature: &[u8; SIGNATURE_LEN],
-        rig_len: u32,
-    ) -> Result<V::Check, Fault> {
-        let mut check = self
-            .trust
-            .verifier
-            .begin(signature)
-            .ok_or(Fault::Signature)?;
-        check.absorb(&signed_prefix(rig_len));
-        Ok(check)
+    /// Whether the rig block behind a model can go with it. Not inlined, as above.
+    #[inline(never)]
+    fn check_pair(&mut self, place: SlotName, rig_len: u32, work: &mut Work) -> Result<(), Fault> {
+        if rig_len == 0 {
+            return Ok(());
+        }
+        self.read(place, MODEL_OFFSET, work)?;
+        let checksum = blob::checksum(work);
+        let bytes = work
+            .get_mut(..rig_len as usize)
+            .ok_or(Fault::Rig(ModelFault::Length))?;
+        self.read(place, RIG_OFFSET, bytes)?;
+        pair::check(bytes, checksum).map_err(|why| match why {
+            Unfit::Refused(why) => Fault::Rig(pair::fault(&why)),
+            Unfit::Mismatch => Fault::Mismatch,
+        })
     }
 
     /// Takes the model out of a slot.
@@ -371,42 +454,45 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         }
     }
 
-    /// Makes a slot ready to be written: void, so that nothing of it can ever run again, then erased.
+    /// Makes a slot ready to be written: counted where it survives, void, so that nothing of it can ever run again, then erased.
     fn clear(&mut self, place: SlotName) -> Result<(), Fault> {
+        let entry = self.remembered()?;
+        self.remember(
+            place.other(),
+            Entry {
+                erasures: entry.erasures.saturating_add(1),
+                this_hour: entry.this_hour.saturating_add(1),
+                newest: self.newest(&entry),
+                ..entry
+            },
+        )?;
         self.set_void(place)?;
         let start = address::<F>(place, 0);
         self.flash
             .erase(start, start + F::ERASE_SIZE as u32)
-            .map_err(|_| Fault::Flash)
+            .map_err(|_| Fault::Flash)?;
+        self.mark(place, BEGUN_OFFSET)
     }
 
-    /// Writes the seal behind content that is there, checks everything, and marks it sealed. `content_crc` is what the
-    /// content is to have.
+    /// Writes the seal behind content that has the digest of its header, checks it, and marks it sealed.
     fn seal(
         &mut self,
         place: SlotName,
-        rig_len: u32,
-        content_crc: u32,
+        header: &Header,
         signature: Option<[u8; SIGNATURE_LEN]>,
         work: &mut Work,
     ) -> Result<(), Fault> {
-        let mut sequence = 0;
-        for other in SlotName::ALL {
-            let mut bytes = [0; SEAL_LEN];
-            self.read(other, SEAL_OFFSET, &mut bytes)?;
-            if let (Ok(seal), true) = (Seal::decode(&bytes), other != place) {
-                sequence = seal.sequence;
-            }
-        }
-        // A flash wears out long before it has been erased 2³² times.
-        let sequence = sequence.checked_add(1).ok_or(Fault::Flash)?;
+        self.check_model(place, work)?;
+        self.check_pair(place, header.rig_len, work)?;
+        let mut bytes = [0; SEAL_LEN];
+        self.read(place.other(), SEAL_OFFSET, &mut bytes)?;
+        let before = Seal::decode(&bytes).map_or(0, |seal| seal.sequence);
         let seal = Seal {
-            sequence,
-            rig_len,
-            content_crc,
+            // A flash wears out long before it has been erased 2³² times.
+            sequence: before.checked_add(1).ok_or(Fault::Flash)?,
+            header: *header,
             signature,
         };
-        self.check(place, &seal, work)?;
         let bytes = seal.encode();
         self.write(place, SEAL_OFFSET, &bytes)?;
         let mut seen = [0; SEAL_LEN];
@@ -415,17 +501,6 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
             return Err(Fault::Flash);
         }
         self.mark(place, SEALED_OFFSET)
-    }
-
-    /// The CRC of the first `length` bytes of a slot.
-    fn crc(&mut self, place: SlotName, length: u32) -> Result<u32, Fault> {
-        let mut crc = ContentCrc::new();
-        let mut word = ERASED;
-        for offset in (0..length as usize).step_by(4) {
-            self.read(place, offset, &mut word)?;
-            crc.absorb(&word);
-        }
-        Ok(crc.value())
     }
 
     // Not inlined, nor is `write`: which of their callers takes them in would depend on the flash.

@@ -1,18 +1,16 @@
 //! Taking a new model in over the serial line, chunk by chunk, into the slot that is not in use.
 //!
-//! Nothing here runs per sample. What takes long, and holds up everything on a chip that runs from the flash it writes, is
-//! the erasure in `begin` (about a second); a chunk costs some microseconds for each word.
+//! Nothing is erased before the signed header of what is to come has been verified. Nothing here runs per sample. What takes long,
+//! and holds up everything on a chip that runs from the flash it writes, is the erasure in `begin` (about a second); a chunk costs
+//! some microseconds for each word.
 
 use super::{Fault, SlotName, Store, Verifier, Work};
 use embedded_storage::nor_flash::NorFlash;
 use jointwatch_shared::wire::blob::BLOB_LEN;
-use jointwatch_shared::wire::slot::{BEGUN_OFFSET, RIG_OFFSET, RIG_ROOM};
+use jointwatch_shared::wire::slot::{Header, RIG_OFFSET, RIG_ROOM};
 use jointwatch_shared::wire::telemetry::{
-    Kind, ModelFault, Refusal, Signature, Slot, UploadReply, UploadRequest,
+    Kind, Refusal, Signature, Slot, UploadReply, UploadRequest,
 };
-
-/// The longest upload: a model and the largest rig block.
-const MOST: u32 = (RIG_OFFSET + RIG_ROOM) as u32;
 
 /// The device's side of an upload. An upload is a model, with or without a rig block right behind it.
 #[derive(Debug, Default)]
@@ -25,9 +23,15 @@ pub struct Upload {
 #[derive(Clone, Copy, Debug)]
 struct UnderWay {
     place: SlotName,
-    length: u32,
-    crc: u32,
+    header: Header,
+    signature: Option<Signature>,
     next: u32,
+}
+
+impl UnderWay {
+    const fn length(&self) -> u32 {
+        RIG_OFFSET as u32 + self.header.rig_len
+    }
 }
 
 impl Upload {
@@ -56,12 +60,10 @@ impl Upload {
     ) -> UploadReply {
         let ended = self.ended.take();
         let outcome = match request {
-            UploadRequest::Finish { .. } if self.under_way.is_none() => {
-                ended.ok_or(Refusal::NotBegun)
-            }
-            UploadRequest::Begin { kind, length, crc } => self.begin(store, *kind, *length, *crc),
+            UploadRequest::Finish if self.under_way.is_none() => ended.ok_or(Refusal::NotBegun),
+            UploadRequest::Begin { header, signature } => self.begin(store, header, *signature),
             UploadRequest::Chunk { offset, data } => self.chunk(store, *offset, data),
-            UploadRequest::Finish { signature } => self.finish(store, signature.as_ref(), work),
+            UploadRequest::Finish => self.finish(store, work),
             UploadRequest::Abort => {
                 self.under_way = None;
                 Ok(UploadReply::Aborted)
@@ -73,7 +75,7 @@ impl Upload {
             }
             UploadReply::Refused(why)
         });
-        if matches!(request, UploadRequest::Finish { .. }) {
+        if matches!(request, UploadRequest::Finish) {
             self.ended = Some(reply);
         }
         reply
@@ -82,34 +84,30 @@ impl Upload {
     fn begin<F: NorFlash, V: Verifier>(
         &mut self,
         store: &mut Store<F, V>,
-        kind: Kind,
-        length: u32,
-        crc: u32,
+        header: &Header,
+        signature: Option<Signature>,
     ) -> Result<UploadReply, Refusal> {
         match self.under_way {
             // The host begins again because an answer, or its own process, was lost: what is in flash is kept.
-            Some(now) if kind == Kind::Model && now.length == length && now.crc == crc => {
+            Some(now) if now.header == *header && now.signature == signature => {
                 return Ok(UploadReply::Accepted { next: now.next });
             }
-            _ => self.under_way = None,
+            _ => {}
         }
-        if kind == Kind::Rig {
-            // A rig block without its model could not be put in place in one step.
-            return Err(Refusal::Rig(ModelFault::Other));
-        }
-        if length < BLOB_LEN as u32 || length > MOST || !length.is_multiple_of(4) {
+        if !header.has_possible_length() {
             return Err(Refusal::Length {
-                seen: length,
-                most: MOST,
+                seen: (BLOB_LEN as u32).saturating_add(header.rig_len),
+                most: (RIG_OFFSET + RIG_ROOM) as u32,
             });
         }
+        store.admit(header, signature.map(|signature| signature.bytes()))?;
+        self.under_way = None;
         let place = store.free_slot().ok_or(Refusal::Busy)?;
         store.clear(place)?;
-        store.mark(place, BEGUN_OFFSET)?;
         self.under_way = Some(UnderWay {
             place,
-            length,
-            crc,
+            header: *header,
+            signature,
             next: 0,
         });
         Ok(UploadReply::Accepted { next: 0 })
@@ -125,7 +123,7 @@ impl Upload {
         let end = offset
             .checked_add(data.len() as u32)
             .ok_or(Refusal::BeyondEnd)?;
-        if end > now.length {
+        if end > now.length() {
             return Err(Refusal::BeyondEnd);
         }
         // Flash is written in words; the answer tells the host to begin the next chunk with what is left over.
@@ -148,27 +146,21 @@ impl Upload {
     fn finish<F: NorFlash, V: Verifier>(
         &mut self,
         store: &mut Store<F, V>,
-        signature: Option<&Signature>,
         work: &mut Work,
     ) -> Result<UploadReply, Refusal> {
-        let Some(now) = self.under_way else {
-            return Err(Refusal::NotBegun);
-        };
-        if now.next != now.length {
+        let now = self.under_way.ok_or(Refusal::NotBegun)?;
+        if now.next != now.length() {
             return Err(Refusal::Incomplete { seen: now.next });
         }
-        let seen = store.crc(now.place, now.length)?;
-        if seen != now.crc {
-            return Err(Refusal::Checksum { seen });
+        let seen = store.digest(now.place, now.header.rig_len)?;
+        if seen != now.header.digest.bytes() {
+            let [a, b, c, d, ..] = seen;
+            return Err(Refusal::Checksum {
+                seen: u32::from_be_bytes([a, b, c, d]),
+            });
         }
-        let rig_len = now.length - RIG_OFFSET as u32;
-        store.seal(
-            now.place,
-            rig_len,
-            now.crc,
-            signature.map(Signature::bytes),
-            work,
-        )?;
+        let signature = now.signature.map(|signature| signature.bytes());
+        store.seal(now.place, &now.header, signature, work)?;
         self.under_way = None;
         let slot = match now.place {
             SlotName::A => Slot::A,
@@ -186,8 +178,12 @@ impl From<Fault> for Refusal {
         match fault {
             Fault::Unsigned => Self::Unsigned,
             Fault::Signature => Self::Signature,
+            Fault::Class => Self::Class,
             Fault::Model(fault) => Self::Model(fault),
-            // The content had its CRC a moment ago, so the flash does not hold what was written.
+            Fault::Rig(fault) => Self::Rig(fault),
+            Fault::Mismatch => Self::Mismatch,
+            Fault::Worn => Self::Worn,
+            // The content had its digest a moment ago, so the flash does not hold what was written.
             Fault::Flash | Fault::Checksum | Fault::Seal | Fault::Unfinished => Self::Flash,
         }
     }

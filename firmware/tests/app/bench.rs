@@ -1,7 +1,7 @@
 //! A device on the bench: slots in memory, a line that keeps everything, chips that answer zeros.
 
 use super::flash;
-use ed25519_compact::{KeyPair, Seed};
+use super::signing::{CLASS, header, keys, signature};
 use embedded_hal::spi::{ErrorType as SpiError, Operation, SpiDevice};
 use heapless::spsc::{Consumer, Producer, Queue};
 use jointwatch_firmware::app::{
@@ -21,7 +21,7 @@ use jointwatch_shared::wire::blob;
 use jointwatch_shared::wire::rig::Rig;
 use jointwatch_shared::wire::rig_block;
 use jointwatch_shared::wire::slot::{
-    ContentCrc, MARKED, RIG_OFFSET, SEAL_LEN, SEAL_OFFSET, SEALED_OFFSET, Seal, signed_prefix,
+    Header, MARKED, RIG_OFFSET, SEAL_LEN, SEAL_OFFSET, SEALED_OFFSET, SLOT_LEN, Seal,
 };
 use jointwatch_shared::wire::telemetry::{
     Decoder, MAX_FRAME, Occasion, Report, Request, Restart, Signature, encode,
@@ -31,7 +31,7 @@ use std::convert::Infallible;
 /// Samples per second of the rig.
 pub(crate) const RATE_HZ: u64 = 32;
 /// A slot of the bench's flash.
-const SECTOR: usize = 8448;
+const SECTOR: usize = SLOT_LEN + 200 * 20;
 
 /// Both slots.
 type Flash = flash::Flash<SECTOR>;
@@ -51,6 +51,14 @@ impl Slot {
         let seal = bytes[SEAL_OFFSET..][..SEAL_LEN].try_into().unwrap();
         Some(Signature::new(Seal::decode(seal).unwrap().signature?))
     }
+
+    pub(crate) fn header(&self) -> Header {
+        let Self::Bytes(bytes) = self else {
+            panic!("an empty slot")
+        };
+        let seal = bytes[SEAL_OFFSET..][..SEAL_LEN].try_into().unwrap();
+        Seal::decode(seal).unwrap().header
+    }
 }
 
 /// Model and rig block of a slot.
@@ -58,11 +66,9 @@ pub(crate) fn content(slot: &Slot) -> Vec<u8> {
     let Slot::Bytes(bytes) = slot else {
         return Vec::new();
     };
-    bytes[..RIG_OFFSET + rig_block::RIG_BLOCK_LEN].to_vec()
-}
-
-fn keys() -> KeyPair {
-    KeyPair::from_seed(Seed::new([9; 32]))
+    let seal = bytes[SEAL_OFFSET..][..SEAL_LEN].try_into().unwrap();
+    let rig_len = Seal::decode(seal).unwrap().header.rig_len as usize;
+    bytes[..RIG_OFFSET + rig_len].to_vec()
 }
 
 /// A signed slot.
@@ -73,15 +79,17 @@ pub(crate) fn signed(model: &Model, rig: Option<&Rig>) -> Slot {
 
 /// A signed slot with these bytes for its rig block.
 pub(crate) fn sealed(model: &Model, rig: &[u8]) -> Slot {
+    sealed_as(1, model, rig)
+}
+
+/// The same with this number of its upload.
+pub(crate) fn sealed_as(sequence: u32, model: &Model, rig: &[u8]) -> Slot {
     let content = [&blob::encode(model)[..], rig].concat();
-    let message = [&signed_prefix(rig.len() as u32)[..], &content].concat();
-    let mut crc = ContentCrc::new();
-    crc.absorb(&content);
+    let header = header(&content, sequence);
     let seal = Seal {
-        sequence: 1,
-        rig_len: rig.len() as u32,
-        content_crc: crc.value(),
-        signature: Some(*keys().sk.sign(&message, None)),
+        sequence,
+        header,
+        signature: Some(signature(&header).bytes()),
     };
     let mut bytes = vec![0xFF; SECTOR];
     bytes[..content.len()].copy_from_slice(&content);
@@ -190,7 +198,8 @@ impl Bench {
 
     fn power(flash: Flash) -> Self {
         let trust = Trust {
-            verifier: Key::new(*keys().pk),
+            keys: [0, 1].map(|number| Some(Key::new(*keys(number).pk))),
+            class: CLASS,
             unsigned: false,
         };
         let mut store = Store::new(flash, trust);
@@ -198,6 +207,7 @@ impl Bench {
             clock: Clock::crystal(168_000_000),
             why: Restart::Pin,
             signed: true,
+            development_key: true,
         };
         let room = Box::leak(Box::new(Room::EMPTY));
         let begun = begin(&mut store, setup, room, |_| ());
@@ -233,6 +243,11 @@ impl Bench {
         Self::power(self.server.into_store().into_flash())
     }
 
+    /// Both slots, byte by byte.
+    pub(crate) fn into_flash(self) -> Vec<u8> {
+        self.server.into_store().into_flash().0
+    }
+
     pub(crate) fn evaluates(&self) -> bool {
         self.evaluator.is_some()
     }
@@ -247,7 +262,6 @@ impl Bench {
             missed,
             sample,
             health: [Health::Ok; CHIPS],
-            usable: true,
             ..Frame::default()
         });
     }
@@ -255,7 +269,6 @@ impl Bench {
     pub(crate) fn sample_with(&mut self, health: [Health; CHIPS]) {
         self.enqueue(Frame {
             health,
-            usable: health.into_iter().all(Health::usable),
             ..Frame::default()
         });
     }

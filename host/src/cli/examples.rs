@@ -3,7 +3,7 @@
 use clap::Command;
 
 /// Per command its examples, one a line.
-pub(crate) const EXAMPLES: [(&str, [&str; 2]); 23] = [
+pub(crate) const EXAMPLES: [(&str, [&str; 2]); 24] = [
     (
         "demo",
         ["jointwatch demo", "jointwatch demo --out story --seed 4"],
@@ -122,6 +122,13 @@ pub(crate) const EXAMPLES: [(&str, [&str; 2]); 23] = [
         [
             "jointwatch keygen -o workshop.key",
             "jointwatch keygen -o lab/rig4.key",
+        ],
+    ),
+    (
+        "order",
+        [
+            "jointwatch order acknowledge --port /dev/ttyUSB0 --key line7",
+            "jointwatch order roll-back --port COM3 --development-key",
         ],
     ),
     (

@@ -17,6 +17,7 @@ mod inspect;
 mod keygen;
 mod lab;
 mod monitor;
+mod order;
 mod outputs;
 mod paper;
 mod plots;
@@ -112,6 +113,8 @@ enum Command {
     Paper(paper::Paper),
     /// Make a pair of keys: one to sign models with, one to build into the firmware.
     Keygen(keygen::Keygen),
+    /// Have a device restart, go back, acknowledge or revoke a key, signed.
+    Order(order::Order),
     /// Sign a blob, so that a device takes it.
     Sign(sign::Sign),
     /// Put a signed model onto a device, over its serial port.
@@ -155,6 +158,7 @@ fn perform(command: Command, console: &Console) -> Result<()> {
         Command::Emulate(command) => command.run(console),
         Command::Monitor(command) => command.run(console),
         Command::Keygen(command) => command.run(console),
+        Command::Order(command) => command.run(console),
         Command::Sign(command) => command.run(console),
         Command::Upload(command) => command.run(console),
         Command::Study(command) => command.run(console),

@@ -2,11 +2,13 @@
 
 use super::console::Console;
 use crate::device::rig_block;
-use crate::device::signing::{PrivateKey, SignedModel};
+use crate::device::signing::{PrivateKey, SignedModel, Stamp};
+use crate::text::date;
 use crate::text::error::{Error, Result};
 use crate::text::input;
 use crate::text::output;
 use clap::Args;
+use jointwatch_shared::wire::slot::CLASS_LEN;
 use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch sign`.
@@ -19,6 +21,12 @@ pub(crate) struct Sign {
     rig: Option<PathBuf>,
     #[command(flatten)]
     signer: Signer,
+    /// The number of this release, larger than that of what runs on the device; the time in seconds when left out.
+    #[arg(long, value_name = "N")]
+    release: Option<u32>,
+    /// The class of devices that the firmware was built for with JOINTWATCH_DEVICE_CLASS.
+    #[arg(long, value_name = "NAME", value_parser = class)]
+    class: Option<[u8; CLASS_LEN]>,
     /// Where to write the signed model.
     #[arg(short, long, value_name = "FILE", default_value = "model.signed")]
     output: PathBuf,
@@ -26,7 +34,7 @@ pub(crate) struct Sign {
 
 #[derive(Args)]
 #[group(required = true, multiple = false)]
-struct Signer {
+pub(super) struct Signer {
     /// The private key that `keygen` wrote.
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
@@ -35,11 +43,40 @@ struct Signer {
     development_key: bool,
 }
 
+impl Signer {
+    /// The key itself.
+    pub(super) fn key(&self) -> Result<PrivateKey> {
+        match &self.key {
+            Some(path) => PrivateKey::read(path),
+            None => Ok(PrivateKey::development()),
+        }
+    }
+}
+
+/// The name of a class, and zeros behind it.
+fn class(name: &str) -> std::result::Result<[u8; CLASS_LEN], String> {
+    let mut bytes = [0; CLASS_LEN];
+    match bytes.get_mut(..name.len()) {
+        Some(place) if name.bytes().all(|byte| byte.is_ascii_graphic()) => {
+            place.copy_from_slice(name.as_bytes());
+            Ok(bytes)
+        }
+        _ => Err(format!(
+            "a name of at most {CLASS_LEN} letters, digits and signs without spaces is wanted"
+        )),
+    }
+}
+
 impl Sign {
     pub(super) fn run(self, console: &Console) -> Result<()> {
-        let key = match &self.signer.key {
-            Some(path) => PrivateKey::read(path)?,
-            None => PrivateKey::development(),
+        let key = self.signer.key()?;
+        let stamp = Stamp {
+            release: match self.release {
+                Some(release) => release,
+                // Until the year 2106.
+                None => date::moment()?.map_or(1, |now| now.min(u32::MAX.into()) as u32),
+            },
+            class: self.class.unwrap_or_default(),
         };
         let model = read(&self.model)?;
         let rig = self
@@ -54,7 +91,7 @@ impl Sign {
                 ..e
             })?;
         }
-        let signed = SignedModel::sign(&model, &rig, &key).map_err(|e| {
+        let signed = SignedModel::sign(&model, &rig, &key, &stamp).map_err(|e| {
             let at_fault = if e.sentence.starts_with("the rig") {
                 self.rig.as_ref()
             } else {
@@ -72,11 +109,12 @@ impl Sign {
             "your key"
         };
         console.say(format!(
-            "Signed model written to {}, with {with}.",
-            self.output.display()
+            "Signed model written to {}, release {}, with {with}.",
+            self.output.display(),
+            stamp.release
         ))?;
         console.json(&serde_json::json!({
-            "signed": self.output, "rig_bytes": signed.rig_len(), "development_key": self.signer.development_key,
+            "signed": self.output, "rig_bytes": signed.rig_len(), "release": stamp.release, "development_key": self.signer.development_key,
         }))
     }
 }

@@ -25,7 +25,7 @@ pub(crate) struct Upload {
 }
 
 /// A line to the device, whatever carries it.
-trait Port: Read + Write {}
+pub(super) trait Port: Read + Write {}
 impl<T: Read + Write> Port for T {}
 
 impl Upload {
@@ -47,14 +47,14 @@ impl Upload {
             .map_or(String::new(), |slot| format!(" into slot {slot:?}"));
         console.say(format!(
             "Uploaded {} bytes{slot}; {} requests were sent again. The device has checked the model, restarts by itself within \
-             about a second and runs it on trial for 10 s; if it restarts before that is over, it goes back to the old model.",
+             about a second and runs it on trial for 10 s; if it restarts before that is over, or has not run for 10 s after a minute, it goes back to the old model.",
             done.bytes, done.repeated
         ))?;
         console.json(&done)
     }
 }
 
-fn open(port: &str, baud: u32) -> Result<Box<dyn Port>> {
+pub(super) fn open(port: &str, baud: u32) -> Result<Box<dyn Port>> {
     let failed = |why: String| {
         Error::failed(format!(
             "{port}: could not be opened ({why}); is it the right port, and may you use it?"

@@ -2,6 +2,7 @@
 
 pub mod export;
 pub mod monitor_limits;
+pub mod order;
 pub mod replay;
 pub mod rig_block;
 mod rig_file;

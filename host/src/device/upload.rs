@@ -7,7 +7,7 @@
 use crate::device::signing::SignedModel;
 use crate::text::error::{Error, Result};
 use jointwatch_shared::wire::telemetry::{
-    Decoder, Kind, MAX_CHUNK, MAX_FRAME, Refusal, Report, Request, Signature, Slot, UploadReply,
+    Decoder, MAX_CHUNK, MAX_FRAME, Refusal, Report, Request, Signature, Slot, UploadReply,
     UploadRequest, encode,
 };
 use std::io::{ErrorKind, Read, Write};
@@ -79,9 +79,8 @@ pub fn upload(
     };
     let bytes = model.content().len() as u32;
     let begin = UploadRequest::Begin {
-        kind: Kind::Model,
-        length: bytes,
-        crc: model.crc(),
+        header: *model.header(),
+        signature: model.signature().map(|bytes| Signature::new(*bytes)),
     };
     let mut went_on_at = None;
     for beginning in 1..=patience.beginnings {
@@ -99,10 +98,7 @@ pub fn upload(
             Some(UploadReply::Refused(Refusal::NotBegun)) if !last => continue,
             Some(other) => return Err(refusal(other)),
         }
-        let finish = UploadRequest::Finish {
-            signature: model.signature().map(|bytes| Signature::new(*bytes)),
-        };
-        match device.ask(&finish, |reply| {
+        match device.ask(&UploadRequest::Finish, |reply| {
             matches!(reply, UploadReply::Activated { .. })
         })? {
             UploadReply::Activated { slot, .. } => {
@@ -173,7 +169,7 @@ impl<L: Read + Write> UploadSession<'_, L> {
         wanted: impl Fn(&UploadReply) -> bool,
     ) -> Result<UploadReply> {
         let silent = match request {
-            UploadRequest::Begin { .. } | UploadRequest::Finish { .. } => {
+            UploadRequest::Begin { .. } | UploadRequest::Finish => {
                 self.patience.silent_reads_at_work
             }
             _ => self.patience.silent_reads,
@@ -255,11 +251,13 @@ fn refusal(reply: UploadReply) -> Error {
     let sentence = format!("the device refused the model: {why}");
     match why {
         Refusal::Busy => Error::failed(
-            "the device refused the model: the one that runs is still on trial; try again when it has run for some seconds",
+            "the device refused the model: the one that runs is still on trial; try again in a minute, when that is over in any case",
         ),
         Refusal::Length { .. }
         | Refusal::Unsigned
         | Refusal::Signature
+        | Refusal::Class
+        | Refusal::NotNewer { .. }
         | Refusal::Model(_)
         | Refusal::Rig(_)
         | Refusal::Mismatch => Error::data(sentence),

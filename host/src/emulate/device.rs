@@ -6,7 +6,7 @@ use super::qemu;
 use crate::device::monitor_limits;
 use crate::device::replay::SetUp;
 use crate::device::rig_block;
-use crate::device::signing::{PrivateKey, SignedModel};
+use crate::device::signing::{PrivateKey, SignedModel, Stamp};
 use crate::device::wired::Wired;
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
@@ -79,7 +79,16 @@ impl<'a> EmulatedDevice<'a> {
     /// When the rig block cannot be written.
     pub fn slot(&self) -> Result<SignedModel> {
         let rig = rig_block::encode(&self.block)?;
-        SignedModel::sign(&blob::encode(self.model), &rig, &PrivateKey::development())
+        let oldest = Stamp {
+            release: 0,
+            ..Stamp::default()
+        };
+        SignedModel::sign(
+            &blob::encode(self.model),
+            &rig,
+            &PrivateKey::development(),
+            &oldest,
+        )
     }
 
     /// The rig as it is wired.

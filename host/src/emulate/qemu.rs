@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 
 /// An image that makes no request for so long hangs; the longest work between two is the check of a signature.
 const SILENCE: Duration = Duration::from_secs(60);
+/// Bytes of a slot's sector.
+const SECTOR: usize = 128 * 1024;
 /// The pipes' names in a folder of their own: the image's command line has little room.
 const TO_DEVICE: &str = "to";
 const FROM_DEVICE: &str = "from";
@@ -34,7 +36,10 @@ pub fn run(elf: &Path, slot: &[u8], host: &mut impl Host) -> Result<Duration> {
     let folder = tempfile::tempdir()
         .map_err(|e| Error::failed(format!("no temporary folder could be made ({e})")))?;
     let slot_file = folder.path().join("slot");
-    std::fs::write(&slot_file, slot)
+    // Both sectors as an erased chip has them, and not as the zeros that QEMU's flash begins with.
+    let mut flash = slot.to_vec();
+    flash.resize(2 * SECTOR, 0xFF);
+    std::fs::write(&slot_file, flash)
         .map_err(|e| Error::failed(format!("{}: {e}", slot_file.display())))?;
     let Pipes {
         mut answers,

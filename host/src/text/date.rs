@@ -12,6 +12,14 @@ const FIXED: &str = "SOURCE_DATE_EPOCH";
 /// # Errors
 /// [`crate::text::error::Kind::Usage`] when SOURCE_DATE_EPOCH is no number of seconds.
 pub(crate) fn today() -> Result<Option<String>> {
+    Ok(moment()?.map(day))
+}
+
+/// Now, in seconds since 1970; `None` where SOURCE_DATE_EPOCH is set to nothing.
+///
+/// # Errors
+/// As [`today`].
+pub(crate) fn moment() -> Result<Option<u64>> {
     let seconds = match std::env::var(FIXED) {
         Ok(text) if text.is_empty() => return Ok(None),
         Ok(text) => text
@@ -28,7 +36,7 @@ pub(crate) fn today() -> Result<Option<String>> {
             .duration_since(UNIX_EPOCH)
             .map_or(0, |since| since.as_secs()),
     };
-    Ok(Some(day(seconds)))
+    Ok(Some(seconds))
 }
 
 /// The end of the year 9999.

@@ -1,6 +1,7 @@
 //! Everything that is bytes: model blob, rig, telemetry, and where they lie in flash.
 
 pub mod blob;
+pub mod bytes;
 pub(crate) mod layout;
 pub mod rig;
 pub mod rig_block;

@@ -157,6 +157,33 @@ pub fn encode(rig: &Rig) -> Result<[u8; RIG_BLOCK_LEN], Error> {
 /// # Errors
 /// [`Refusal`]: length, magic, version and checksum first, in this order, then the message, then each quantity, then the form.
 pub fn decode(bytes: &[u8]) -> Result<Rig, Refusal> {
+    let message = message(bytes)?;
+    let (rig, rest) = postcard::take_from_bytes::<Rig>(message).map_err(|_| Refusal::Message)?;
+    if let Some(at) = rest.iter().position(|&byte| byte != 0) {
+        return Err(Refusal::Reserved {
+            offset: CHECKSUM_OFFSET - rest.len() + at,
+            seen: rest.get(at).copied().unwrap_or_default(),
+        });
+    }
+    rig.check()?;
+    postcard::serialize_with_flavor(&rig, Same(message)).map_err(|_| Refusal::Form)?;
+    Ok(rig)
+}
+
+/// The checksum of the model that an undamaged block is for, without the rest of it: the whole is too large for a stack that holds
+/// much else.
+///
+/// # Errors
+/// [`Refusal`]: length, magic, version and checksum, then the message.
+pub fn model_checksum(bytes: &[u8]) -> Result<u32, Refusal> {
+    // It stands first.
+    let read = postcard::take_from_bytes::<u32>(message(bytes)?);
+    read.map(|(checksum, _)| checksum)
+        .map_err(|_| Refusal::Message)
+}
+
+/// The message of an undamaged block, and the zeros behind it.
+fn message(bytes: &[u8]) -> Result<&[u8], Refusal> {
     let wrong_length = Refusal::Length { seen: bytes.len() };
     let bytes: &[u8; RIG_BLOCK_LEN] = bytes.try_into().map_err(|_| wrong_length)?;
     let (content, &checksum) = bytes.split_last_chunk::<4>().ok_or(wrong_length)?;
@@ -173,16 +200,7 @@ pub fn decode(bytes: &[u8]) -> Result<Rig, Refusal> {
     if seen != wanted {
         return Err(Refusal::Checksum { seen, wanted });
     }
-    let (rig, rest) = postcard::take_from_bytes::<Rig>(message).map_err(|_| Refusal::Message)?;
-    if let Some(at) = rest.iter().position(|&byte| byte != 0) {
-        return Err(Refusal::Reserved {
-            offset: CHECKSUM_OFFSET - rest.len() + at,
-            seen: rest.get(at).copied().unwrap_or_default(),
-        });
-    }
-    rig.check()?;
-    postcard::serialize_with_flavor(&rig, Same(message)).map_err(|_| Refusal::Form)?;
-    Ok(rig)
+    Ok(message)
 }
 
 /// Holds what is written against bytes that are there already.

@@ -5,11 +5,13 @@
 )]
 
 use heapless::Vec;
+use jointwatch_shared::wire::bytes::Bytes;
+use jointwatch_shared::wire::slot::{Header, Order};
 use jointwatch_shared::wire::telemetry::{
-    Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, Counters, Event, Health, Hello, Kind,
-    MAX_CHUNK, MAX_FRAME, Message, ModelIdentity, Occasion, Quantity, Received, Refusal, Report,
-    Request, RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Signature, Slot,
-    Snapshot, Status, Text, UploadReply, UploadRequest, Verdict, encode,
+    Access, Alarm, Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, Counters, Event, Health,
+    Hello, MAX_CHUNK, MAX_FRAME, Message, ModelIdentity, Occasion, Quantity, Received, Refusal,
+    Report, Request, RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Signature,
+    Slot, Snapshot, Status, Text, UploadReply, UploadRequest, Verdict, encode,
 };
 
 /// The frame of a message.
@@ -47,7 +49,7 @@ fn axis(name: &str, kind: Quantity, force_per_lsb: f64) -> AxisIdentity {
 /// A device with a two-axis model, as the page has it.
 pub(crate) fn hello() -> Report {
     Report::Hello(Hello {
-        protocol: 1,
+        protocol: 2,
         firmware: [0, 1, 0],
         occasion: Occasion::Restart,
         model: Some(ModelIdentity {
@@ -66,6 +68,14 @@ pub(crate) fn hello() -> Report {
             delay: 20,
             band_delay: 84,
         }),
+        access: Access {
+            development_key: true,
+            class: Text::try_from("line7").unwrap(),
+            keys: 3,
+            number: 5,
+            newest: 1000,
+            erasures: 4,
+        },
     })
 }
 
@@ -101,6 +111,7 @@ pub(crate) fn reports() -> std::vec::Vec<Report> {
                 saturated: 0,
                 link_errors: 1,
             },
+            development_key: true,
         }),
         Report::Snapshot(Snapshot {
             alarm: 1,
@@ -143,7 +154,28 @@ pub(crate) fn reports() -> std::vec::Vec<Report> {
                 unjudged_samples: 7168,
             }]),
         }),
+        Report::Alarm(Alarm {
+            sample: 1000,
+            verdict: Verdict {
+                state: 3,
+                cause: 32,
+                axis: 0,
+                channel: 0,
+                permille: 1200,
+            },
+            alarms: 2,
+        }),
     ]
+}
+
+/// A header of an upload.
+fn header(rig_len: u32, release: u32) -> Header {
+    Header {
+        rig_len,
+        release,
+        class: Bytes::new(*b"line7\0\0\0\0\0\0\0\0\0\0\0"),
+        digest: Bytes::new(std::array::from_fn(|place| 0x40 + place as u8)),
+    }
 }
 
 /// The requests of the page, in the order of their tags; the upload has one for each of its steps.
@@ -156,18 +188,20 @@ pub(crate) fn requests() -> std::vec::Vec<Request> {
         Request::ResetStatistics,
         Request::Snapshot,
         Request::Upload(UploadRequest::Begin {
-            kind: Kind::Model,
-            length: 4096,
-            crc: 0x1234_5678,
+            header: header(4096, 1000),
+            signature: Some(signature),
         }),
         Request::Upload(UploadRequest::Chunk {
             offset: 128,
             data: list(&[0x4a, 0x57, 0x00, 0x42]),
         }),
-        Request::Upload(UploadRequest::Finish {
-            signature: Some(signature),
-        }),
+        Request::Upload(UploadRequest::Finish),
         Request::Upload(UploadRequest::Abort),
+        Request::Order {
+            order: Order::RollBack,
+            number: 5,
+            signature,
+        },
     ]
 }
 
@@ -212,6 +246,14 @@ pub(crate) fn longest_reports() -> std::vec::Vec<Report> {
                 delay: u16::MAX,
                 band_delay: u16::MAX,
             }),
+            access: Access {
+                development_key: true,
+                class: Text::try_from(name).unwrap(),
+                keys: u8::MAX,
+                number: u32::MAX,
+                newest: u32::MAX,
+                erasures: u32::MAX,
+            },
         }),
         Report::Status(Status {
             sample: u64::MAX,
@@ -226,6 +268,7 @@ pub(crate) fn longest_reports() -> std::vec::Vec<Report> {
                 saturated: u32::MAX,
                 link_errors: u32::MAX,
             },
+            development_key: true,
         }),
         Report::Snapshot(Snapshot {
             alarm: u16::MAX,
@@ -267,6 +310,11 @@ pub(crate) fn longest_reports() -> std::vec::Vec<Report> {
                 }; 2],
             ),
         }),
+        Report::Alarm(Alarm {
+            sample: u64::MAX,
+            verdict: LONGEST_VERDICT,
+            alarms: u16::MAX,
+        }),
     ]
 }
 
@@ -275,16 +323,17 @@ pub(crate) fn longest_requests() -> std::vec::Vec<Request> {
     vec![
         Request::Stream { every: u16::MAX },
         Request::Upload(UploadRequest::Begin {
-            kind: Kind::Rig,
-            length: u32::MAX,
-            crc: u32::MAX,
+            header: header(u32::MAX, u32::MAX),
+            signature: Some(Signature::new([0; 64])),
         }),
         Request::Upload(UploadRequest::Chunk {
             offset: u32::MAX,
             data: list(&[0; MAX_CHUNK]),
         }),
-        Request::Upload(UploadRequest::Finish {
-            signature: Some(Signature::new([0; 64])),
-        }),
+        Request::Order {
+            order: Order::RevokeOther,
+            number: u32::MAX,
+            signature: Signature::new([0; 64]),
+        },
     ]
 }

@@ -2,7 +2,8 @@
 
 use super::subject::{polynomial, run, run_with, said, same_bits, subject};
 use jointwatch::device::rig_block;
-use jointwatch::device::signing::{PrivateKey, SignedModel};
+use jointwatch::device::signing::content_digest;
+use jointwatch::device::signing::{PrivateKey, SignedModel, Stamp};
 use jointwatch::device::upload::Patience;
 use jointwatch::emulate::bench::Scenario;
 use jointwatch::emulate::device::EmulatedDevice;
@@ -10,10 +11,11 @@ use jointwatch::emulate::line::{Talk, Uploading};
 use jointwatch::text::error::Error;
 use jointwatch_shared::monitor::Cause;
 use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::bytes::Bytes;
 use jointwatch_shared::wire::rig::Rig;
-use jointwatch_shared::wire::slot::{ContentCrc, signed_prefix};
+use jointwatch_shared::wire::slot::Header;
 use jointwatch_shared::wire::telemetry::{
-    Decoder, Event, Kind, MAX_FRAME, Report, Request, Restart, Signature, UploadReply,
+    Decoder, Event, MAX_FRAME, Report, Request, Restart, Signature, UploadReply,
     UploadRequest as Ask, encode,
 };
 use std::io::{Read, Write};
@@ -41,7 +43,7 @@ fn other_block(device: &EmulatedDevice<'_>) -> Rig {
 fn other(device: &EmulatedDevice<'_>) -> SignedModel {
     let rig = rig_block::encode(&other_block(device)).unwrap();
     let model = blob::encode(&subject().physical);
-    SignedModel::sign(&model, &rig, &PrivateKey::development()).unwrap()
+    SignedModel::sign(&model, &rig, &PrivateKey::development(), &Stamp::default()).unwrap()
 }
 
 fn uploading(model: SignedModel) -> Scenario {
@@ -120,11 +122,11 @@ fn what_must_not_run_is_refused_and_the_old_model_goes_on() {
     let stranger = PrivateKey::generate().unwrap();
     for (bad, wanted) in [
         (
-            SignedModel::unsigned(&model, &rig).unwrap(),
+            SignedModel::unsigned(&model, &rig, &Stamp::default()).unwrap(),
             "sign it first",
         ),
         (
-            SignedModel::sign(&model, &rig, &stranger).unwrap(),
+            SignedModel::sign(&model, &rig, &stranger, &Stamp::default()).unwrap(),
             "signature is not by the key",
         ),
     ] {
@@ -145,7 +147,12 @@ fn a_slot_that_holds_no_usable_model_leaves_raw_counts_and_a_named_reason() {
     let mut damaged = good.clone();
     damaged[1000] ^= 1;
     let rig = rig_block::encode(&device.block).unwrap();
-    let unsigned = SignedModel::unsigned(&blob::encode(&subject().polynomial), &rig).unwrap();
+    let unsigned = SignedModel::unsigned(
+        &blob::encode(&subject().polynomial),
+        &rig,
+        &Stamp::default(),
+    )
+    .unwrap();
     let short = Scenario::default;
     for slot in [vec![0xFF; 8448], damaged, unsigned.to_bytes()] {
         let run = run_with(&device, &slot, &[], short());
@@ -156,15 +163,16 @@ fn a_slot_that_holds_no_usable_model_leaves_raw_counts_and_a_named_reason() {
     }
 }
 
-/// A host that checks nothing before it sends: announces `crc`, sends the bytes, finishes with a good signature over them.
-fn forged(content: Vec<u8>, crc: u32) -> Talk {
+/// A host that checks nothing before it sends: announces `digest`, well signed, and sends the bytes.
+fn forged(content: Vec<u8>, digest: [u8; 32]) -> Talk {
     Box::new(move |wire| {
-        let message = [
-            &signed_prefix(content.len().saturating_sub(4096) as u32)[..],
-            &content,
-        ]
-        .concat();
-        let signature = Signature::new(PrivateKey::development().sign(&message));
+        let header = Header {
+            rig_len: content.len().saturating_sub(4096) as u32,
+            release: 1,
+            class: Bytes::new([0; 16]),
+            digest: Bytes::new(digest),
+        };
+        let signature = PrivateKey::development().sign(&header.signed_bytes());
         let mut decoder = Decoder::<Report>::default();
         let mut sequence = 0;
         let mut ask = |step: Ask| -> Result<UploadReply, Error> {
@@ -187,9 +195,8 @@ fn forged(content: Vec<u8>, crc: u32) -> Talk {
             Err(Error::failed("no answer"))
         };
         let mut reply = ask(Ask::Begin {
-            kind: Kind::Model,
-            length: content.len() as u32,
-            crc,
+            header,
+            signature: Some(Signature::new(signature)),
         })?;
         for (number, data) in content.chunks(128).enumerate() {
             if let UploadReply::Accepted { .. } = reply {
@@ -200,9 +207,7 @@ fn forged(content: Vec<u8>, crc: u32) -> Talk {
             }
         }
         if let UploadReply::Accepted { .. } = reply {
-            reply = ask(Ask::Finish {
-                signature: Some(signature),
-            })?;
+            reply = ask(Ask::Finish)?;
         }
         Err(Error::data(format!("{reply:?}")))
     })
@@ -211,11 +216,6 @@ fn forged(content: Vec<u8>, crc: u32) -> Talk {
 #[test]
 fn what_no_honest_host_sends_is_refused_by_the_device_itself() {
     let device = polynomial();
-    let crc = |content: &[u8]| {
-        let mut crc = ContentCrc::new();
-        crc.absorb(content);
-        crc.value()
-    };
     let good = blob::encode(&subject().physical).to_vec();
     let mut corrupt = good.clone();
     corrupt[7] ^= 64;
@@ -223,10 +223,10 @@ fn what_no_honest_host_sends_is_refused_by_the_device_itself() {
     newer[4] = jointwatch_shared::wire::blob::BLOB_VERSION as u8 + 1;
     let long = vec![0; 8196];
     for (content, announced, wanted) in [
-        (corrupt.clone(), crc(&good), "Checksum"),
-        (corrupt.clone(), crc(&corrupt), "Model(Checksum)"),
-        (newer.clone(), crc(&newer), "Model(Version)"),
-        (long.clone(), crc(&long), "Length"),
+        (corrupt.clone(), content_digest(&good), "Checksum"),
+        (corrupt.clone(), content_digest(&corrupt), "Model(Checksum)"),
+        (newer.clone(), content_digest(&newer), "Model(Version)"),
+        (long.clone(), content_digest(&long), "Length"),
     ] {
         let run = run(
             &device,

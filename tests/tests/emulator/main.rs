@@ -5,7 +5,7 @@
 mod models;
 mod sample;
 
-use jointwatch::device::signing::{PrivateKey, SignedModel};
+use jointwatch::device::signing::{PrivateKey, SignedModel, Stamp};
 use jointwatch::emulate::selftest::{self, Board, SelfTestReport, SlotState};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::network::NEURONS;
@@ -276,7 +276,12 @@ fn flashed_image_boots_and_logs_clock_and_empty_slots() {
 #[test]
 fn flashed_image_takes_its_model_from_the_slot() {
     let model = model(2, 9);
-    let signed = SignedModel::sign(&blob::encode(&model), &[], &PrivateKey::development());
+    let signed = SignedModel::sign(
+        &blob::encode(&model),
+        &[],
+        &PrivateKey::development(),
+        &Stamp::default(),
+    );
     let good = file(&signed.expect("a sound model").to_bytes());
     let log = boot_log(&flashed_image(), Some(good.path()), "ready").join("\n");
     let [x_unit, phi_unit] = [0, 1].map(|axis| model.outputs()[axis].force_per_lsb);

@@ -19,7 +19,7 @@ const _: () = assert!(
 );
 const _: () = assert!(RELOAD < 1 << 12, "RM0090, IWDG_RLR");
 
-/// Starts it. To be called once, when everything else is ready.
+/// Starts it. To be called once, before the slots are looked at.
 pub fn start() {
     // SAFETY: the start calls this once, before interrupts are on; from then on only `feed` writes to IWDG.
     let (watchdog, debug) = unsafe { (&*IWDG::PTR, &*DBGMCU::PTR) };

@@ -4,4 +4,4 @@ mod key;
 mod signed_model;
 
 pub use key::{DEVELOPMENT_SEED, PrivateKey, public_key_text};
-pub use signed_model::SignedModel;
+pub use signed_model::{SignedModel, Stamp, content_digest};

@@ -3,18 +3,40 @@
 use super::PrivateKey;
 use crate::text::error::{Error, Result};
 use crate::text::input;
+use ed25519_compact::sha512::Hash;
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
+use jointwatch_shared::wire::bytes::Bytes;
 use jointwatch_shared::wire::slot::{
-    CONFIRMED_OFFSETS, ContentCrc, MARKED, RIG_OFFSET, RIG_ROOM, SEAL_LEN, SEAL_OFFSET,
-    SEALED_OFFSET, SIGNATURE_LEN, SLOT_LEN, Seal, SealFault, TRIED_OFFSET, signed_prefix,
+    CLASS_LEN, CONFIRMED_OFFSETS, DIGEST_LEN, Header, MARKED, RIG_OFFSET, RIG_ROOM, SEAL_LEN,
+    SEAL_OFFSET, SEALED_OFFSET, SIGNATURE_LEN, SLOT_LEN, Seal, SealFault, TRIED_OFFSET,
 };
 use std::path::Path;
+
+/// What is signed beside model and rig block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamp {
+    /// Grows from one signed model to the next; a device takes none that is not newer than what has proven itself on it.
+    pub release: u32,
+    /// The name of the class of devices that it is for, and zeros behind it.
+    pub class: [u8; CLASS_LEN],
+}
+
+impl Default for Stamp {
+    /// The first release, for firmware that was built without a class.
+    fn default() -> Self {
+        Self {
+            release: 1,
+            class: [0; CLASS_LEN],
+        }
+    }
+}
 
 /// A model, the rig block that belongs to it, and the signature over both.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SignedModel {
     /// Model blob, and behind it the rig block if there is one: what an upload sends.
     content: Vec<u8>,
+    header: Header,
     signature: Option<[u8; SIGNATURE_LEN]>,
 }
 
@@ -23,10 +45,9 @@ impl SignedModel {
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when the blob is no model, or the rig block cannot be one by its length.
-    pub fn sign(model: &[u8], rig: &[u8], key: &PrivateKey) -> Result<Self> {
-        let mut signed = Self::unsigned(model, rig)?;
-        let message = [&signed_prefix(signed.rig_len())[..], &signed.content].concat();
-        signed.signature = Some(key.sign(&message));
+    pub fn sign(model: &[u8], rig: &[u8], key: &PrivateKey, stamp: &Stamp) -> Result<Self> {
+        let mut signed = Self::unsigned(model, rig, stamp)?;
+        signed.signature = Some(key.sign(&signed.header.signed_bytes()));
         Ok(signed)
     }
 
@@ -34,7 +55,7 @@ impl SignedModel {
     ///
     /// # Errors
     /// As [`sign`](Self::sign).
-    pub fn unsigned(model: &[u8], rig: &[u8]) -> Result<Self> {
+    pub fn unsigned(model: &[u8], rig: &[u8], stamp: &Stamp) -> Result<Self> {
         blob::decode(model).map_err(|e| Error::data(e.to_string()))?;
         if rig.len() > RIG_ROOM || !rig.len().is_multiple_of(4) {
             return Err(Error::data(format!(
@@ -42,8 +63,15 @@ impl SignedModel {
                 rig.len()
             )));
         }
+        let content = [model, rig].concat();
         Ok(Self {
-            content: [model, rig].concat(),
+            header: Header {
+                rig_len: rig.len() as u32,
+                release: stamp.release,
+                class: Bytes::new(stamp.class),
+                digest: Bytes::new(content_digest(&content)),
+            },
+            content,
             signature: None,
         })
     }
@@ -85,14 +113,15 @@ impl SignedModel {
             }
             _ => format!("{}; sign the model again", fault.words()),
         })?;
-        let end = RIG_OFFSET + seal.rig_len as usize;
+        let end = RIG_OFFSET + seal.header.rig_len as usize;
         let content = bytes.get(..end).unwrap_or_default().to_vec();
-        if crc(&content) != seal.content_crc {
+        if content_digest(&content) != seal.header.digest.bytes() {
             return Err("its bytes do not have the checksum of its seal: it is damaged, sign the model again".into());
         }
         blob::decode(content.get(..BLOB_LEN).unwrap_or_default()).map_err(|e| e.to_string())?;
         Ok(Self {
             content,
+            header: seal.header,
             signature: seal.signature,
         })
     }
@@ -103,8 +132,7 @@ impl SignedModel {
         bytes.resize(SLOT_LEN, 0xFF);
         let seal = Seal {
             sequence: 0,
-            rig_len: self.rig_len(),
-            content_crc: self.crc(),
+            header: self.header,
             signature: self.signature,
         };
         let mut put = |offset: usize, part: &[u8]| {
@@ -122,9 +150,9 @@ impl SignedModel {
         &self.content
     }
 
-    /// CRC-32/ISO-HDLC over all bytes of [`content`](Self::content).
-    pub fn crc(&self) -> u32 {
-        crc(&self.content)
+    /// What is signed.
+    pub fn header(&self) -> &Header {
+        &self.header
     }
 
     /// The signature, if somebody signed.
@@ -134,14 +162,13 @@ impl SignedModel {
 
     /// Bytes of the rig block.
     pub fn rig_len(&self) -> u32 {
-        (self.content.len() - RIG_OFFSET) as u32
+        self.header.rig_len
     }
 }
 
-fn crc(bytes: &[u8]) -> u32 {
-    let mut crc = ContentCrc::new();
-    crc.absorb(bytes);
-    crc.value()
+/// The digest of model and rig block: the first bytes of their SHA-512.
+pub fn content_digest(bytes: &[u8]) -> [u8; DIGEST_LEN] {
+    Hash::hash(bytes).first_chunk().copied().unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -152,7 +179,11 @@ mod tests {
 
     fn signed() -> SignedModel {
         let model = blob::encode(reference_model());
-        SignedModel::sign(&model, &[7; 260], &PrivateKey::development()).unwrap()
+        let stamp = Stamp {
+            release: 7,
+            class: *b"line 7\0\0\0\0\0\0\0\0\0\0",
+        };
+        SignedModel::sign(&model, &[7; 260], &PrivateKey::development(), &stamp).unwrap()
     }
 
     #[test]
@@ -161,9 +192,10 @@ mod tests {
         let bytes = signed.to_bytes();
         assert_eq!(bytes.len(), SLOT_LEN);
         assert_eq!(SignedModel::from_bytes(&bytes).unwrap(), signed);
-        // docs/reference/slot.md: 16 bytes of purpose, two lengths, model, rig block.
-        let mut message = b"jointwatch slot1\x00\x10\x00\x00\x04\x01\x00\x00".to_vec();
-        message.extend(&bytes[..4096 + 260]);
+        // docs/reference/slot.md: 16 bytes of purpose, two lengths, release, class, digest.
+        let mut message = b"jointwatch slot2\x00\x10\x00\x00\x04\x01\x00\x00\x07\0\0\0".to_vec();
+        message.extend(b"line 7\0\0\0\0\0\0\0\0\0\0");
+        message.extend(&Hash::hash(&bytes[..4096 + 260])[..32]);
         let key = PublicKey::new(PrivateKey::development().public());
         let signature = Signature::new(*signed.signature().unwrap());
         key.verify(&message, &signature).unwrap();
@@ -187,9 +219,9 @@ mod tests {
     fn what_cannot_be_signed_is_refused() {
         let model = blob::encode(reference_model());
         let key = PrivateKey::development();
-        assert!(SignedModel::sign(&model[..4000], &[], &key).is_err());
+        assert!(SignedModel::sign(&model[..4000], &[], &key, &Stamp::default()).is_err());
         for length in [3, RIG_ROOM + 4] {
-            assert!(SignedModel::sign(&model, &vec![0; length], &key).is_err());
+            assert!(SignedModel::sign(&model, &vec![0; length], &key, &Stamp::default()).is_err());
         }
     }
 }

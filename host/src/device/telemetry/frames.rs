@@ -9,7 +9,7 @@ use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, Verdict, 
 use jointwatch_shared::wire::blob;
 use jointwatch_shared::wire::snapshot::Recorder;
 use jointwatch_shared::wire::telemetry::{
-    AxisStatus, Counters, Event, Health, Hello, MAX_FRAME, ModelIdentity, Occasion,
+    Access, AxisStatus, Counters, Event, Health, Hello, MAX_FRAME, ModelIdentity, Occasion,
     PROTOCOL_VERSION, Report, RigIdentity, STATUS_HZ, Sample, SensorStatus, Slot, Status, encode,
 };
 
@@ -41,6 +41,7 @@ pub fn of(
             &set_up.chain,
             rig_crc,
         )),
+        access: Access::default(),
     }));
     let mut watch = ReplayedWatch::new(set_up.rig.sample_rate_hz, model.axes(), monitor);
     for (raw, output) in set_up.samples(record, model) {
@@ -142,6 +143,7 @@ impl<'a> ReplayedWatch<'a> {
             axes: axes.unwrap_or_default(),
             channels: std::iter::repeat_n(SensorStatus::default(), CHANNELS * self.axes).collect(),
             counters: self.counters,
+            development_key: false,
         }
     }
 }

@@ -5,9 +5,9 @@ use crate::assess::where_it_fails::significant;
 use jointwatch_shared::chain::Output;
 use jointwatch_shared::monitor::{CHANNEL_NAMES, Cause};
 use jointwatch_shared::wire::telemetry::{
-    Answer, Answered, AxisHealth, Event, Health, Hello, Kind, ModelIdentity, Occasion,
-    PROTOCOL_VERSION, Quantity, Report, Restart, RigIdentity, Sample, SensorStatus, Slot, Snapshot,
-    Status, UploadReply, Verdict,
+    Access, Alarm, Answer, Answered, AxisHealth, Event, Health, Hello, Kind, ModelIdentity,
+    Occasion, PROTOCOL_VERSION, Quantity, Report, Restart, RigIdentity, Sample, SensorStatus, Slot,
+    Snapshot, Status, UploadReply, Verdict,
 };
 use std::fmt::Write;
 
@@ -34,6 +34,7 @@ impl Reader {
             Report::Event(event) => format!("event     {}", self.event(event)),
             Report::Answer(answer) => format!("answer    {}", answered(answer)),
             Report::Health(health) => format!("health    {}", self.health(health)),
+            Report::Alarm(alarm) => format!("alarm     {}", self.alarm(alarm)),
         }
     }
 
@@ -114,7 +115,22 @@ impl Reader {
                 let _ = write!(text, "; {count} {what}");
             }
         }
+        if status.development_key {
+            let _ = write!(text, "; {DEVELOPMENT_KEY}");
+        }
         text
+    }
+
+    fn alarm(&self, alarm: &Alarm) -> String {
+        let again = match alarm.alarms {
+            0 | 1 => String::new(),
+            many => format!("; {many} since then"),
+        };
+        format!(
+            "not acknowledged: {} at {}{again}",
+            self.verdict(&alarm.verdict),
+            self.time(alarm.sample)
+        )
     }
 
     fn health(&self, health: &Health) -> String {
@@ -276,6 +292,27 @@ impl Reader {
     }
 }
 
+/// What is said of a device that trusts the development key.
+const DEVELOPMENT_KEY: &str = "development key: anybody can put a model onto this device";
+
+/// Whom a device trusts, and what its flash has been through.
+fn trusting(access: &Access) -> String {
+    let mut text = String::new();
+    if access.development_key {
+        let _ = write!(text, "; {DEVELOPMENT_KEY}");
+    }
+    if !access.class.is_empty() {
+        let _ = write!(text, "; class {}", access.class);
+    }
+    if access.newest > 0 {
+        let _ = write!(text, "; takes releases above {}", access.newest);
+    }
+    if access.erasures > 0 {
+        let _ = write!(text, "; {} erasures of its flash", access.erasures);
+    }
+    text
+}
+
 fn introduction(hello: &Hello) -> String {
     let [major, minor, patch] = hello.firmware;
     let occasion = match hello.occasion {
@@ -320,7 +357,7 @@ fn introduction(hello: &Hello) -> String {
             );
         }
     }
-    text
+    text + &trusting(&hello.access)
 }
 
 /// What is wrong with a channel, if anything is.
@@ -363,8 +400,11 @@ fn answered(answer: &Answer) -> String {
     let what = match answer.answered {
         Answered::Done => "done",
         Answered::Busy => "not now; ask again",
-        Answered::Nothing => "there is nothing to send: no alarm since the restart",
+        Answered::Nothing => "there is nothing to send or to do",
         Answered::LineTooSlow => "the line is too slow for that: ask for fewer samples",
+        Answered::NotSigned => "it is not signed by a key that the device trusts",
+        Answered::Stale => "it was signed for another moment",
+        Answered::Failed => "the flash could not take it",
     };
     format!("to request {}: {what}", answer.to)
 }

@@ -17,9 +17,9 @@ mod upload;
 
 pub use frame::{Counts, Damage, Decoder, Received, TooLong, encode};
 pub use report::{
-    Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, Counters, Event, Health, Hello,
-    MAX_CHANNELS, ModelIdentity, Occasion, Quantity, Restart, RigIdentity, SNAPSHOT_PIECE, Sample,
-    SampleOutput, SensorStatus, Snapshot, Status, Verdict,
+    Access, Alarm, Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, Counters, Event, Health,
+    Hello, MAX_CHANNELS, ModelIdentity, Occasion, Quantity, Restart, RigIdentity, SNAPSHOT_PIECE,
+    Sample, SampleOutput, SensorStatus, Snapshot, Status, Verdict,
 };
 pub use request::Request;
 pub use upload::{
@@ -31,7 +31,7 @@ use serde::{Deserialize, Serialize};
 
 /// The version of this protocol, which a [`Hello`] carries. It changes when a frame changes its meaning or its bytes; a
 /// message that is merely added keeps it, because an old receiver counts a tag that it does not know and goes on.
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;
 
 /// Bits per second on the serial line: 8 data bits, no parity, one stop bit. A divider of the microcontroller's 42 MHz gives it
 /// exactly.
@@ -104,6 +104,8 @@ pub enum Report {
     Answer(Answer),
     /// How each axis stands and how much that says, with every status.
     Health(Health),
+    /// An alarm that nobody has acknowledged, with every status.
+    Alarm(Alarm),
 }
 
 impl Message for Report {
@@ -117,6 +119,7 @@ impl Message for Report {
             Self::Event(_) => 0x06,
             Self::Answer(_) => 0x07,
             Self::Health(_) => 0x08,
+            Self::Alarm(_) => 0x09,
         }
     }
 
@@ -130,6 +133,7 @@ impl Message for Report {
             Self::Event(fields) => write(fields, place),
             Self::Answer(fields) => write(fields, place),
             Self::Health(fields) => write(fields, place),
+            Self::Alarm(fields) => write(fields, place),
         }
     }
 
@@ -143,6 +147,7 @@ impl Message for Report {
             0x06 => read(fields).map(Self::Event),
             0x07 => read(fields).map(Self::Answer),
             0x08 => read(fields).map(Self::Health),
+            0x09 => read(fields).map(Self::Alarm),
             _ => None,
         }
     }

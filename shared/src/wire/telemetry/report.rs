@@ -27,6 +27,25 @@ pub struct Hello {
     pub model: Option<ModelIdentity>,
     /// The rig block in use; `None` while there is none, and the device gives raw counts only.
     pub rig: Option<RigIdentity>,
+    /// Whom it trusts, and what its flash has been through.
+    pub access: Access,
+}
+
+/// Whom a device trusts, and what its flash has been through.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Access {
+    /// It trusts the development key, whose private half everybody knows.
+    pub development_key: bool,
+    /// The class of devices that it belongs to.
+    pub class: Text,
+    /// The keys that it trusts: bit 0 the first, bit 1 the second.
+    pub keys: u8,
+    /// The number that the next order has to be signed with.
+    pub number: u32,
+    /// A model has to have a larger release than this one.
+    pub newest: u32,
+    /// Erasures of a slot in the life of the device.
+    pub erasures: u32,
 }
 
 /// Why a device introduces itself.
@@ -151,6 +170,19 @@ pub struct Status {
     pub channels: Vec<SensorStatus, MAX_CHANNELS>,
     /// What went wrong since the restart or the last reset.
     pub counters: Counters,
+    /// The device trusts the development key: anybody can put a model onto it.
+    pub development_key: bool,
+}
+
+/// An alarm that nobody has acknowledged: told with every status, whatever the verdict has become meanwhile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Alarm {
+    /// The sample, counted since the restart, at which it was raised.
+    pub sample: u64,
+    /// What was said then.
+    pub verdict: Verdict,
+    /// Alarms since then, this one among them; stays at its largest value.
+    pub alarms: u16,
 }
 
 /// What the monitor says, in the codes that `docs/reference/telemetry.md` lists: codes, and not enums, so that a receiver that does
@@ -435,4 +467,10 @@ pub enum Answered {
     Nothing,
     /// The line is too slow for what was asked.
     LineTooSlow,
+    /// The order is not signed by a key that the device trusts.
+    NotSigned,
+    /// The order was signed with another number than the device's next; ask it to introduce itself.
+    Stale,
+    /// The flash could not take it.
+    Failed,
 }

@@ -1,7 +1,8 @@
 //! What the host asks of the device.
 
-use super::upload::UploadRequest;
+use super::upload::{Signature, UploadRequest};
 use super::{Message, read, write};
+use crate::wire::slot::Order;
 use serde::Serialize;
 
 /// What the host says.
@@ -27,6 +28,15 @@ pub enum Request {
     Snapshot,
     /// A step of an upload. Answered by [`UploadReply`](super::UploadReply).
     Upload(UploadRequest),
+    /// Something that the device does only when its owner signs for it. Answered by [`Answer`](super::Answer).
+    Order {
+        /// What it is.
+        order: Order,
+        /// The number that [`Access`](super::Access) tells.
+        number: u32,
+        /// The signature of [`signed_order`](crate::wire::slot::signed_order).
+        signature: Signature,
+    },
 }
 
 impl Message for Request {
@@ -38,6 +48,7 @@ impl Message for Request {
             Self::ResetStatistics => 0x84,
             Self::Snapshot => 0x85,
             Self::Upload(_) => 0x86,
+            Self::Order { .. } => 0x87,
         }
     }
 
@@ -46,6 +57,11 @@ impl Message for Request {
             Self::Ping | Self::Hello | Self::ResetStatistics | Self::Snapshot => Some(&[]),
             Self::Stream { every } => write(every, place),
             Self::Upload(step) => write(step, place),
+            Self::Order {
+                order,
+                number,
+                signature,
+            } => write(&(order, number, signature), place),
         }
     }
 
@@ -57,6 +73,11 @@ impl Message for Request {
             (0x84, []) => Some(Self::ResetStatistics),
             (0x85, []) => Some(Self::Snapshot),
             (0x86, fields) => read(fields).map(Self::Upload),
+            (0x87, fields) => read(fields).map(|(order, number, signature)| Self::Order {
+                order,
+                number,
+                signature,
+            }),
             _ => None,
         }
     }

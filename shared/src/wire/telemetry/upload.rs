@@ -4,11 +4,11 @@
 //! the line is simply sent again, because a chunk that the device already has is answered and otherwise ignored.
 
 use crate::fault::Error;
+use crate::wire::bytes::Bytes;
+use crate::wire::slot::{Header, SIGNATURE_LEN};
 use core::fmt;
 use heapless::Vec;
-use serde::de::{Error as _, SeqAccess, Visitor};
-use serde::ser::SerializeTuple;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 /// Bytes that a chunk may have. A chunk that ends elsewhere than the upload should be this long.
 pub const MAX_CHUNK: usize = 128;
@@ -33,55 +33,8 @@ pub enum Slot {
     B,
 }
 
-/// An Ed25519 signature over the uploaded bytes: 64 bytes in a row on the line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Signature([u8; 64]);
-
-impl Signature {
-    /// The signature with these bytes.
-    pub fn new(bytes: [u8; 64]) -> Self {
-        Self(bytes)
-    }
-
-    /// The signature's bytes: R, then S.
-    pub fn bytes(&self) -> [u8; 64] {
-        self.0
-    }
-}
-
-// By hand, because serde knows arrays of up to 32 elements, and what it makes of those is unrolled.
-impl Serialize for Signature {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut all = serializer.serialize_tuple(self.0.len())?;
-        for byte in &self.0 {
-            all.serialize_element(byte)?;
-        }
-        all.end()
-    }
-}
-
-impl<'de> Deserialize<'de> for Signature {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Bytes;
-        impl<'de> Visitor<'de> for Bytes {
-            type Value = Signature;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("64 bytes")
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut all: A) -> Result<Signature, A::Error> {
-                let mut bytes = [0; 64];
-                for (place, byte) in bytes.iter_mut().enumerate() {
-                    let next = all.next_element()?;
-                    *byte = next.ok_or_else(|| A::Error::invalid_length(place, &self))?;
-                }
-                Ok(Signature(bytes))
-            }
-        }
-        deserializer.deserialize_tuple(64, Bytes)
-    }
-}
+/// An Ed25519 signature: R, then S, 64 bytes in a row on the line.
+pub type Signature = Bytes<SIGNATURE_LEN>;
 
 /// A step of an upload.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -91,14 +44,12 @@ impl<'de> Deserialize<'de> for Signature {
     reason = "there is no heap to put the larger one on"
 )]
 pub enum UploadRequest {
-    /// Begins; an upload that was under way is given up.
+    /// Begins; an upload that was under way is given up when the header may be taken.
     Begin {
-        /// What is uploaded.
-        kind: Kind,
-        /// Bytes of the content.
-        length: u32,
-        /// CRC-32/ISO-HDLC of all of them.
-        crc: u32,
+        /// What is signed: length, release, class of devices, digest.
+        header: Header,
+        /// The signature of the header; a device refuses one without it unless it was built otherwise.
+        signature: Option<Signature>,
     },
     /// The next bytes of the content.
     Chunk {
@@ -108,10 +59,7 @@ pub enum UploadRequest {
         data: Vec<u8, MAX_CHUNK>,
     },
     /// All bytes were sent: check them, and activate them if they are good.
-    Finish {
-        /// The signature; a device refuses a model without one unless it was built otherwise.
-        signature: Option<Signature>,
-    },
+    Finish,
     /// Give up; what was active stays active.
     Abort,
 }
@@ -167,14 +115,14 @@ pub enum Refusal {
         /// Bytes that are there.
         seen: u32,
     },
-    /// The bytes do not have the announced CRC.
+    /// The bytes do not have the announced digest.
     Checksum {
-        /// The CRC of the bytes that are there.
+        /// The first four bytes of the digest of those that are there.
         seen: u32,
     },
     /// No signature, and this device asks for one.
     Unsigned,
-    /// The signature is not one of the key that is built into the firmware.
+    /// The signature is not one of a key that the firmware trusts.
     Signature,
     /// No key is built into the firmware, so that nothing can be verified.
     NoKey,
@@ -186,6 +134,17 @@ pub enum Refusal {
     Mismatch,
     /// The flash could not be erased or written.
     Flash,
+    /// The flash has been erased as often as it may be in its life, or the journal that counts it is full.
+    Worn,
+    /// The flash has been erased as often as it may be in an hour.
+    TooOften,
+    /// It is signed for another class of devices.
+    Class,
+    /// Its release is not newer than that of a model that has proven itself here, or was taken back.
+    NotNewer {
+        /// The newest of those.
+        newest: u32,
+    },
 }
 
 impl Refusal {
@@ -207,6 +166,16 @@ impl Refusal {
             Self::Rig(_) => "the device cannot use this rig block",
             Self::Mismatch => "model and rig block do not fit each other",
             Self::Flash => "the flash could not be written; the slot may be worn out",
+            Self::Worn => "the device's flash has been erased as often as it may be",
+            Self::TooOften => {
+                "the device's flash has been erased too often this hour; try again in an hour"
+            }
+            Self::Class => {
+                "it is signed for another class of devices; sign it with --class and the name of this one"
+            }
+            Self::NotNewer { .. } => {
+                "it is not newer than what has run on the device; sign it again"
+            }
         }
     }
 }
@@ -218,7 +187,8 @@ impl fmt::Display for Refusal {
             Self::Length { seen, most } => write!(f, " ({seen} bytes, at most {most})"),
             Self::WrongOffset { next } => write!(f, " (the next one begins at byte {next})"),
             Self::Incomplete { seen } => write!(f, " ({seen} bytes are)"),
-            Self::Checksum { seen } => write!(f, " (their CRC is {seen:08x})"),
+            Self::Checksum { seen } => write!(f, " (their digest begins with {seen:08x})"),
+            Self::NotNewer { newest } => write!(f, " (its release has to be above {newest})"),
             Self::Model(fault) | Self::Rig(fault) => write!(f, ": {}", fault.words()),
             _ => Ok(()),
         }

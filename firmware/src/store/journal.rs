@@ -1,0 +1,102 @@
+//! What the device remembers beyond the life of a model: erasures, the newest release, revoked keys, carried-out orders.
+//!
+//! Before a slot is erased, what is to be remembered is written into the other slot's journal. So the latest entry is always in
+//! one of the two, whatever power does.
+
+use super::{Fault, SlotName, Store, Verifier};
+use embedded_storage::nor_flash::NorFlash;
+use jointwatch_shared::wire::slot::{ENTRY_LEN, ERASED, Entry, JOURNAL_OFFSET};
+
+/// Entries of a journal that are used at most: they are all read when one is wanted.
+const MOST_ENTRIES: usize = 2000;
+/// Erasures in an hour of running. A model that is tried out ten times an hour is far below.
+pub const ERASURES_PER_HOUR: u8 = 20;
+/// Erasures in the device's life: half of what both sectors last for (DS8626, “Flash memory endurance”: 10,000 cycles each).
+pub const ERASURES_PER_LIFE: u32 = 10_000;
+
+impl<F: NorFlash, V: Verifier> Store<F, V> {
+    /// Entries that a slot's journal has room for.
+    const ENTRIES: usize = {
+        let room = F::ERASE_SIZE.saturating_sub(JOURNAL_OFFSET) / ENTRY_LEN;
+        if room < MOST_ENTRIES {
+            room
+        } else {
+            MOST_ENTRIES
+        }
+    };
+
+    /// What the device remembers.
+    ///
+    /// # Errors
+    /// When the flash cannot be read.
+    pub fn remembered(&mut self) -> Result<Entry, Fault> {
+        let mut latest = Entry::default();
+        for place in SlotName::ALL {
+            for number in 0..Self::ENTRIES {
+                // Most places were never written: their first word is enough.
+                let mut first = ERASED;
+                self.read(place, JOURNAL_OFFSET + number * ENTRY_LEN, &mut first)?;
+                if first != ERASED
+                    && let Some(entry) = Entry::decode(&self.entry(place, number)?)
+                    && entry.number > latest.number
+                {
+                    latest = entry;
+                }
+            }
+        }
+        Ok(latest)
+    }
+
+    fn entry(&mut self, place: SlotName, number: usize) -> Result<[u8; ENTRY_LEN], Fault> {
+        let mut bytes = [0; ENTRY_LEN];
+        self.read(place, JOURNAL_OFFSET + number * ENTRY_LEN, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Writes an entry behind the last one of a slot's journal, under the next number.
+    ///
+    /// # Errors
+    /// [`Fault::Worn`] when the journal is full, [`Fault::Flash`] when the entry does not read back.
+    pub(super) fn remember(&mut self, place: SlotName, entry: Entry) -> Result<(), Fault> {
+        let number = entry.number.checked_add(1).ok_or(Fault::Worn)?;
+        let bytes = Entry { number, ..entry }.encode();
+        // Behind the last that is not blank: power may have failed on one, which then reads as anything.
+        let mut free = Self::ENTRIES;
+        while let Some(before) = free.checked_sub(1)
+            && self.entry(place, before)? == [0xFF; ENTRY_LEN]
+        {
+            free = before;
+        }
+        if free == Self::ENTRIES {
+            return Err(Fault::Worn);
+        }
+        self.write(place, JOURNAL_OFFSET + free * ENTRY_LEN, &bytes)?;
+        if self.entry(place, free)? == bytes {
+            Ok(())
+        } else {
+            Err(Fault::Flash)
+        }
+    }
+
+    /// An hour of running is over: erasures are counted anew.
+    ///
+    /// # Errors
+    /// As [`remember`](Self::remember); the next hour is then waited for.
+    pub fn an_hour_is_over(&mut self) -> Result<(), Fault> {
+        let entry = self.remembered()?;
+        if entry.this_hour == 0 {
+            return Ok(());
+        }
+        self.remember_anywhere(Entry {
+            this_hour: 0,
+            ..entry
+        })
+    }
+
+    /// Writes an entry that no erasure follows on: into the journal of the slot that is erased next, if there is room.
+    pub(super) fn remember_anywhere(&mut self, entry: Entry) -> Result<(), Fault> {
+        let active = self.active.unwrap_or(SlotName::B);
+        self.remember(active.other(), entry)
+            .or_else(|_| self.remember(active, entry))
+    }
+}

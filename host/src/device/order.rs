@@ -1,0 +1,153 @@
+//! Orders: what a device does only when its owner signs for it.
+//!
+//! A device tells the number of its next order when it introduces itself, and takes an order that is signed with it once.
+
+use crate::device::signing::PrivateKey;
+use crate::text::error::{Error, Result};
+use jointwatch_shared::wire::slot::{CLASS_LEN, Order, signed_order};
+use jointwatch_shared::wire::telemetry::{
+    Access, Answered, Decoder, MAX_FRAME, Report, Request, Signature, encode,
+};
+use std::io::{ErrorKind, Read, Write};
+use std::time::{Duration, Instant};
+
+/// How long to wait for an answer before the request is sent again; an entry of the journal takes a fraction of it.
+const WAIT: Duration = Duration::from_millis(700);
+/// How often a request is sent.
+const TRIES: u16 = 8;
+
+/// Has a device carry out an order, signed by `key`.
+///
+/// A read of `line` that brings nothing gives no bytes, or fails as timed out.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`] when the device does not trust the key, [`crate::text::error::Kind::Failed`] when it does not
+/// answer or cannot carry the order out.
+pub fn give(line: &mut (impl Read + Write), order: Order, key: &PrivateKey) -> Result<()> {
+    let mut owner = Owner {
+        line,
+        decoder: Decoder::default(),
+        sequence: 0,
+    };
+    for _ in 0..TRIES {
+        let access = owner.access()?;
+        let mut class = [0; CLASS_LEN];
+        for (place, byte) in class.iter_mut().zip(access.class.bytes()) {
+            *place = byte;
+        }
+        let signature = key.sign(&signed_order(order, access.number, &class));
+        let request = Request::Order {
+            order,
+            number: access.number,
+            signature: Signature::new(signature),
+        };
+        let to = owner.send(&request)?;
+        let answered = owner.heard(|report| match report {
+            Report::Answer(answer) if answer.to == to => Some(answer.answered),
+            _ => None,
+        })?;
+        return match answered {
+            Some(Answered::Done) => Ok(()),
+            // Its answer was lost and it is done, or something else was done meanwhile: the next number tells.
+            None if owner.access()?.number != access.number => Ok(()),
+            None | Some(Answered::Stale | Answered::Busy) => continue,
+            Some(Answered::NotSigned) => Err(Error::data(
+                "the device does not trust this key; give the key that its firmware was built with",
+            )),
+            Some(Answered::Nothing) => Err(Error::failed(nothing(order))),
+            Some(_) => Err(Error::failed(
+                "the device could not write the order into its flash; upload a model, which makes room for orders",
+            )),
+        };
+    }
+    Err(Error::failed(
+        "the device took none of several orders; does something else talk to it at the same time?",
+    ))
+}
+
+/// Why there is nothing to carry out.
+fn nothing(order: Order) -> &'static str {
+    match order {
+        Order::Restart => "the device has nothing to restart",
+        Order::RollBack => "the device holds no other model that has proven itself; upload one",
+        Order::Acknowledge => "no alarm stands on the device",
+        Order::RevokeOther => {
+            "the device trusts no other key, or runs a model that is signed by it; upload one that is signed by this key first"
+        }
+    }
+}
+
+/// The owner's end of the line.
+struct Owner<'a, L> {
+    line: &'a mut L,
+    decoder: Decoder<Report>,
+    sequence: u16,
+}
+
+impl<L: Read + Write> Owner<'_, L> {
+    /// Sends a request; gives its number.
+    fn send(&mut self, request: &Request) -> Result<u16> {
+        let number = self.sequence;
+        self.sequence = self.sequence.wrapping_add(1);
+        let mut room = [0; MAX_FRAME];
+        let frame = encode(request, number, &mut room)
+            .map_err(|_| Error::failed("a request did not fit into a frame"))?;
+        self.line
+            .write_all(frame)
+            .and_then(|()| self.line.flush())
+            .map_err(broken)?;
+        Ok(number)
+    }
+
+    /// Asks until the device introduces itself.
+    fn access(&mut self) -> Result<Access> {
+        for _ in 0..TRIES {
+            self.send(&Request::Hello)?;
+            let access = self.heard(|report| match report {
+                Report::Hello(hello) => Some(hello.access),
+                _ => None,
+            })?;
+            if let Some(access) = access {
+                return Ok(access);
+            }
+        }
+        Err(Error::failed(
+            "the device did not answer; check the port, the baud rate and that the device runs",
+        ))
+    }
+
+    /// Reads until a report is wanted or the time is over.
+    fn heard<T>(&mut self, wanted: impl Fn(Report) -> Option<T>) -> Result<Option<T>> {
+        let begun = Instant::now();
+        let mut bytes = [0; 256];
+        let mut found = None;
+        while found.is_none() && begun.elapsed() < WAIT {
+            let count = match self.line.read(&mut bytes) {
+                Ok(count) => count,
+                Err(e)
+                    if matches!(
+                        e.kind(),
+                        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
+                    ) =>
+                {
+                    0
+                }
+                Err(e) => return Err(broken(e)),
+            };
+            for &byte in &bytes[..count] {
+                if let Some(Ok(frame)) = self.decoder.push(byte)
+                    && let Some(one) = wanted(frame.message)
+                {
+                    found = Some(one);
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
+fn broken(why: std::io::Error) -> Error {
+    Error::failed(format!(
+        "the line to the device broke ({why}); plug it in and try again"
+    ))
+}
