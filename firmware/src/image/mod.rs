@@ -21,6 +21,7 @@ impl<T: Mutex<T = &'static mut Watch>> Shared for Locked<T> {
 #[rtic::app(device = stm32f4::stm32f405, peripherals = false)]
 mod app {
     use super::{Locked, log};
+    use core::mem::MaybeUninit;
     use core::sync::atomic::{AtomicBool, Ordering};
     use heapless::spsc::{Consumer, Producer, Queue};
     use jointwatch_firmware::app::{
@@ -69,13 +70,14 @@ mod app {
         evaluated: Consumer<'static, Evaluated>,
         stream_in: Producer<'static, Streamed>,
         stream: Consumer<'static, Streamed>,
-        server: Server<SlotFlash, Key, Serial>,
+        server: &'static mut Server<SlotFlash, Key, Serial>,
         received_in: Producer<'static, u8>,
         received: Consumer<'static, u8>,
     }
 
     #[init(local = [
         room: Room = Room::EMPTY,
+        server_room: MaybeUninit<Server<SlotFlash, Key, Serial>> = MaybeUninit::uninit(),
         frame_queue: Queue<Frame, FRAMES> = Queue::new(),
         evaluated_queue: Queue<Evaluated, FRAMES> = Queue::new(),
         stream_queue: Queue<Streamed, STREAMED> = Queue::new(),
@@ -117,7 +119,11 @@ mod app {
             accelerometers,
         } = parts::devices();
         let sensors = Sensors::new(&wiring, latch, counters, converter, accelerometers);
-        let mut server = Server::new(store, hello, parts::start_serial(clock));
+        let serial = parts::start_serial(clock);
+        let server = cx
+            .local
+            .server_room
+            .write(Server::new(store, hello, serial));
         server.introduce(Occasion::Restart, &mut watch);
         let (frames_in, frames) = cx.local.frame_queue.split();
         let (evaluated_in, evaluated) = cx.local.evaluated_queue.split();

@@ -30,6 +30,9 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     /// # Errors
     /// When the flash cannot be read.
     pub fn remembered(&mut self) -> Result<Entry, Fault> {
+        if let Some(latest) = self.latest {
+            return Ok(latest);
+        }
         let mut latest = Entry::default();
         for place in SlotName::ALL {
             for number in 0..Self::ENTRIES {
@@ -44,7 +47,13 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
                 }
             }
         }
+        self.latest = Some(latest);
         Ok(latest)
+    }
+
+    /// The keys that are trusted no longer.
+    pub(super) fn revoked(&self) -> u8 {
+        self.latest.map_or(0, |entry| entry.revoked)
     }
 
     fn entry(&mut self, place: SlotName, number: usize) -> Result<[u8; ENTRY_LEN], Fault> {
@@ -59,7 +68,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     /// [`Fault::Worn`] when the journal is full, [`Fault::Flash`] when the entry does not read back.
     pub(super) fn remember(&mut self, place: SlotName, entry: Entry) -> Result<(), Fault> {
         let number = entry.number.checked_add(1).ok_or(Fault::Worn)?;
-        let bytes = Entry { number, ..entry }.encode();
+        let entry = Entry { number, ..entry };
+        let bytes = entry.encode();
         // Behind the last that is not blank: power may have failed on one, which then reads as anything.
         let mut free = Self::ENTRIES;
         while let Some(before) = free.checked_sub(1)
@@ -72,6 +82,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         }
         self.write(place, JOURNAL_OFFSET + free * ENTRY_LEN, &bytes)?;
         if self.entry(place, free)? == bytes {
+            self.latest = Some(entry);
             Ok(())
         } else {
             Err(Fault::Flash)

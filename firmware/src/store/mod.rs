@@ -82,8 +82,8 @@ pub struct Store<F, V> {
     release: u32,
     /// The key that the model that runs is signed by.
     signer: Option<u8>,
-    /// Bit k: key k is trusted no longer.
-    revoked: u8,
+    /// The latest entry of the journals, once it was looked for.
+    latest: Option<Entry>,
 }
 
 impl<F: NorFlash, V: Verifier> Store<F, V> {
@@ -103,7 +103,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
             proven_release: None,
             release: 0,
             signer: None,
-            revoked: 0,
+            latest: None,
         }
     }
 
@@ -124,7 +124,6 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     pub fn start(&mut self, work: &mut Work) -> Started {
         let remembered = self.remembered();
         let mut flash_failed = remembered.is_err();
-        self.revoked = remembered.map_or(0, |entry| entry.revoked);
         let mut states = SlotName::ALL.map(|place| self.examine(place, work));
         let mut set_aside = None;
         // Twice at most: a slot that was good a moment ago and now is not becomes refused, and the other one is taken.
@@ -314,7 +313,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         let signer = match signature {
             Some(signature) => {
                 let message = header.signed_bytes();
-                let signer = self.trust.signer(&message, signature, self.revoked);
+                let signer = self.trust.signer(&message, signature, self.revoked());
                 Some(signer.ok_or(Fault::Signature)?)
             }
             None if self.trust.unsigned => None,

@@ -17,7 +17,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         let there = keys.fold(0, |bits, (number, key)| {
             bits | u8::from(key.is_some()) << number
         });
-        there & !self.revoked
+        there & !self.revoked()
     }
 
     /// What the device remembers, with what the model that runs adds to it.
@@ -49,7 +49,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
             return Err(Answered::Stale);
         }
         let message = signed_order(order, number, &self.trust.class);
-        let signer = self.trust.signer(&message, signature, self.revoked);
+        let signer = self.trust.signer(&message, signature, self.revoked());
         let signer = signer.ok_or(Answered::NotSigned)?;
         let mut after = entry;
         let mut given_up = None;
@@ -65,7 +65,6 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         }
         let failed = |_: Fault| Answered::Failed;
         self.remember_anywhere(after).map_err(failed)?;
-        self.revoked = after.revoked;
         if let Some(place) = given_up {
             // From now on the other slot holds the only model.
             self.other_is_free = false;
