@@ -10,7 +10,7 @@ use jointwatch_firmware::app::{
 use jointwatch_firmware::board::Kernels;
 use jointwatch_firmware::board::an500::chips::NoChip;
 use jointwatch_firmware::board::an500::{self as board, memory, serial, ticker};
-use jointwatch_firmware::key::PUBLIC_KEY;
+use jointwatch_firmware::key::{DEVICE_CLASS, IS_DEVELOPMENT_KEY, PUBLIC_KEY, SECOND_PUBLIC_KEY};
 use jointwatch_firmware::sensor::acquire::Sensors;
 use jointwatch_firmware::store::{Key, Store, Trust};
 use jointwatch_shared::wire::telemetry::{Occasion, Restart};
@@ -23,7 +23,8 @@ fn main() -> ! {
     static mut STREAM: Queue<Streamed, 8> = Queue::new();
     let (clock, _) = board::start();
     let trust = Trust {
-        verifier: Key::new(PUBLIC_KEY),
+        keys: [Some(Key::new(PUBLIC_KEY)), SECOND_PUBLIC_KEY.map(Key::new)],
+        class: DEVICE_CLASS,
         unsigned: false,
     };
     let mut store = Store::new(memory::slots(), trust);
@@ -31,6 +32,7 @@ fn main() -> ! {
         clock,
         why: Restart::Unknown,
         signed: !trust.unsigned,
+        development_key: IS_DEVELOPMENT_KEY,
     };
     let Begun {
         mut evaluator,
