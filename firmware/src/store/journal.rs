@@ -92,7 +92,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     /// An hour of running is over: erasures are counted anew.
     ///
     /// # Errors
-    /// As [`remember`](Self::remember); the next hour is then waited for.
+    /// As `remember`; the next hour is then waited for.
     pub fn an_hour_is_over(&mut self) -> Result<(), Fault> {
         let entry = self.remembered()?;
         if entry.this_hour == 0 {

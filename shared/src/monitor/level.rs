@@ -180,6 +180,25 @@ mod tests {
     }
 
     #[test]
+    fn a_direction_has_the_cause_of_its_sign() {
+        let seen = Statistics {
+            stiffness: 3,
+            friction: 5,
+            ..Statistics::default()
+        };
+        let said = CAUSES.iter().zip(values(&seen));
+        for (cause, wanted) in [
+            (Cause::Stiffer, 3),
+            (Cause::Softer, -3),
+            (Cause::MoreFriction, 5),
+            (Cause::LessFriction, -5),
+        ] {
+            let own = said.clone().find(|(said, _)| **said == cause);
+            assert_eq!(own.map(|(_, value)| value), Some(wanted), "{cause:?}");
+        }
+    }
+
+    #[test]
     fn a_gross_change_is_one_between_a_healthy_error_and_all_of_the_force() {
         let mut limits = axis();
         for (drift, wanted) in [
