@@ -77,6 +77,10 @@ impl Session {
                 false => draft::draft(&folder, &said).map(Some),
             };
             let mut state = self.state();
+            if folder.study_file().exists() {
+                // It was made meanwhile, and is read in a thread of its own.
+                return;
+            }
             match made {
                 Ok(draft) => {
                     state.draft = draft.map(Arc::new);
@@ -308,6 +312,11 @@ impl Session {
             (done, said) = (false, e.sentence);
         }
         let helpless = !done && !job.cancelled && said.contains("does not help");
+        let made = done && plan.then == Then::Study;
+        if made {
+            // Nobody is to see the end of the command beside a folder that has no study.
+            state.opened = Opened::Reading;
+        }
         state.remember(Done {
             what: job.what,
             command: job.command,
@@ -318,7 +327,7 @@ impl Session {
         });
         drop(state);
         self.changed();
-        if done && plan.then == Then::Study {
+        if made {
             self.open();
         }
     }
