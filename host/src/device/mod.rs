@@ -1,6 +1,7 @@
 //! What goes to the device and what comes back: export, the rig block, limits of the monitor, replay, telemetry, keys, upload.
 
 pub mod export;
+mod line;
 pub mod monitor_limits;
 pub mod order;
 pub mod replay;

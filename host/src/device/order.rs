@@ -2,13 +2,12 @@
 //!
 //! A device tells the number of its next order when it introduces itself, and takes an order that is signed with it once.
 
+use super::line::Line;
 use crate::device::signing::PrivateKey;
 use crate::text::error::{Error, Result};
 use jointwatch_shared::wire::slot::{CLASS_LEN, Order, signed_order};
-use jointwatch_shared::wire::telemetry::{
-    Access, Answered, Decoder, MAX_FRAME, Report, Request, Signature, encode,
-};
-use std::io::{ErrorKind, Read, Write};
+use jointwatch_shared::wire::telemetry::{Access, Answered, Report, Request, Signature};
+use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
 /// How long to wait for an answer before the request is sent again; an entry of the journal takes a fraction of it.
@@ -24,11 +23,7 @@ const TRIES: u16 = 8;
 /// [`crate::text::error::Kind::Data`] when the device does not trust the key, [`crate::text::error::Kind::Failed`] when it does not
 /// answer or cannot carry the order out.
 pub fn give(line: &mut (impl Read + Write), order: Order, key: &PrivateKey) -> Result<()> {
-    let mut owner = Owner {
-        line,
-        decoder: Decoder::default(),
-        sequence: 0,
-    };
+    let mut owner = Owner(Line::new(line, "try again"));
     for _ in 0..TRIES {
         let access = owner.access()?;
         let mut class = [0; CLASS_LEN];
@@ -41,7 +36,7 @@ pub fn give(line: &mut (impl Read + Write), order: Order, key: &PrivateKey) -> R
             number: access.number,
             signature: Signature::new(signature),
         };
-        let to = owner.send(&request)?;
+        let to = owner.0.send(&request)?;
         let answered = owner.heard(|report| match report {
             Report::Answer(answer) if answer.to == to => Some(answer.answered),
             _ => None,
@@ -78,31 +73,13 @@ fn nothing(order: Order) -> &'static str {
 }
 
 /// The owner's end of the line.
-struct Owner<'a, L> {
-    line: &'a mut L,
-    decoder: Decoder<Report>,
-    sequence: u16,
-}
+struct Owner<'a, L>(Line<'a, L>);
 
 impl<L: Read + Write> Owner<'_, L> {
-    /// Sends a request; gives its number.
-    fn send(&mut self, request: &Request) -> Result<u16> {
-        let number = self.sequence;
-        self.sequence = self.sequence.wrapping_add(1);
-        let mut room = [0; MAX_FRAME];
-        let frame = encode(request, number, &mut room)
-            .map_err(|_| Error::failed("a request did not fit into a frame"))?;
-        self.line
-            .write_all(frame)
-            .and_then(|()| self.line.flush())
-            .map_err(broken)?;
-        Ok(number)
-    }
-
     /// Asks until the device introduces itself.
     fn access(&mut self) -> Result<Access> {
         for _ in 0..TRIES {
-            self.send(&Request::Hello)?;
+            self.0.send(&Request::Hello)?;
             let access = self.heard(|report| match report {
                 Report::Hello(hello) => Some(hello.access),
                 _ => None,
@@ -119,35 +96,14 @@ impl<L: Read + Write> Owner<'_, L> {
     /// Reads until a report is wanted or the time is over.
     fn heard<T>(&mut self, wanted: impl Fn(Report) -> Option<T>) -> Result<Option<T>> {
         let begun = Instant::now();
-        let mut bytes = [0; 256];
         let mut found = None;
         while found.is_none() && begun.elapsed() < WAIT {
-            let count = match self.line.read(&mut bytes) {
-                Ok(count) => count,
-                Err(e)
-                    if matches!(
-                        e.kind(),
-                        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
-                    ) =>
-                {
-                    0
-                }
-                Err(e) => return Err(broken(e)),
-            };
-            for &byte in &bytes[..count] {
-                if let Some(Ok(frame)) = self.decoder.push(byte)
-                    && let Some(one) = wanted(frame.message)
-                {
+            self.0.read(|report| {
+                if let Some(one) = wanted(report) {
                     found = Some(one);
                 }
-            }
+            })?;
         }
         Ok(found)
     }
-}
-
-fn broken(why: std::io::Error) -> Error {
-    Error::failed(format!(
-        "the line to the device broke ({why}); plug it in and try again"
-    ))
 }

@@ -4,13 +4,13 @@
 //! taken already as it did the first time. A device that restarted in the middle is begun with again, and an upload that this
 //! program did not finish goes on where it stopped.
 
+use super::line::Line;
 use crate::device::signing::SignedModel;
 use crate::text::error::{Error, Result};
 use jointwatch_shared::wire::telemetry::{
-    Decoder, MAX_CHUNK, MAX_FRAME, Refusal, Report, Request, Signature, Slot, UploadReply,
-    UploadRequest, encode,
+    MAX_CHUNK, Refusal, Report, Request, Signature, Slot, UploadReply, UploadRequest,
 };
-use std::io::{ErrorKind, Read, Write};
+use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
 /// How long to wait for answers.
@@ -71,10 +71,8 @@ pub fn upload(
     mut progress: impl FnMut(u32),
 ) -> Result<Uploaded> {
     let mut device = UploadSession {
-        line,
+        line: Line::new(line, "upload again"),
         patience,
-        decoder: Decoder::default(),
-        sequence: 0,
         repeated: 0,
     };
     let bytes = model.content().len() as u32;
@@ -123,10 +121,8 @@ pub fn upload(
 
 /// The device at the other end of the line.
 struct UploadSession<'a, L> {
-    line: &'a mut L,
+    line: Line<'a, L>,
     patience: Patience,
-    decoder: Decoder<Report>,
-    sequence: u16,
     repeated: u32,
 }
 
@@ -177,14 +173,7 @@ impl<L: Read + Write> UploadSession<'_, L> {
         let request = Request::Upload(request.clone());
         for attempt in 0..self.patience.tries {
             self.repeated += u32::from(attempt > 0);
-            let mut room = [0; MAX_FRAME];
-            let frame = encode(&request, self.sequence, &mut room)
-                .map_err(|_| Error::failed("a request did not fit into a frame"))?;
-            self.sequence = self.sequence.wrapping_add(1);
-            self.line
-                .write_all(frame)
-                .and_then(|()| self.line.flush())
-                .map_err(broken)?;
+            self.line.send(&request)?;
             if let Some(reply) = self.answer(silent, &wanted)? {
                 return Ok(reply);
             }
@@ -203,42 +192,22 @@ impl<L: Read + Write> UploadSession<'_, L> {
     ) -> Result<Option<UploadReply>> {
         let begun = Instant::now();
         let mut silent_reads = 0;
-        let mut bytes = [0; 256];
         while silent_reads < silent && begun.elapsed() < self.patience.longest {
-            let count = match self.line.read(&mut bytes) {
-                Ok(count) => count,
-                Err(e)
-                    if matches!(
-                        e.kind(),
-                        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
-                    ) =>
-                {
-                    0
-                }
-                Err(e) => return Err(broken(e)),
-            };
-            silent_reads = if count == 0 { silent_reads + 1 } else { 0 };
             let mut answer = None;
-            for &byte in &bytes[..count] {
-                if let Some(Ok(frame)) = self.decoder.push(byte)
-                    && let Report::Upload(reply) = frame.message
+            let count = self.line.read(|report| {
+                if let Report::Upload(reply) = report
                     && (wanted(&reply) || matches!(reply, UploadReply::Refused(_)))
                 {
                     answer = Some(reply);
                 }
-            }
+            })?;
+            silent_reads = if count == 0 { silent_reads + 1 } else { 0 };
             if answer.is_some() {
                 return Ok(answer);
             }
         }
         Ok(None)
     }
-}
-
-fn broken(why: std::io::Error) -> Error {
-    Error::failed(format!(
-        "the line to the device broke ({why}); plug it in and upload again"
-    ))
 }
 
 /// The sentence for an answer that ends the upload.
