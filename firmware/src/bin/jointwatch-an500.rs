@@ -10,9 +10,9 @@ use jointwatch_firmware::app::{
 use jointwatch_firmware::board::Kernels;
 use jointwatch_firmware::board::an500::chips::NoChip;
 use jointwatch_firmware::board::an500::{self as board, memory, serial, ticker};
-use jointwatch_firmware::key::{DEVICE_CLASS, IS_DEVELOPMENT_KEY, PUBLIC_KEY, SECOND_PUBLIC_KEY};
+use jointwatch_firmware::key::{IS_DEVELOPMENT_KEY, trust};
 use jointwatch_firmware::sensor::acquire::Sensors;
-use jointwatch_firmware::store::{Key, Store, Trust};
+use jointwatch_firmware::store::Store;
 use jointwatch_shared::wire::telemetry::{Occasion, Restart};
 
 #[cortex_m_rt::entry]
@@ -22,11 +22,7 @@ fn main() -> ! {
     static mut EVALUATED: Queue<Evaluated, 4> = Queue::new();
     static mut STREAM: Queue<Streamed, 8> = Queue::new();
     let (clock, _) = board::start();
-    let trust = Trust {
-        keys: [Some(Key::new(PUBLIC_KEY)), SECOND_PUBLIC_KEY.map(Key::new)],
-        class: DEVICE_CLASS,
-        unsigned: false,
-    };
+    let trust = trust();
     let mut store = Store::new(memory::slots(), trust);
     let setup = Setup {
         clock,

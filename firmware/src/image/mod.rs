@@ -34,11 +34,9 @@ mod app {
     };
     use jointwatch_firmware::board::stm32f405::watchdog;
     use jointwatch_firmware::board::{restart, stack, stm32f405 as board};
-    use jointwatch_firmware::key::{
-        DEVICE_CLASS, IS_DEVELOPMENT_KEY, PUBLIC_KEY, SECOND_PUBLIC_KEY,
-    };
+    use jointwatch_firmware::key::{IS_DEVELOPMENT_KEY, trust};
     use jointwatch_firmware::sensor::acquire::Sensors;
-    use jointwatch_firmware::store::{Key, Store, Trust};
+    use jointwatch_firmware::store::{Key, Store};
     use jointwatch_shared::wire::telemetry::Occasion;
     use stm32f4::stm32f405::Interrupt;
 
@@ -90,11 +88,7 @@ mod app {
         watchdog::start();
         parts::open();
         log::start(clock, why);
-        let trust = Trust {
-            keys: [Some(Key::new(PUBLIC_KEY)), SECOND_PUBLIC_KEY.map(Key::new)],
-            class: DEVICE_CLASS,
-            unsigned: false,
-        };
+        let trust = trust();
         let mut store = Store::new(parts::slots(), trust);
         let setup = Setup {
             clock,
