@@ -110,17 +110,7 @@ pub fn begin<F: NorFlash, V: Verifier>(
         rate: Rate::USUAL,
         wiring: raw_wiring(),
         watch: new_watch(&mut room.watch),
-        hello: Hello {
-            protocol: PROTOCOL_VERSION,
-            firmware: firmware_version(),
-            occasion: Occasion::Restart,
-            model: None,
-            rig: None,
-            access: Access {
-                development_key: setup.development_key,
-                ..Access::default()
-            },
-        },
+        hello: hello_without_model(setup.development_key),
         rig_refused: None,
     };
     let rig_len = started.rig_len;
@@ -169,6 +159,21 @@ pub fn begin<F: NorFlash, V: Verifier>(
         }
     }
     begun
+}
+
+/// How a device introduces itself that has no model and was not asked whom it trusts.
+fn hello_without_model(development_key: bool) -> Hello {
+    Hello {
+        protocol: PROTOCOL_VERSION,
+        firmware: firmware_version(),
+        occasion: Occasion::Restart,
+        model: None,
+        rig: None,
+        access: Access {
+            development_key,
+            ..Access::default()
+        },
+    }
 }
 
 /// A watch that has nothing to judge yet. Not inlined, as above.
