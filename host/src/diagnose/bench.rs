@@ -184,8 +184,7 @@ impl<'a> Bench<'a> {
             })
         };
         let applied = self.records.applied_rms(self.axis);
-        let stated = self.records.inertias[self.axis].filter(|inertia| *inertia > 0.0);
-        let stated = stated.filter(|_| self.records.forced[self.axis]);
+        let stated = self.records.doubtful_inertia(self.axis);
         [
             within("preload", CRITERIA.zero * applied),
             stated.and_then(|stated| within("inertia_error", CRITERIA.gain * stated)),

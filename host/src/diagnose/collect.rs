@@ -67,9 +67,7 @@ pub(super) fn candidates(
     let following =
         of_joint.flat_map(|entry| inputs.iter().map(move |i| bound(entry, axis, Some(*i))));
     let bounds = bounds.chain(following);
-    // A wrong inertia shows where one is stated, and where its force is not all that there is.
-    let inertia = bench.records.inertias[axis].is_some_and(|inertia| inertia > 0.0)
-        && bench.records.forced[axis];
+    let inertia = bench.records.doubtful_inertia(axis).is_some();
     bounds
         .filter(|bound| {
             let name = bound.entry.about.name;

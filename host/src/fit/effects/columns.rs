@@ -125,6 +125,11 @@ impl<'a> Records<'a> {
         records
     }
 
+    /// The inertia of an axis that may be stated wrong: one that is stated, and whose force is not all that there is.
+    pub(crate) fn doubtful_inertia(&self, axis: usize) -> Option<f64> {
+        self.inertias[axis].filter(|inertia| *inertia > 0.0 && self.forced[axis])
+    }
+
     /// Lets the effects of instruments work on the applied force that a model asks for, see [`TimeHistory::predict`]; `terms` are
     /// the model's effects and `inertia` has one entry per axis, kg or kg·m².
     pub(crate) fn predict(&mut self, terms: &[InSi], inertia: &[f64]) {
