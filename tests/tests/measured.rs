@@ -66,16 +66,22 @@ fn six_foreign_studies_go_through_identify_and_compare() {
 /// The study that `docs/notebook/measured-axis.md` prints, for the public record of an electro-mechanical positioning system.
 const STUDY: &str = include_str!("../../docs/measured-axis.toml");
 
-#[test]
-fn a_measured_axis_with_unknown_mass_is_identified() {
-    let Some(data) = measurements("data/emps") else {
-        return;
-    };
+/// A folder with that study and its records, where they are at hand.
+fn axis_study() -> Option<tempfile::TempDir> {
+    let data = measurements("data/emps")?;
     let folder = tempfile::tempdir().unwrap();
     for file in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
         fs::copy(data.join(file), folder.path().join(file)).unwrap();
     }
     fs::write(folder.path().join("study.toml"), STUDY).unwrap();
+    Some(folder)
+}
+
+#[test]
+fn a_measured_axis_with_unknown_mass_is_identified() {
+    let Some(folder) = axis_study() else {
+        return;
+    };
     succeed(
         folder.path(),
         &[
@@ -108,15 +114,10 @@ fn a_measured_axis_with_unknown_mass_is_identified() {
 
 #[test]
 fn a_measured_axis_gives_its_published_friction_and_mass() {
-    let Some(data) = measurements("data/emps") else {
+    let Some(folder) = axis_study() else {
         return;
     };
-    let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    for file in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
-        fs::copy(data.join(file), folder.join(file)).unwrap();
-    }
-    fs::write(folder.join("study.toml"), STUDY).unwrap();
     let identify = ["identify", "study.toml", "--model", "physical"];
     succeed(folder, &[&identify[..], &["-o", "model.json"]].concat());
     let model = figures(&fs::read_to_string(folder.join("model.json")).unwrap());
@@ -167,15 +168,10 @@ fn a_measured_axis_gives_its_published_friction_and_mass() {
 
 #[test]
 fn an_untouched_record_of_a_measured_axis_is_not_suspect() {
-    let Some(data) = measurements("data/emps") else {
+    let Some(folder) = axis_study() else {
         return;
     };
-    let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    for file in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
-        fs::copy(data.join(file), folder.join(file)).unwrap();
-    }
-    fs::write(folder.join("study.toml"), STUDY).unwrap();
     for model in ["physical", "polynomial"] {
         let identify = ["identify", "study.toml", "--model", model];
         succeed(folder, &[&identify[..], &["-o", "model.json"]].concat());

@@ -3,6 +3,7 @@
 #[path = "../../firmware/tests/app/flash.rs"]
 mod flash;
 
+use jointwatch::device::order::give;
 use jointwatch::device::signing::{PrivateKey, SignedModel, Stamp};
 use jointwatch::device::upload::{Patience, Uploaded, upload};
 use jointwatch::text::error::Error;
@@ -12,7 +13,11 @@ use jointwatch_shared::selftest::{chain, reference_model};
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use jointwatch_shared::wire::rig::Rig;
 use jointwatch_shared::wire::rig_block::{self, RIG_BLOCK_LEN};
-use jointwatch_shared::wire::telemetry::{Decoder, MAX_FRAME, Report, Request, encode};
+use jointwatch_shared::wire::slot::Order;
+use jointwatch_shared::wire::telemetry::{
+    Access, Answer, Answered, Decoder, Hello, MAX_FRAME, Occasion, PROTOCOL_VERSION, Report,
+    Request, encode,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
@@ -37,6 +42,8 @@ struct Device {
     /// After so many more requests the device restarts.
     restart_after: Option<u32>,
     sequence: u16,
+    /// Orders that were.
+    carried_out: u32,
 }
 
 fn trust(key: [u8; 32]) -> Trust<Key> {
@@ -62,7 +69,22 @@ impl Device {
             bit_errors,
             restart_after: None,
             sequence: 0,
+            carried_out: 0,
         }
+    }
+
+    fn hello(&mut self) -> Report {
+        Report::Hello(Hello {
+            protocol: PROTOCOL_VERSION,
+            firmware: [0; 3],
+            occasion: Occasion::Asked,
+            model: None,
+            rig: None,
+            access: Access {
+                number: self.store.standing().unwrap().number,
+                ..Access::default()
+            },
+        })
     }
 
     fn restart(&mut self) -> Option<SlotName> {
@@ -112,14 +134,29 @@ impl Write for Device {
                     continue;
                 }
             }
-            let Request::Upload(step) = frame.message else {
-                continue;
+            let report = match frame.message {
+                Request::Upload(step) => {
+                    let reply = self.upload.step(&mut self.store, &step, &mut [0; BLOB_LEN]);
+                    Report::Upload(reply)
+                }
+                Request::Hello => self.hello(),
+                Request::Order {
+                    order,
+                    number,
+                    signature,
+                } => {
+                    let mut work = [0; BLOB_LEN];
+                    let signature = signature.bytes();
+                    let outcome = self.store.order(order, number, &signature, &mut work);
+                    self.carried_out += u32::from(outcome.is_ok());
+                    let answered = outcome.err().unwrap_or(Answered::Done);
+                    let to = frame.sequence;
+                    Report::Answer(Answer { to, answered })
+                }
+                _ => continue,
             };
-            let reply = self.upload.step(&mut self.store, &step, &mut [0; BLOB_LEN]);
             let mut room = [0; MAX_FRAME];
-            let answer = encode(&Report::Upload(reply), self.sequence, &mut room)
-                .unwrap()
-                .to_vec();
+            let answer = encode(&report, self.sequence, &mut room).unwrap().to_vec();
             self.sequence = self.sequence.wrapping_add(1);
             let answer = self.damaged(&answer);
             self.answers.extend(answer);
@@ -399,4 +436,32 @@ fn the_device_does_not_rely_on_the_host() {
         UploadReply::Refused(Refusal::BeyondEnd)
     );
     assert_eq!(step(Ask::Abort), UploadReply::Aborted);
+}
+
+#[test]
+fn an_order_is_carried_out_once_over_good_and_bad_lines_and_only_when_its_owner_signs() {
+    let owner = PrivateKey::development();
+    for (loss, seed) in [(0.0, 21), (0.2, 22), (0.2, 23)] {
+        let mut device = Device::new(loss, 0.0, seed);
+        for times in 1..=2 {
+            give(&mut device, Order::Restart, &owner).unwrap();
+            assert_eq!(device.carried_out, times);
+        }
+    }
+    let mut device = Device::new(0.0, 0.0, 24);
+    let stranger = PrivateKey::generate().unwrap();
+    let refused = give(&mut device, Order::Restart, &stranger).unwrap_err();
+    assert!(
+        refused.sentence.contains("does not trust this key"),
+        "{refused}"
+    );
+    let nothing = give(&mut device, Order::RollBack, &owner).unwrap_err();
+    assert!(
+        nothing.sentence.contains("holds no other model"),
+        "{nothing}"
+    );
+    assert_eq!(device.carried_out, 0);
+    let mut silent = Device::new(1.0, 0.0, 25);
+    let gone = give(&mut silent, Order::Restart, &owner).unwrap_err();
+    assert!(gone.sentence.contains("did not answer"), "{gone}");
 }
