@@ -131,7 +131,7 @@ impl Chances {
         rivals: &Rivals<'_>,
         (block_of, count): (&[usize], usize),
         taken: &Taken,
-        [base, decided]: [&Looked; 2],
+        [base, decided, laws]: [&Looked; 3],
         weak: &[Bound],
     ) -> Self {
         let mut chances = Self::default();
@@ -145,13 +145,17 @@ impl Chances {
             }
             let weights: Vec<f64> = block_of.iter().map(|&block| drawn[block]).collect();
             let power = |values: &mut dyn Iterator<Item = f64>| {
-                values.zip(&weights).map(|(v, w)| v * w).sum::<f64>() / weights.iter().sum::<f64>()
+                let [sum, whole] = values
+                    .zip(&weights)
+                    .fold([0.0; 2], |[sum, whole], (v, w)| [sum + v * w, whole + w]);
+                sum / whole
             };
             let gain = power(&mut gains.iter().copied());
             let of = |looked: &Looked| power(&mut looked.score.log_errors.iter().map(|e| e.exp()));
-            let named = (of(base) - of(decided)).max(0.0);
+            let named = (of(base) - of(laws)).max(0.0);
+            let pieces = (of(laws) - of(decided)).max(0.0);
             let left = taken.before.iter().zip(&taken.after);
-            let unnamed = power(&mut left.map(|(a, b)| a - b)).max(0.0);
+            let unnamed = pieces + power(&mut left.map(|(a, b)| a - b)).max(0.0);
             let unknown = gain > CRITERIA.least_difference
                 && unnamed.sqrt() > rivals.least_share
                 && unnamed > CRITERIA.unknown * named;

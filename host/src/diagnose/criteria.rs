@@ -24,8 +24,9 @@ pub(crate) struct Criteria {
     pub(crate) gain: f64,
     /// A force channel that is late by no more is as good as on time, s.
     pub(crate) lateness_s: f64,
-    /// The verdict is *unknown* where what has no name is more than this part of what has one. Laws of the library left up to 0.01 in simulated
-    /// testing machines, laws of measured joints up to 0.09; most imitations leave more.
+    /// The verdict is *unknown* where what has no name is more than this part of the power of what has one: a quarter in RMS. An effect
+    /// beside others that explains less than what is left without a name over this part is a piece of a shape, and has no name either.
+    /// Laws of measured joints leave up to 0.05, laws of the library up to 0.01 in simulated testing machines.
     pub(crate) unknown: f64,
     /// What is left is more than the sensors' noise where it stands above it by this factor.
     pub(crate) above_noise: f64,
@@ -44,6 +45,6 @@ pub(crate) const CRITERIA: Criteria = Criteria {
     zero: 0.01,
     gain: 0.0078,
     lateness_s: 50e-6,
-    unknown: 0.1,
+    unknown: 0.0625,
     above_noise: 1.4,
 };

@@ -26,6 +26,8 @@ pub(super) struct Decision {
     pub(super) left: f64,
     /// What the learner takes away of what is left.
     pub(super) taken: Taken,
+    /// Those of the effects that are more than pieces of a shape without a name.
+    pub(super) laws: Looked,
     /// The inputs with which it takes most of that, and the parts of the error's power that it takes at each step.
     pub(super) follows: Option<Knows>,
     /// Hypotheses of one effect, best first, with those that explain the same.
@@ -57,10 +59,15 @@ impl Decision {
         [(mean - 1.96 * error).exp(), (mean + 1.96 * error).exp()]
     }
 
-    /// Power that the effects take away.
+    /// Power that effects take away which are more than pieces of a shape without a name.
     pub(super) fn named(&self) -> f64 {
-        let [before, after] = self.errors;
-        (before * before - after * after).max(0.0)
+        (self.errors[0].powi(2) - self.laws.score.error.powi(2)).max(0.0)
+    }
+
+    /// Power of what has no name: what the learner takes away, and what those pieces do.
+    pub(super) fn without_name(&self) -> f64 {
+        let pieces = self.laws.score.error.powi(2) - self.errors[1].powi(2);
+        self.unnamed() + pieces.max(0.0)
     }
 }
 
@@ -119,6 +126,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         decided,
         taken,
     } = choice;
+    let laws = laws(field, decided.clone(), taken.surely());
     let as_good: Vec<Bound> = rivals.sole(&good);
     let design = full.design(&decided.hypothesis, &decided.parts);
     let left = full.solved(&design).1;
@@ -129,6 +137,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         errors: [base.score.error, decided.score.error],
         hypothesis: decided.hypothesis.clone(),
         taken,
+        laws,
         follows: None,
         singles: singles(full, &looked, &base, &decided, &as_good),
         chances: Chances::default(),
@@ -147,7 +156,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         &rivals,
         (&block_of, full.blocks.rows.len()),
         &decision.taken,
-        [&base, &decided],
+        [&base, &decided, &decision.laws],
         &weak,
     );
     if decision.unnamed() > 0.0 {
@@ -216,16 +225,7 @@ fn pruned(
     loop {
         let explained = (power(base) - power(&decided)).max(f64::MIN_POSITIVE);
         let added = decided.hypothesis.added().to_vec();
-        let mut lost: Vec<(f64, Bound, Looked)> = added
-            .iter()
-            .map(|bound| {
-                let narrower = decided.hypothesis.without(bound);
-                let refined = field.excerpt.refined(&narrower, false, STEPS);
-                let without = look(field.full, &refined, &decided.parts);
-                (power(&without) - power(&decided), *bound, without)
-            })
-            .collect();
-        lost.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut lost = lost_without_each(field, &decided);
         let least = lost.first().map_or(f64::INFINITY, |(lost, ..)| *lost);
         let counts = (CRITERIA.least_importance * explained).max(field.full.least_share.powi(2));
         if least >= counts {
@@ -238,6 +238,39 @@ fn pruned(
         }
         decided = lost.swap_remove(0).2;
     }
+}
+
+/// Error power that is lost without each added effect when the others are found anew, the least first, with what stays.
+fn lost_without_each(field: &Field<'_, '_>, of: &Looked) -> Vec<(f64, Bound, Looked)> {
+    let added = of.hypothesis.added().iter();
+    let mut lost: Vec<(f64, Bound, Looked)> = added
+        .map(|bound| {
+            let narrower = of.hypothesis.without(bound);
+            let refined = field.excerpt.refined(&narrower, false, STEPS);
+            let without = look(field.full, &refined, &of.parts);
+            let lost = without.score.error.powi(2) - of.score.error.powi(2);
+            (lost, *bound, without)
+        })
+        .collect();
+    lost.sort_by(|a, b| a.0.total_cmp(&b.0));
+    lost
+}
+
+/// Of several effects, those that are laws. An effect beside others that explains little more than what is left without a name is a piece of
+/// a shape that has none, and counts with what is left; so does then an effect that explains little more than both.
+fn laws(field: &Field<'_, '_>, decided: Looked, without_name: f64) -> Looked {
+    let power = |looked: &Looked| looked.score.error.powi(2);
+    let all = power(&decided);
+    let mut laws = decided;
+    while without_name > 0.0 && laws.hypothesis.added().len() > 1 {
+        let mut lost = lost_without_each(field, &laws);
+        let pieces = (power(&laws) - all).max(0.0);
+        if without_name + pieces <= CRITERIA.unknown * lost[0].0 {
+            break;
+        }
+        laws = lost.swap_remove(0).2;
+    }
+    laws
 }
 
 /// Hypotheses of one effect, best first, each with the others that explain the same; those that are `as_good` as the best one cannot be told

@@ -1,4 +1,5 @@
-//! What a learner without physics can still take away from what a model leaves, on blocks that it has not seen.
+//! What a learner without physics can still take away from what a model leaves, on blocks that it has not seen: a smooth function of the
+//! axis' own displacement and velocity, and trees on what that leaves.
 //!
 //! Its inputs grow: the states of all axes; then memory (travel since the last reversal, where that was, the swing before it, the largest
 //! excursion); then states of moments ago; then the inputs of the study; then the time in the record. The step at which the error falls is the kind of what is missing,
@@ -6,6 +7,7 @@
 
 use super::bench::Bench;
 use super::hypothesis::Column;
+use super::smooth::Smooth;
 use crate::fit::trees::{Binned, SIZE, Trees};
 use rayon::prelude::*;
 
@@ -150,30 +152,37 @@ impl Inputs {
             block[from..to].fill(number);
         }
         let folds = bench.judged(design).folds;
+        // A function without a law says nothing where it has seen nothing: it is judged in turn only.
         let count = if briefly {
             FIRST_FOLDS.min(bench.blocks.turns)
         } else {
-            folds.len()
+            bench.blocks.turns
         };
+        let left: Vec<Vec<f64>> = folds[..count]
+            .iter()
+            .map(|factors| {
+                let left = (0..rows).map(|row| {
+                    let row = row * self.step;
+                    let columns = design.iter().zip(factors);
+                    bench.measured[row] - columns.map(|(c, f)| f * c.data[row]).sum::<f64>()
+                });
+                left.collect()
+            })
+            .collect();
+        let rough = self.without_smooth(bench, &left, &block);
         let judged: Vec<Vec<[f64; 2]>> = (0..count)
             .into_par_iter()
             .map(|at| {
                 let fold = &bench.blocks.folds[at];
-                let left: Vec<f64> = (0..rows)
-                    .map(|row| {
-                        let row = row * self.step;
-                        let columns = design.iter().zip(&folds[at]);
-                        bench.measured[row] - columns.map(|(c, f)| f * c.data[row]).sum::<f64>()
-                    })
-                    .collect();
+                let (left, rough) = (&left[at], &rough[at]);
                 let taught = (0..rows as u32).filter(|&r| !fold.contains(&block[r as usize]));
-                let trees = Trees::teach(&inputs, &left, &taught.collect::<Vec<_>>(), SIZE);
+                let trees = Trees::teach(&inputs, rough, &taught.collect::<Vec<_>>(), SIZE);
                 let of_block = |number: &usize| {
                     let mut sums = [0.0; 2];
                     let mut own = 0.0_f64;
                     for row in (0..rows).filter(|&row| block[row] == *number) {
                         sums[0] += left[row].powi(2);
-                        sums[1] += (left[row] - trees.at(&inputs, row)).powi(2);
+                        sums[1] += (rough[row] - trees.at(&inputs, row)).powi(2);
                         own += 1.0;
                     }
                     sums.map(|sum| sum / own.max(1.0) / bench.power)
@@ -183,13 +192,7 @@ impl Inputs {
             .collect();
         let mut power = [0.0; 2];
         let all = bench.measured.len() as f64;
-        for (fold, errors) in bench
-            .blocks
-            .folds
-            .iter()
-            .zip(&judged)
-            .take(bench.blocks.turns)
-        {
+        for (fold, errors) in bench.blocks.folds.iter().zip(&judged) {
             for (block, errors) in fold.iter().zip(errors) {
                 let share = bench.blocks.rows[*block].len() as f64 / all;
                 power
@@ -205,6 +208,51 @@ impl Inputs {
             power,
             least_share: bench.least_share,
         }
+    }
+
+    /// What a smooth function of the axis' own states leaves in each fold, where such a function helps on the blocks that it has not seen.
+    fn without_smooth(
+        &self,
+        bench: &Bench<'_>,
+        left: &[Vec<f64>],
+        block: &[usize],
+    ) -> Vec<Vec<f64>> {
+        let states = 2 * bench.axis;
+        let own = |place: usize| self.series[states + place].1.as_slice();
+        let smooth = Smooth::new([own(0), own(1)], block, bench.blocks.rows.len());
+        let each: Vec<Vec<Vec<f64>>> = left
+            .par_iter()
+            .enumerate()
+            .map(|(at, left)| smooth.taught(left, block, &bench.blocks.folds[at]))
+            .collect();
+        let unseen = |at: usize, rough: &dyn Fn(usize) -> f64| {
+            let rows = (0..block.len()).filter(|row| bench.blocks.folds[at].contains(&block[*row]));
+            rows.map(|row| rough(row).powi(2)).sum::<f64>()
+        };
+        let none: f64 = (0..left.len())
+            .map(|at| unseen(at, &|row| left[at][row]))
+            .sum();
+        let prices = each.first().map_or(0, Vec::len);
+        let error = |price: usize| -> f64 {
+            let folds = 0..left.len();
+            folds
+                .map(|at| unseen(at, &|row| left[at][row] - each[at][price][row]))
+                .sum()
+        };
+        let best = (0..prices)
+            .map(|price| (price, error(price)))
+            .filter(|(_, error)| *error < none)
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((price, _)) = best else {
+            return left.to_vec();
+        };
+        let folds = left.iter().zip(each);
+        folds
+            .map(|(left, mut each)| {
+                let taught = each.swap_remove(price);
+                left.iter().zip(taught).map(|(l, t)| l - t).collect()
+            })
+            .collect()
     }
 }
 

@@ -19,6 +19,7 @@ mod hypothesis;
 mod learner;
 mod rank;
 mod search;
+mod smooth;
 pub(crate) mod start;
 mod verdict;
 

@@ -7,6 +7,7 @@ use super::answer::{
 };
 use super::base::base_of;
 use super::criteria::CRITERIA;
+use super::decide::Decision;
 use super::errors::{held_out_errors, relative_errors};
 use super::learner::Knows;
 use super::search::{Given, Search, search};
@@ -293,12 +294,12 @@ fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool)
     let named: f64 = search
         .decisions
         .iter()
-        .map(super::decide::Decision::named)
+        .map(Decision::named)
         .sum();
     let unnamed = search
         .decisions
         .iter()
-        .map(|decision| decision.unnamed().max(unmeasured[decision.axis]));
+        .map(|decision| decision.without_name().max(unmeasured[decision.axis]));
     let unnamed: f64 = unnamed.sum();
     let unknown = unnamed > CRITERIA.unknown * named && unnamed > 0.0;
     match (unknown, none_found) {
@@ -347,6 +348,13 @@ fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) 
     }
     for decision in &search.decisions {
         let axis = names[decision.axis];
+        let pieces = pieces(decision, names);
+        if !pieces.is_empty() {
+            notes.push(format!(
+                "axis {axis}: {} explains little more than what is left without a name: it may be a piece of a shape that is no law here",
+                pieces.join(" + ")
+            ));
+        }
         let unnamed = decision.unnamed();
         if unnamed > 0.0 {
             let follows = decision.follows.map_or("the motion", Knows::in_words);
@@ -363,6 +371,15 @@ fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) 
         }
     }
     notes
+}
+
+/// Effects that may be pieces of a shape without a name.
+fn pieces(decision: &Decision, names: &[&str]) -> Vec<String> {
+    let laws = decision.laws.hypothesis.added();
+    let all = decision.hypothesis.added().iter();
+    all.filter(|bound| !laws.contains(bound))
+        .map(|bound| bound.name(names))
+        .collect()
 }
 
 /// RMS error over RMS force per axis of a polynomial or a network, and of the same with effects added to it.
