@@ -7,6 +7,7 @@ pub mod errors;
 pub mod identify;
 pub mod inertia;
 mod legendre;
+pub(crate) mod levenberg_marquardt;
 pub mod moments;
 pub mod network;
 pub mod normal_equations;

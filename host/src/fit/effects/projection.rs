@@ -6,11 +6,14 @@
 
 use super::columns::Records;
 use super::unknowns::ShapeUnknown;
+use crate::fit::levenberg_marquardt::{self, SumOfSquares};
 use crate::fit::normal_equations;
 use crate::model::effects::Bound;
 use crate::text::error::Result;
 use faer::{Mat, Par};
 use rayon::prelude::*;
+
+pub use crate::fit::levenberg_marquardt::Stopped;
 
 /// The terms at one choice of shapes, with the linear parameters that fit best.
 #[derive(Clone)]
@@ -31,23 +34,10 @@ pub(crate) struct Solved {
     pub(crate) rank: usize,
 }
 
-/// Why a search for shapes stopped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stopped {
-    /// No shape had to be searched for.
-    Direct,
-    /// The shapes no longer changed.
-    Converged,
-    /// The allowed number of steps was used up.
-    GaveUp,
-}
-
 /// Steps after which a search gives up.
 const MAX_STEPS: usize = 40;
 /// A step of the logarithms below this is no change.
 const SMALL_STEP: f64 = 1e-7;
-/// Nor is a step that gains less than this part of the cost, which is far less than chance adds to it.
-const SMALL_GAIN: f64 = 1e-6;
 /// Gauss–Newton steps after a search.
 const MAX_SETTLING: usize = 12;
 /// A step is shrinking that is smaller than the one before by this factor.
@@ -276,58 +266,47 @@ impl Problem<'_> {
 
     /// The same, with so many steps at most.
     pub(crate) fn descend(&self, start: &[f64], steps: usize) -> Result<(Solved, Stopped)> {
-        let mut best = self.solve(start, None)?;
+        let first = self.solve(start, None)?;
         if self.shapes.is_empty() {
-            return Ok((best, Stopped::Direct));
+            return Ok((first, Stopped::Direct));
         }
-        let mut damping = 1e-3;
-        for _ in 0..steps {
-            let (reduced, shapes) = self.reduced(&best)?;
-            let mut improved = false;
-            while damping < 1e10 {
-                let mut matrix = reduced.subcols(0, shapes).to_owned();
-                for i in 0..shapes {
-                    let curvature = reduced[(i, i)].max(0.0);
-                    matrix[(i, i)] += damping * curvature + f64::MIN_POSITIVE;
-                }
-                let right = reduced.subcols(shapes, 1).to_owned();
-                let step = normal_equations::solve(&matrix, &right)?.coefficients;
-                let before = self.shapes_of(&best);
-                let tried: Vec<f64> = self
-                    .shapes
-                    .iter()
-                    .zip(&before)
-                    .enumerate()
-                    .map(|(i, (unknown, value))| {
-                        unknown.clamp(value * step[(i, 0)].clamp(-1.0, 1.0).exp())
-                    })
-                    .collect();
-                let moved = tried
-                    .iter()
-                    .zip(&before)
-                    .map(|(new, old)| (new / old).ln().abs())
-                    .fold(0.0, f64::max);
-                if moved < SMALL_STEP {
-                    return Ok((best, Stopped::Converged));
-                }
-                let candidate = self.solve(&tried, Some(&best))?;
-                if candidate.cost < best.cost {
-                    let gain = (best.cost - candidate.cost) / best.cost.max(f64::MIN_POSITIVE);
-                    best = candidate;
-                    damping = (damping / 10.0).max(1e-12);
-                    improved = true;
-                    if gain < SMALL_GAIN {
-                        return Ok((best, Stopped::Converged));
-                    }
-                    break;
-                }
-                damping *= 10.0;
-            }
-            if !improved {
-                return Ok((best, Stopped::Converged));
-            }
+        levenberg_marquardt::descend(self, first, steps)
+    }
+}
+
+impl SumOfSquares for Problem<'_> {
+    type Point = Solved;
+    type Linearised = Mat<f64>;
+
+    fn cost(&self, solved: &Solved) -> f64 {
+        solved.cost
+    }
+
+    fn linearised(&self, solved: &Solved) -> Result<Mat<f64>> {
+        Ok(self.reduced(solved)?.0)
+    }
+
+    fn normal<'a>(&self, reduced: &'a Mat<f64>) -> &'a Mat<f64> {
+        reduced
+    }
+
+    fn stepped(
+        &self,
+        solved: &Solved,
+        _reduced: &Mat<f64>,
+        step: &[f64],
+    ) -> Result<Option<Solved>> {
+        let before = self.shapes_of(solved);
+        let pairs = self.shapes.iter().zip(before.iter().zip(step));
+        let tried: Vec<f64> = pairs
+            .map(|(unknown, (value, step))| unknown.clamp(value * step.clamp(-1.0, 1.0).exp()))
+            .collect();
+        let pairs = tried.iter().zip(&before);
+        let moved = pairs.map(|(new, old)| (new / old).ln().abs());
+        if moved.fold(0.0, f64::max) < SMALL_STEP {
+            return Ok(None);
         }
-        Ok((best, Stopped::GaveUp))
+        self.solve(&tried, Some(solved)).map(Some)
     }
 }
 
