@@ -7,11 +7,14 @@ use crate::assess::compare;
 use crate::fit::identify::{self, Identified};
 use crate::fit::polynomial::{Method, PolynomialOptions};
 use crate::model::effects;
+use crate::model::file::ModelFile;
+use crate::simulate::refine::{self, Refinement};
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, significant};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Which kind of model.
@@ -36,6 +39,24 @@ enum Fit {
     Select,
 }
 
+/// What a model is made to fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Criterion {
+    /// The equation of motion at the measured states.
+    Equation,
+    /// The measured motion: refines a physical model or a polynomial until the motion that `respond` simulates fits.
+    Simulation,
+}
+
+/// What `--json` holds: the model, and what a refinement came to.
+#[derive(Serialize)]
+struct Printed<'a> {
+    #[serde(flatten)]
+    model: &'a ModelFile,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    simulation: Option<&'a Refinement>,
+}
+
 /// Options of `jointwatch identify`.
 #[derive(Args)]
 pub(crate) struct Identify {
@@ -51,6 +72,9 @@ pub(crate) struct Identify {
     /// phi), m,n for one; 3 each when left out.
     #[arg(long, value_name = "M,N[,O,P]", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(0..=3))]
     order: Option<Vec<u8>>,
+    /// What the model is made to fit.
+    #[arg(long, value_enum, default_value_t = Criterion::Equation)]
+    criterion: Criterion,
     #[command(flatten)]
     network: NetworkArguments,
     /// Where to write the model.
@@ -64,7 +88,12 @@ impl Identify {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         match self.model {
             Kind::Polynomial => self.network.refuse("polynomial")?,
-            Kind::Network => self.refuse_polynomial_options("network")?,
+            Kind::Network => {
+                self.refuse_polynomial_options("network")?;
+                if self.criterion == Criterion::Simulation {
+                    return Err(refine::refuse_network());
+                }
+            }
             Kind::Physical => {
                 self.network.refuse("physical")?;
                 self.refuse_polynomial_options("physical")?;
@@ -85,14 +114,34 @@ impl Identify {
                 identify::physical(&study)?
             }
         };
+        let (identified, refinement) = match self.criterion {
+            Criterion::Equation => (identified, None),
+            Criterion::Simulation => {
+                let told = |what: &str| working.set_message(what.to_owned());
+                let refined = refine::refine(&study, &identified.model, &told)?;
+                let kept = refined.refinement.kept;
+                let identified = if kept {
+                    identified.replaced(refined.model)
+                } else {
+                    identified
+                };
+                (identified, Some(refined.refinement))
+            }
+        };
         let page = self.page.of_model(&study, &identified.model, None)?;
         working.finish_and_clear();
         identified.model.write(&self.output)?;
         console.say_first_checks(&study)?;
         report(console, &study, &identified)?;
+        if let Some(refinement) = &refinement {
+            say_refinement(console, refinement, &study)?;
+        }
         console.say(format!("\nModel written to {}.", self.output.display()))?;
         self.page.write(console, page)?;
-        console.json(&identified.model)
+        console.json(&Printed {
+            model: &identified.model,
+            simulation: refinement.as_ref(),
+        })
     }
 
     fn refuse_polynomial_options(&self, model: &str) -> Result<()> {
@@ -138,6 +187,17 @@ impl Identify {
     }
 }
 
+/// Prints both errors before and after; what speaks against a refinement that was kept is among the model's warnings.
+fn say_refinement(console: &Console, refinement: &Refinement, study: &Study) -> Result<()> {
+    console.say(format!("\n{}", refine::in_words(refinement, study)))?;
+    if !refinement.kept {
+        for note in &refinement.notes {
+            console.say(format!("Note: {note}."))?;
+        }
+    }
+    Ok(())
+}
+
 /// A clause as a sentence.
 fn sentence(clause: &str) -> String {
     let mut letters = clause.chars();
@@ -171,14 +231,14 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
     }
     for axis in &model.axes {
         if axis.inertia_identified {
-            let error = identified.inertia_error(&axis.name).unwrap_or(0.0);
-            console.say(format!(
-                "Inertia of {}: {} ± {:.1e} {} (identified, one standard error).",
-                axis.name,
-                significant(axis.inertia),
-                error,
-                axis.kind.inertia_unit()
-            ))?;
+            let (value, unit) = (significant(axis.inertia), axis.kind.inertia_unit());
+            console.say(match identified.inertia_error(&axis.name) {
+                Some(error) => format!(
+                    "Inertia of {}: {value} ± {error:.1e} {unit} (identified, one standard error).",
+                    axis.name
+                ),
+                None => format!("Inertia of {}: {value} {unit} (identified).", axis.name),
+            })?;
         }
     }
     match &identified.training {

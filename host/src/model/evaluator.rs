@@ -1,24 +1,36 @@
 //! A model evaluated state by state, as a simulation needs it: one point at a time, without allocating.
 
+use super::scalar::HostScalar;
 use super::time_history::law_parameters;
 use super::{InputRange, Network, Polynomial, exponents};
 use crate::model::corrections::of_the_joint;
 use crate::model::file::{Base, ModelFile, NoBase};
 use crate::text::error::Result;
 use jointwatch_shared::base::terms::InSi;
-use jointwatch_shared::effect::{Instrument, Kinematics, Law as EffectLaw, Parameters, States};
+use jointwatch_shared::effect::{
+    Instrument, Kinematics, Law as EffectLaw, MAX_PARAMETERS, MAX_STATES, Parameters, States,
+};
+
+/// One number of a model, which a simulation may be differentiated by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Number {
+    /// A parameter of an effect of the joint: the effect's place among all effects of the joint, and its own among the effect's.
+    Parameter(usize, usize),
+    /// A coefficient of a polynomial: its axis and its place.
+    Coefficient(usize, usize),
+}
 
 /// A model at work inside a simulation: what was learnt, and what the model remembers of the motion so far.
 ///
 /// An integrator asks for [`Evaluator::force_at`] as often as its sub-steps need, with the model's memory frozen, and calls
 /// [`Evaluator::advance`] once when a step is accepted. Polynomials and networks remember nothing, some effects do.
 #[derive(Clone, Debug)]
-pub struct Evaluator {
+pub struct Evaluator<S = f64> {
     inputs: Vec<InputRange>,
-    law: Law,
-    effects: Vec<EffectPoint>,
+    law: Law<S>,
+    effects: Vec<EffectPoint<S>>,
     /// Displacements at the last accepted step.
-    before: Option<[f64; 2]>,
+    before: Option<[S; 2]>,
     /// The length of the last accepted step, s; what a step under way is taken to last.
     step_s: f64,
     /// Time since the motion began, s.
@@ -27,37 +39,38 @@ pub struct Evaluator {
 
 /// An effect with its internal states.
 #[derive(Clone, Debug)]
-struct EffectPoint {
-    law: EffectLaw<f64>,
-    parameters: Parameters<f64>,
+struct EffectPoint<S> {
+    law: EffectLaw<S>,
+    parameters: Parameters<S>,
     axis: usize,
-    states: States<f64>,
+    states: States<S>,
 }
 
 #[derive(Clone, Debug)]
-enum Law {
-    Polynomial(PolynomialPoint),
+enum Law<S> {
+    Polynomial(PolynomialPoint<S>),
     Network(NetworkPoint),
     None,
 }
 
-impl EffectPoint {
-    fn new(term: &InSi) -> Self {
+impl<S: HostScalar> EffectPoint<S> {
+    /// `lift` is told the place of each parameter and its number as the law takes it.
+    fn new(term: &InSi, lift: impl Fn(usize, f64) -> S) -> Self {
+        let mut parameters = [S::zero(); MAX_PARAMETERS];
+        let taken = law_parameters(term.entry, &term.values);
+        for (place, (parameter, value)) in parameters.iter_mut().zip(taken).enumerate() {
+            *parameter = lift(place, value);
+        }
         Self {
-            law: term.entry.real,
-            parameters: law_parameters(term.entry, &term.values),
+            law: S::law_of(term.entry),
+            parameters,
             axis: usize::from(term.axis),
-            states: States::default(),
+            states: [S::zero(); MAX_STATES],
         }
     }
 
     /// What it exerts on both axes at a state, and its internal states there.
-    fn at(
-        &self,
-        evaluator: &Evaluator,
-        state: &[f64; 4],
-        period_s: f64,
-    ) -> ([f64; 2], States<f64>) {
+    fn at(&self, evaluator: &Evaluator<S>, state: &[S; 4], period_s: f64) -> ([S; 2], States<S>) {
         let [x, v, phi, omega] = *state;
         let (own, other) = if self.axis == 0 {
             ([x, v], [phi, omega])
@@ -71,9 +84,9 @@ impl EffectPoint {
             step: own[0] - before,
             other_displacement: other[0],
             other_velocity: other[1],
-            period: period_s,
+            period: S::constant(period_s),
             instrument: Instrument {
-                time: evaluator.time_s,
+                time: S::constant(evaluator.time_s),
                 ..Instrument::silent()
             },
         };
@@ -94,11 +107,7 @@ impl Evaluator {
     /// # Errors
     /// [`crate::text::error::Kind::Data`] naming the effect that this version does not know.
     pub fn new(model: &ModelFile) -> Result<Self> {
-        let effects = of_the_joint(&model.effects_in_si()?);
-        let mut evaluator = Self::of_base(&model.base);
-        evaluator.effects = effects.iter().map(EffectPoint::new).collect();
-        evaluator.step_s = 1.0 / model.filters.sample_rate_hz;
-        Ok(evaluator)
+        Self::lifted(model, |_, value| value)
     }
 
     /// Prepares effects of the joint alone, for a joint of `inputs` states and steps of `step_s` seconds.
@@ -110,13 +119,34 @@ impl Evaluator {
         let base = Base::None(NoBase {
             inputs: vec![unit; inputs],
         });
-        let mut evaluator = Self::of_base(&base);
-        evaluator.effects = effects.iter().map(EffectPoint::new).collect();
+        let mut evaluator = Self::of_base(&base, |_, value| value);
+        let effects = effects.iter();
+        let effects = effects.map(|term| EffectPoint::new(term, |_, value| value));
+        evaluator.effects = effects.collect();
         evaluator.step_s = step_s;
         evaluator
     }
+}
 
-    fn of_base(base: &Base) -> Self {
+impl<S: HostScalar> Evaluator<S> {
+    /// Prepares a model; `lift` is told every number of its effects and of a polynomial, as the laws take it.
+    ///
+    /// # Errors
+    /// As [`Evaluator::new`].
+    pub(crate) fn lifted(model: &ModelFile, lift: impl Fn(Number, f64) -> S) -> Result<Self> {
+        let effects = of_the_joint(&model.effects_in_si()?);
+        let mut evaluator = Self::of_base(&model.base, &lift);
+        let point = |(place, term): (usize, &InSi)| {
+            EffectPoint::new(term, |index, value| {
+                lift(Number::Parameter(place, index), value)
+            })
+        };
+        evaluator.effects = effects.iter().enumerate().map(point).collect();
+        evaluator.step_s = 1.0 / model.filters.sample_rate_hz;
+        Ok(evaluator)
+    }
+
+    fn of_base(base: &Base, lift: impl Fn(Number, f64) -> S) -> Self {
         Self {
             effects: Vec::new(),
             before: None,
@@ -124,7 +154,9 @@ impl Evaluator {
             time_s: 0.0,
             inputs: base.inputs().to_vec(),
             law: match base {
-                Base::Polynomial(polynomial) => Law::Polynomial(PolynomialPoint::new(polynomial)),
+                Base::Polynomial(polynomial) => {
+                    Law::Polynomial(PolynomialPoint::new(polynomial, lift))
+                }
                 Base::Network(network) => Law::Network(NetworkPoint::new(network)),
                 Base::None(_) => Law::None,
             },
@@ -133,30 +165,30 @@ impl Evaluator {
 
     /// Restoring force [N, N·m] at the state [x, ẋ, φ, φ̇] (SI), 0 on an axis that the model does not have; a model of one
     /// axis looks at the first two states only. The same as the whole-record `predict` to rounding.
-    pub fn force_at(&self, state: &[f64; 4]) -> [f64; 2] {
-        let mut u = [0.0; 4];
+    pub fn force_at(&self, state: &[S; 4]) -> [S; 2] {
+        let mut u = [S::zero(); 4];
         for ((u, range), value) in u.iter_mut().zip(&self.inputs).zip(state) {
-            *u = range.normalise(*value);
+            let from_center = *value - S::constant(range.center);
+            *u = from_center.over(S::constant(range.half_range));
         }
         let mut force = match &self.law {
             Law::Polynomial(polynomial) => polynomial.force(u),
             Law::Network(network) => network.force(u),
-            Law::None => [0.0; 2],
+            Law::None => [S::zero(); 2],
         };
-        let mut known = [0.0; 4];
+        let mut known = [S::zero(); 4];
         let states = known.iter_mut().zip(state).take(self.inputs.len());
         states.for_each(|(known, value)| *known = *value);
         for effect in &self.effects {
             let ([f, g], _) = effect.at(self, &known, self.step_s);
-            force[0] += f;
-            force[1] += g;
+            force = [force[0] + f, force[1] + g];
         }
         force
     }
 
     /// Tells the model that `time_step_s` has passed and that the joint is now at `state`, so that it can move its internal
     /// states on.
-    pub fn advance(&mut self, state: &[f64; 4], time_step_s: f64) {
+    pub fn advance(&mut self, state: &[S; 4], time_step_s: f64) {
         if self.effects.is_empty() {
             return;
         }
@@ -173,8 +205,8 @@ impl Evaluator {
 }
 
 /// Products u^i·v^j with exponents up to 3, the second exponent running fastest.
-fn products(u: f64, v: f64) -> [f64; 16] {
-    let powers = |x: f64| [1.0, x, x * x, x * x * x];
+fn products<S: HostScalar>(u: S, v: S) -> [S; 16] {
+    let powers = |x: S| [S::one(), x, x * x, x * x * x];
     let (u, v) = (powers(u), powers(v));
     std::array::from_fn(|at| u[at / 4] * v[at % 4])
 }
@@ -182,51 +214,56 @@ fn products(u: f64, v: f64) -> [f64; 16] {
 /// A polynomial with its coefficients in one block of 16 per product of the first two inputs' powers; of one axis there
 /// is one block, and its two inputs take the place of the last two.
 #[derive(Clone, Debug)]
-struct PolynomialPoint {
+struct PolynomialPoint<S> {
     /// Per axis.
-    blocks: Vec<Vec<[f64; 16]>>,
+    blocks: Vec<Vec<[S; 16]>>,
 }
 
-impl PolynomialPoint {
-    fn new(polynomial: &Polynomial) -> Self {
+impl<S: HostScalar> PolynomialPoint<S> {
+    fn new(polynomial: &Polynomial, lift: impl Fn(Number, f64) -> S) -> Self {
         let two = polynomial.inputs.len() == 4;
         let terms = exponents(&polynomial.orders);
-        let axis = |coefficients: &Vec<f64>| {
-            let mut blocks = vec![[0.0; 16]; if two { 16 } else { 1 }];
-            for ([i, j, k, l], value) in terms.iter().zip(coefficients) {
+        let axis = |(axis, coefficients): (usize, &Vec<f64>)| {
+            let mut blocks = vec![[S::zero(); 16]; if two { 16 } else { 1 }];
+            for (index, ([i, j, k, l], value)) in terms.iter().zip(coefficients).enumerate() {
                 let at = |a: &u8, b: &u8| 4 * usize::from(*a) + usize::from(*b);
                 let (block, place) = if two {
                     (at(i, j), at(k, l))
                 } else {
                     (0, at(i, j))
                 };
-                blocks[block][place] = *value;
+                blocks[block][place] = lift(Number::Coefficient(axis, index), *value);
             }
             blocks
         };
         Self {
-            blocks: polynomial.coefficients.iter().map(axis).collect(),
+            blocks: polynomial
+                .coefficients
+                .iter()
+                .enumerate()
+                .map(axis)
+                .collect(),
         }
     }
 
-    fn force(&self, [a, b, c, d]: [f64; 4]) -> [f64; 2] {
+    fn force(&self, [a, b, c, d]: [S; 4]) -> [S; 2] {
         let (first, second) = if self.blocks.len() == 2 {
             (products(a, b), products(c, d))
         } else {
-            (products(0.0, 0.0), products(a, b))
+            (products(S::zero(), S::zero()), products(a, b))
         };
-        let mut force = [0.0; 2];
+        let mut force = [S::zero(); 2];
         for (force, blocks) in force.iter_mut().zip(&self.blocks) {
             for (weight, block) in first.iter().zip(blocks) {
                 // Four sums side by side, so that a vector register can hold them.
-                let mut sums = [0.0; 4];
+                let mut sums = [S::zero(); 4];
                 for (coefficients, powers) in block.chunks_exact(4).zip(second.chunks_exact(4)) {
                     for ((sum, coefficient), power) in sums.iter_mut().zip(coefficients).zip(powers)
                     {
-                        *sum += coefficient * power;
+                        *sum = *sum + *coefficient * *power;
                     }
                 }
-                *force += weight * ((sums[0] + sums[1]) + (sums[2] + sums[3]));
+                *force = *force + *weight * ((sums[0] + sums[1]) + (sums[2] + sums[3]));
             }
         }
         force
@@ -275,17 +312,20 @@ impl NetworkPoint {
         }
     }
 
-    fn force(&self, u: [f64; 4]) -> [f64; 2] {
-        let mut sums = self.bias;
+    fn force<S: HostScalar>(&self, u: [S; 4]) -> [S; 2] {
+        let mut sums = self.bias.map(S::constant);
         for neuron in &self.neurons {
-            let argument: f64 = neuron.inputs.iter().zip(u).map(|(w, u)| w * u).sum();
-            let value = (argument + neuron.bias).tanh();
-            sums[0] += neuron.outputs[0] * value;
-            sums[1] += neuron.outputs[1] * value;
+            let weighted = neuron.inputs.iter().zip(u);
+            let argument = weighted.map(|(w, u)| S::constant(*w) * u);
+            let argument = argument.fold(S::zero(), |sum, part| sum + part);
+            let value = (argument + S::constant(neuron.bias)).tanh();
+            for (sum, weight) in sums.iter_mut().zip(neuron.outputs) {
+                *sum = *sum + S::constant(weight) * value;
+            }
         }
-        let mut force = [0.0; 2];
+        let mut force = [S::zero(); 2];
         for ((force, range), sum) in force.iter_mut().zip(&self.outputs).zip(sums) {
-            *force = range.center + range.half_range * sum;
+            *force = S::constant(range.center) + S::constant(range.half_range) * sum;
         }
         force
     }
@@ -345,7 +385,7 @@ mod tests {
             let slices: Vec<&[f64]> = states.iter().map(Vec::as_slice).collect();
             let expected = base.predict(&slices).unwrap();
             let name = base.name();
-            let evaluator = Evaluator::of_base(&base);
+            let evaluator: Evaluator = Evaluator::of_base(&base, |_, value| value);
             let mut largest = 0.0_f64;
             for row in 0..500 {
                 // What stands in the places of an axis that is not there must not matter.

@@ -182,7 +182,8 @@ pub struct ModelFile {
     /// Physical effects: those of the joint add to the base, those of the instruments correct the study's data.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectTerm>,
-    /// How it was fitted: `ridge`, `least-squares` or `select`; `Levenberg-Marquardt` for a network, `variable projection` for effects alone.
+    /// How it was fitted: `ridge`, `least-squares` or `select`; `Levenberg-Marquardt` for a network, `variable projection` for effects alone,
+    /// `output error` for a model refined by simulation.
     pub fit: String,
     /// Per axis, how the coefficients came about.
     pub fits: Vec<AxisFit>,

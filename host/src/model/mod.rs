@@ -2,12 +2,13 @@
 
 pub mod corrections;
 pub mod effects;
-mod evaluator;
+pub(crate) mod evaluator;
 pub mod file;
 pub(crate) mod mains_hum;
 mod network;
 mod polynomial;
 pub(crate) mod powers;
+pub mod scalar;
 pub(crate) mod tanh;
 pub mod time_history;
 

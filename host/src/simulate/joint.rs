@@ -40,20 +40,20 @@ impl Contact {
     }
 }
 
-/// Whatever takes the joint's place between two bodies: its own law, or a model of it.
-pub trait JointLaw {
+/// Whatever takes the joint's place between two bodies: its own law, or a model of it; `S` is the kind of number that moves.
+pub trait JointLaw<S = f64> {
     /// On which side of its clearance each axis is; a law without corners is always inside.
-    fn contacts(&self, _state: [f64; 4]) -> [Contact; 2] {
+    fn contacts(&self, _state: [S; 4]) -> [Contact; 2] {
         [Contact::Inside; 2]
     }
 
     /// What the joint exerts on the body whose force was logged [N, N·m] at the state [x, ẋ, φ, φ̇] (SI), with the
     /// contacts held as given.
-    fn force(&self, state: [f64; 4], contacts: [Contact; 2]) -> [f64; 2];
+    fn force(&self, state: [S; 4], contacts: [Contact; 2]) -> [S; 2];
 
     /// Moves internal states on after an accepted step of `step_s` seconds that ended at `state`; a law without memory
     /// has nothing to do.
-    fn advance(&mut self, _state: [f64; 4], _step_s: f64) {}
+    fn advance(&mut self, _state: [S; 4], _step_s: f64) {}
 }
 
 impl JointLaw for Joint {

@@ -12,6 +12,7 @@ mod hidden;
 mod integrate;
 mod joint;
 mod motion;
+pub mod refine;
 pub mod respond;
 mod rig;
 mod sensors;

@@ -41,6 +41,17 @@ impl Identified {
     }
 }
 
+impl Identified {
+    /// The same with its numbers refined: standard errors no longer belong to them.
+    pub(crate) fn replaced(self, model: ModelFile) -> Self {
+        Self {
+            model,
+            inertia: Vec::new(),
+            ..self
+        }
+    }
+}
+
 /// The kinds of model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {

@@ -8,6 +8,7 @@ use super::compare::{self, Drift};
 use super::run::{Follower, MeasuredMotion, Mechanism};
 use crate::fit::errors::AT_REST_BELOW;
 use crate::model::file::ModelFile;
+use crate::model::scalar::HostScalar;
 use crate::signal::fir::apply;
 use crate::signal::motion::{Motion, low_pass};
 use crate::signal::statistics::root_mean_square;
@@ -38,14 +39,19 @@ struct DrivenAxis {
 }
 
 /// A record that drives one body.
-pub(super) struct DrivenBody {
+pub(in crate::simulate) struct DrivenBody {
     axes: Vec<DrivenAxis>,
     /// The joint's measured motion.
-    pub(super) motion: MeasuredMotion,
+    pub(in crate::simulate) motion: MeasuredMotion,
+}
+
+/// Positions and velocities as plain numbers.
+fn numbers(y: &State) -> [f64; 4] {
+    std::array::from_fn(|i| y[i])
 }
 
 /// What acts on the body at one instant, per axis.
-pub(super) struct Acting {
+pub(in crate::simulate) struct Acting {
     force: [f64; 2],
     far: [f64; 2],
     far_velocity: [f64; 2],
@@ -54,7 +60,11 @@ pub(super) struct Acting {
 impl DrivenBody {
     /// # Errors
     /// One sentence when an axis has no inertia to move, or when the motion of its far side is not in the log.
-    pub(super) fn new(study: &Study, model: &ModelFile, motion: &Motion) -> Result<Self> {
+    pub(in crate::simulate) fn new(
+        study: &Study,
+        model: &ModelFile,
+        motion: &Motion,
+    ) -> Result<Self> {
         let record = &study.records[motion.record];
         let mut axes = Vec::new();
         for (index, (axis, channels)) in study.axes.iter().zip(&record.axes).enumerate() {
@@ -97,18 +107,31 @@ impl DrivenBody {
     }
 
     /// The body with `law` in place of the joint.
-    pub(super) fn moving<L: JointLaw + Clone>(&self, law: L, steps: usize) -> MovingBody<'_, L> {
+    pub(in crate::simulate) fn moving<L: JointLaw + Clone>(
+        &self,
+        law: L,
+        steps: usize,
+    ) -> MovingBody<'_, L> {
         MovingBody {
             driven: self,
             follower: Follower::new(law.clone()),
             law,
+            inertia: self.inertia(),
             y: State::zeros(),
             steps,
         }
     }
 
+    /// Inertia per axis, kg or kg·m²; 1 on an axis that is not there.
+    fn inertia(&self) -> [f64; 2] {
+        let mut inertia = [1.0; 2];
+        let stated = inertia.iter_mut().zip(&self.axes);
+        stated.for_each(|(inertia, axis)| *inertia = axis.inertia);
+        inertia
+    }
+
     /// What acts at a time, s from row 0.
-    fn acting(&self, time_s: f64) -> Acting {
+    pub(in crate::simulate) fn acting(&self, time_s: f64) -> Acting {
         let mut acting = Acting {
             force: [0.0; 2],
             far: [0.0; 2],
@@ -122,19 +145,56 @@ impl DrivenBody {
         acting
     }
 
-    /// The joint's state [x, ẋ, φ, φ̇].
-    fn relative(&self, y: &State, acting: &Acting) -> [f64; 4] {
-        let mut state = [0.0; 4];
+    /// The joint's state [x, ẋ, φ, φ̇], for the body's positions and then its velocities.
+    pub(in crate::simulate) fn relative<S: HostScalar>(
+        &self,
+        y: &[S; 4],
+        acting: &Acting,
+    ) -> [S; 4] {
+        let mut state = [S::zero(); 4];
         for (i, axis) in self.axes.iter().enumerate() {
-            state[2 * i] = axis.side * (y[i] - acting.far[i]);
-            state[2 * i + 1] = axis.side * (y[i + 2] - acting.far_velocity[i]);
+            let side = S::constant(axis.side);
+            state[2 * i] = side * (y[i] - S::constant(acting.far[i]));
+            state[2 * i + 1] = side * (y[i + 2] - S::constant(acting.far_velocity[i]));
         }
         state
     }
 
+    /// The equation of motion: how the body's positions and velocities change, for what the joint exerts and an inertia per
+    /// axis.
+    pub(in crate::simulate) fn rate<S: HostScalar>(
+        &self,
+        y: &[S; 4],
+        joint: [S; 2],
+        inertia: [S; 2],
+        acting: &Acting,
+    ) -> [S; 4] {
+        let mut rate = [S::zero(); 4];
+        for (i, axis) in self.axes.iter().enumerate() {
+            rate[i] = y[i + 2];
+            let spring = S::constant(axis.ground_stiffness) * y[i];
+            let damper = S::constant(axis.ground_damping) * y[i + 2];
+            let force = S::constant(acting.force[i]) - (spring + damper) + joint[i];
+            rate[i + 2] = force.over(inertia[i]);
+        }
+        rate
+    }
+
+    /// The body's measured positions and velocities at a row.
+    pub(in crate::simulate) fn measured(&self, row: usize) -> [f64; 4] {
+        let acting = self.acting(row as f64 / self.motion.sample_rate_hz);
+        let state = self.motion.state(row);
+        let mut y = [0.0; 4];
+        for (i, axis) in self.axes.iter().enumerate() {
+            y[i] = acting.far[i] + axis.side * state[2 * i];
+            y[i + 2] = acting.far_velocity[i] + axis.side * state[2 * i + 1];
+        }
+        y
+    }
+
     /// Which axes have no spring that would hold the model's force error within the axis's own motion; an axis that rests
     /// shows no spring. `largest` is each axis's displacement in its liveliest record, RMS.
-    pub(super) fn drifts<L: JointLaw + Clone>(
+    pub(in crate::simulate) fn drifts<L: JointLaw + Clone>(
         &self,
         model: &ModelFile,
         motion: &Motion,
@@ -269,10 +329,11 @@ fn slope(displacement: &[f64], velocity: &[f64], force: &[f64]) -> f64 {
 }
 
 /// The body under way.
-pub(super) struct MovingBody<'a, L> {
+pub(in crate::simulate) struct MovingBody<'a, L> {
     driven: &'a DrivenBody,
     follower: Follower<L>,
     law: L,
+    inertia: [f64; 2],
     y: State,
     steps: usize,
 }
@@ -285,32 +346,23 @@ impl<L: JointLaw> Equations<4> for MovingBody<'_, L> {
     }
 
     fn contacts(&self, y: &State, time_s: f64) -> [Contact; 2] {
-        self.law
-            .contacts(self.driven.relative(y, &self.driven.acting(time_s)))
+        self.law.contacts(
+            self.driven
+                .relative(&numbers(y), &self.driven.acting(time_s)),
+        )
     }
 
     fn rate(&self, y: &State, contacts: [Contact; 2], acting: &Acting) -> State {
-        let joint = self.law.force(self.driven.relative(y, acting), contacts);
-        let mut rate = State::zeros();
-        for (i, axis) in self.driven.axes.iter().enumerate() {
-            rate[i] = y[i + 2];
-            let ground = axis.ground_stiffness * y[i] + axis.ground_damping * y[i + 2];
-            rate[i + 2] = (acting.force[i] - ground + joint[i]) / axis.inertia;
-        }
-        rate
+        let y = numbers(y);
+        let joint = self.law.force(self.driven.relative(&y, acting), contacts);
+        State::from(self.driven.rate(&y, joint, self.inertia, acting))
     }
 }
 
 impl<L: JointLaw + Clone> Mechanism for MovingBody<'_, L> {
     fn place(&mut self, row: usize) {
-        let motion = &self.driven.motion;
-        let acting = self.driven.acting(row as f64 / motion.sample_rate_hz);
-        let state = motion.state(row);
-        for (i, axis) in self.driven.axes.iter().enumerate() {
-            self.y[i] = acting.far[i] + axis.side * state[2 * i];
-            self.y[i + 2] = acting.far_velocity[i] + axis.side * state[2 * i + 1];
-        }
-        self.law = self.follower.at(row, motion);
+        self.y = State::from(self.driven.measured(row));
+        self.law = self.follower.at(row, &self.driven.motion);
     }
 
     fn next_row(&mut self, row: usize) {
@@ -322,12 +374,13 @@ impl<L: JointLaw + Clone> Mechanism for MovingBody<'_, L> {
             self.y = y;
             let acting = self.driven.acting(time_s + step_s);
             self.law
-                .advance(self.driven.relative(&self.y, &acting), step_s);
+                .advance(self.driven.relative(&numbers(&self.y), &acting), step_s);
         }
     }
 
     fn joint_state(&self, row: usize) -> [f64; 4] {
         let time_s = row as f64 / self.driven.motion.sample_rate_hz;
-        self.driven.relative(&self.y, &self.driven.acting(time_s))
+        self.driven
+            .relative(&numbers(&self.y), &self.driven.acting(time_s))
     }
 }

@@ -8,11 +8,11 @@
 //!   the measured motion.
 
 mod compare;
-mod measured;
+pub(super) mod measured;
 mod report;
 mod response;
 mod rig;
-mod run;
+pub(super) mod run;
 
 pub use compare::{AxisResponse, Band, Drift};
 pub use report::{as_csv, in_words};
@@ -21,8 +21,9 @@ pub use run::Divergence;
 
 use crate::model::Evaluator;
 use crate::model::file::ModelFile;
+use crate::model::scalar::HostScalar;
 use crate::signal::motion::{self, Motion};
-use crate::simulate::{Contact, JointLaw};
+use crate::simulate::{Contact, JointLaw, SUBSTEPS};
 use crate::study::{Convention, Study};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::nearest::suggestion;
@@ -30,8 +31,8 @@ use rayon::prelude::*;
 
 /// A model in the place of the joint.
 #[derive(Clone, Debug)]
-pub struct ModelLaw {
-    evaluator: Evaluator,
+pub struct ModelLaw<S = f64> {
+    evaluator: Evaluator<S>,
     /// −1 where the model's restoring force opposes the body, per axis.
     sign: [f64; 2],
 }
@@ -42,26 +43,31 @@ impl ModelLaw {
     /// # Errors
     /// As [`Evaluator::new`].
     pub fn new(model: &ModelFile) -> Result<Self> {
+        Ok(Self::of(model, Evaluator::new(model)?))
+    }
+}
+
+impl<S> ModelLaw<S> {
+    /// The same of a model that was prepared already, in any kind of number.
+    pub(super) fn of(model: &ModelFile, evaluator: Evaluator<S>) -> Self {
         let mut sign = [1.0; 2];
         for (sign, axis) in sign.iter_mut().zip(&model.axes) {
             if axis.restoring_force == Convention::ForceMinusInertia {
                 *sign = -1.0;
             }
         }
-        Ok(Self {
-            evaluator: Evaluator::new(model)?,
-            sign,
-        })
+        Self { evaluator, sign }
     }
 }
 
-impl JointLaw for ModelLaw {
-    fn force(&self, state: [f64; 4], _contacts: [Contact; 2]) -> [f64; 2] {
+impl<S: HostScalar> JointLaw<S> for ModelLaw<S> {
+    fn force(&self, state: [S; 4], _contacts: [Contact; 2]) -> [S; 2] {
         let [first, second] = self.evaluator.force_at(&state);
-        [self.sign[0] * first, self.sign[1] * second]
+        let [s, t] = self.sign.map(S::constant);
+        [s * first, t * second]
     }
 
-    fn advance(&mut self, state: [f64; 4], step_s: f64) {
+    fn advance(&mut self, state: [S; 4], step_s: f64) {
         self.evaluator.advance(&state, step_s);
     }
 }
@@ -97,15 +103,20 @@ pub fn respond_with<L: JointLaw + Clone + Sync>(
     let one = |&index: &usize| -> Result<(RecordResponse, Vec<Drift>)> {
         let (motion, simulated, drifts) = if let Some(truth) = &truth {
             let record = rig::ShakenRecord::new(study, index, truth)?;
-            let simulated = run::settled(&record.motion, restart_rows, &model.base, |steps| {
-                record.moving(law.clone(), steps)
-            });
+            let simulated = run::settled(
+                &record.motion,
+                restart_rows,
+                &model.base,
+                SUBSTEPS,
+                |steps| record.moving(law.clone(), steps),
+            );
             (record.motion, simulated, Vec::new())
         } else {
             let body = measured::DrivenBody::new(study, model, &motions[index])?;
-            let simulated = run::settled(&body.motion, restart_rows, &model.base, |steps| {
-                body.moving(law.clone(), steps)
-            });
+            let simulated =
+                run::settled(&body.motion, restart_rows, &model.base, SUBSTEPS, |steps| {
+                    body.moving(law.clone(), steps)
+                });
             let drifts = body.drifts(model, &motions[index], law.clone(), &largest);
             (body.motion, simulated, drifts)
         };

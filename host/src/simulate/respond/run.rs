@@ -2,32 +2,33 @@
 
 use crate::model::InputRange;
 use crate::model::file::{Base, ModelFile};
-use crate::simulate::{JointLaw, SUBSTEPS};
+use crate::model::scalar::HostScalar;
+use crate::simulate::JointLaw;
 use serde::Serialize;
 
 /// A simulation has diverged when a state lies this many half-ranges from the middle of its training range.
-pub(super) const DIVERGED: f64 = 10.0;
+pub(in crate::simulate) const DIVERGED: f64 = 10.0;
 /// Steps are fine enough when twice as many change the displacements by at most this part of their RMS.
-pub(super) const SETTLED: f64 = 1e-4;
+pub(in crate::simulate) const SETTLED: f64 = 1e-4;
 /// Most steps per row; a motion that still changes then is told as such.
 const MAX_STEPS: usize = 64;
 
 /// The motion that a simulation is held against, and from which it starts.
-pub(super) struct MeasuredMotion {
+pub(in crate::simulate) struct MeasuredMotion {
     /// [x, ẋ] or [x, ẋ, φ, φ̇], SI.
-    pub(super) states: Vec<Vec<f64>>,
-    pub(super) sample_rate_hz: f64,
+    pub(in crate::simulate) states: Vec<Vec<f64>>,
+    pub(in crate::simulate) sample_rate_hz: f64,
     /// Seconds from the beginning of the file to row 0.
-    pub(super) start_s: f64,
+    pub(in crate::simulate) start_s: f64,
 }
 
 impl MeasuredMotion {
-    pub(super) fn rows(&self) -> usize {
+    pub(in crate::simulate) fn rows(&self) -> usize {
         self.states[0].len()
     }
 
     /// The joint's state at a row, 0 on an axis that is not there.
-    pub(super) fn state(&self, row: usize) -> [f64; 4] {
+    pub(in crate::simulate) fn state(&self, row: usize) -> [f64; 4] {
         let mut state = [0.0; 4];
         for (value, series) in state.iter_mut().zip(&self.states) {
             *value = series[row];
@@ -37,7 +38,7 @@ impl MeasuredMotion {
 }
 
 /// What is integrated along a record.
-pub(super) trait Mechanism {
+pub(in crate::simulate) trait Mechanism {
     /// Puts it into its measured (or true) state at a row.
     fn place(&mut self, row: usize);
     /// Moves it on from a row to the next.
@@ -47,22 +48,29 @@ pub(super) trait Mechanism {
 }
 
 /// A law whose internal states have followed the measured motion, for every start from it.
-pub(super) struct Follower<L> {
+pub(in crate::simulate) struct Follower<L> {
     law: L,
     row: usize,
 }
 
-impl<L: JointLaw + Clone> Follower<L> {
-    pub(super) fn new(law: L) -> Self {
+impl<L: Clone> Follower<L> {
+    pub(in crate::simulate) fn new(law: L) -> Self {
         Self { law, row: 0 }
     }
 
     /// The law as it is at a row, which lies no earlier than the last one asked for.
-    pub(super) fn at(&mut self, row: usize, motion: &MeasuredMotion) -> L {
+    pub(in crate::simulate) fn at<S: HostScalar>(
+        &mut self,
+        row: usize,
+        motion: &MeasuredMotion,
+    ) -> L
+    where
+        L: JointLaw<S>,
+    {
         while self.row < row {
             self.row += 1;
-            self.law
-                .advance(motion.state(self.row), 1.0 / motion.sample_rate_hz);
+            let state = motion.state(self.row).map(S::constant);
+            self.law.advance(state, 1.0 / motion.sample_rate_hz);
         }
         self.law.clone()
     }
@@ -87,26 +95,26 @@ pub struct Divergence {
 
 /// A run at one step.
 #[derive(Clone)]
-pub(super) struct Simulated {
+pub(in crate::simulate) struct Simulated {
     /// As [`MeasuredMotion::states`]; NaN from a divergence to the next start.
-    pub(super) states: Vec<Vec<f64>>,
+    pub(in crate::simulate) states: Vec<Vec<f64>>,
     /// Row, row of its start, input and value of every divergence.
     diverged: Vec<(usize, usize, usize, f64)>,
-    pub(super) steps_per_row: usize,
-    pub(super) step_error: f64,
+    pub(in crate::simulate) steps_per_row: usize,
+    pub(in crate::simulate) step_error: f64,
     /// Whether it was started from the measured motion more than once.
-    pub(super) restarted: bool,
+    pub(in crate::simulate) restarted: bool,
     inputs: Vec<InputRange>,
 }
 
 impl Simulated {
     /// Part of the rows that were simulated.
-    pub(super) fn share(&self) -> f64 {
+    pub(in crate::simulate) fn share(&self) -> f64 {
         let rows = self.states[0].iter();
         rows.filter(|x| x.is_finite()).count() as f64 / self.states[0].len() as f64
     }
 
-    pub(super) fn divergences(
+    pub(in crate::simulate) fn divergences(
         &self,
         motion: &MeasuredMotion,
         model: &ModelFile,
@@ -185,16 +193,17 @@ fn run<M: Mechanism>(
     simulated
 }
 
-/// Runs with ever finer steps until halving them changes nothing that matters; the coarser of the last two is returned,
-/// or, when nothing settles, the finest.
-pub(super) fn settled<M: Mechanism>(
+/// Runs with ever finer steps, from `least_steps` per row on, until halving them changes nothing that matters; the coarser of the
+/// last two is returned, or, when nothing settles, the finest.
+pub(in crate::simulate) fn settled<M: Mechanism>(
     motion: &MeasuredMotion,
     restart_rows: Option<usize>,
     base: &Base,
+    least_steps: usize,
     make: impl Fn(usize) -> M,
 ) -> Simulated {
     let at = |steps| run(make(steps), motion, restart_rows, base.inputs(), steps);
-    let mut steps = SUBSTEPS;
+    let mut steps = least_steps;
     let mut coarse = at(steps);
     loop {
         let mut fine = at(2 * steps);

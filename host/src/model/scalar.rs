@@ -1,0 +1,51 @@
+//! The kinds of number in which the host simulates a model.
+
+use jointwatch_shared::effect::{Entry, Law as EffectLaw};
+use jointwatch_shared::scalar::Scalar;
+use jointwatch_shared::scalar::dual::Dual;
+
+/// A kind of number in which the host simulates: f64 moves, a dual number also says how the motion changes with one quantity.
+pub trait HostScalar: Scalar + Send + Sync + 'static {
+    /// A number that depends on nothing.
+    fn constant(value: f64) -> Self;
+    /// Its value alone.
+    fn value(self) -> f64;
+    /// The quotient by another, which is not 0.
+    fn over(self, other: Self) -> Self;
+    /// An effect's law for this kind of number.
+    fn law_of(entry: &Entry) -> EffectLaw<Self>;
+}
+
+impl HostScalar for f64 {
+    fn constant(value: f64) -> Self {
+        value
+    }
+    fn value(self) -> f64 {
+        self
+    }
+    fn over(self, other: Self) -> Self {
+        self / other
+    }
+    fn law_of(entry: &Entry) -> EffectLaw<Self> {
+        entry.real
+    }
+}
+
+impl HostScalar for Dual {
+    fn constant(value: f64) -> Self {
+        Dual::constant(value)
+    }
+    fn value(self) -> f64 {
+        self.value
+    }
+    fn over(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        Self {
+            value,
+            slope: (self.slope - value * other.slope) / other.value,
+        }
+    }
+    fn law_of(entry: &Entry) -> EffectLaw<Self> {
+        entry.dual
+    }
+}
