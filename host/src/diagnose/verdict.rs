@@ -291,11 +291,7 @@ fn unmeasured(
 
 /// The verdict: an effect where what has a name explains most of what can be explained.
 fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool) -> Verdict {
-    let named: f64 = search
-        .decisions
-        .iter()
-        .map(Decision::named)
-        .sum();
+    let named: f64 = search.decisions.iter().map(Decision::named).sum();
     let unnamed = search
         .decisions
         .iter()

@@ -157,7 +157,7 @@ fn notes(kept: bool, held_out: [f64; 2], records: &[SimulatedChange]) -> Vec<Str
         ));
         return notes;
     }
-    for change in records.iter().filter(|c| c.role == Role::Validate) {
+    for change in records {
         let gone = change.after.diverged_at_s.is_some() && change.before.diverged_at_s.is_none();
         if gone || change.after.rms > change.before.rms {
             notes.push(format!(

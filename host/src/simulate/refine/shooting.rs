@@ -1,8 +1,8 @@
 //! Output error: stretches of the records simulated one by one, and the sum of squares of what they miss.
 //!
-//! This is multiple shooting with free starts and without conditions of continuity. Every stretch begins at a state of its own,
-//! which is found with the parameters: a measured start holds the noise of the displacement, and without a spring that noise
-//! becomes drift. Nothing ties the end of one stretch to the start of the next. What such a tie would teach, how errors add up
+//! This is multiple shooting without conditions of continuity. Every stretch begins at a state of its own, which is found with the
+//! parameters: a measured start holds the noise of the displacement, and without a spring that noise becomes drift. It keeps to the
+//! measured start as closely as that is known, so that it does not take up what the model misses. Nothing ties the end of one stretch to the start of the next. What such a tie would teach, how errors add up
 //! over a long time, longer stretches teach as well; they are lengthened until each is a whole record, where continuity holds by
 //! itself, and no multipliers have to be weighed against the data.
 
@@ -31,6 +31,11 @@ pub(super) struct Shooting<'a> {
     pub(super) steps: usize,
     /// Per axis, one over the RMS of its displacement: what makes metres and radians comparable.
     pub(super) weights: Vec<f64>,
+    /// Standard deviation of a measured start.
+    pub(super) deviations: [f64; 4],
+    /// Cost of the square by which a start leaves the measured one: a row that misses by as much as rows do counts as a start that is off
+    /// by its standard deviation.
+    pub(super) ties: [f64; 4],
 }
 
 /// Values and starts, with what they leave.
@@ -75,10 +80,19 @@ impl Shooting<'_> {
         (0..self.weights.len()).flat_map(|i| [i, i + 2]).collect()
     }
 
-    /// The point with these values whose stretches start as measured.
-    pub(super) fn from_measured(&self, values: Vec<f64>) -> Result<Point> {
-        let start = |s: &Stretch| self.bodies[s.body].measured(s.rows.start);
-        self.point(values, self.stretches.iter().map(start).collect())
+    /// The point with these values whose stretches start as measured; what it leaves says how closely starts keep to that.
+    pub(super) fn started_as_measured(&mut self, values: Vec<f64>) -> Result<Point> {
+        let starts = self.stretches.iter().map(|s| self.measured(s)).collect();
+        let point = self.point(values, starts)?;
+        let left = self.relative(&point, 0.0);
+        if left.is_finite() {
+            self.ties = self.deviations.map(|known| (left / known).powi(2));
+        }
+        Ok(point)
+    }
+
+    fn measured(&self, stretch: &Stretch) -> [f64; 4] {
+        self.bodies[stretch.body].measured(stretch.rows.start)
     }
 
     fn point(&self, values: Vec<f64>, starts: Vec<[f64; 4]>) -> Result<Point> {
@@ -103,8 +117,21 @@ impl Shooting<'_> {
             }
             point.left.push(left);
         }
-        point.cost = point.left.iter().flatten().map(|e| e * e).sum();
+        point.cost = point.left.iter().flatten().map(|e| e * e).sum::<f64>() + self.tied(&point);
         Ok(point)
+    }
+
+    /// What starts cost that leave the measured ones.
+    fn tied(&self, point: &Point) -> f64 {
+        let places = self.places();
+        let of_one = |(stretch, start): (&Stretch, &[f64; 4])| {
+            let measured = self.measured(stretch);
+            let places = places.iter();
+            places
+                .map(|&p| self.ties[p] * (start[p] - measured[p]).powi(2))
+                .sum::<f64>()
+        };
+        self.stretches.iter().zip(&point.starts).map(of_one).sum()
     }
 
     fn moved(
@@ -161,7 +188,14 @@ impl Shooting<'_> {
                 }
                 between[(i, count)] = products[(count + i, columns)];
             }
-            let follow = normal_equations::solve(&block(count, count, own, own), &between)?;
+            let mut own_block = block(count, count, own, own);
+            let measured = self.measured(&self.stretches[stretch]);
+            for (i, &place) in places.iter().enumerate() {
+                own_block[(i, i)] += self.ties[place];
+                between[(i, count)] +=
+                    self.ties[place] * (measured[place] - point.starts[stretch][place]);
+            }
+            let follow = normal_equations::solve(&own_block, &between)?;
             let follow = follow.coefficients;
             let taken = block(0, count, count, own) * &follow;
             for i in 0..count {
@@ -208,10 +242,19 @@ impl Shooting<'_> {
         Ok(point)
     }
 
-    /// RMS of what is left, as a part of the RMS displacement, over all rows and axes.
-    pub(super) fn relative(&self, point: &Point) -> f64 {
-        let rows: usize = point.left.iter().map(Vec::len).sum();
-        (point.cost / rows.max(1) as f64).sqrt()
+    /// RMS of what is left as a part of the RMS displacement, over all axes and the rows of every stretch behind this part of it.
+    pub(super) fn relative(&self, point: &Point, behind: f64) -> f64 {
+        if point.cost.is_infinite() {
+            return f64::INFINITY;
+        }
+        let axes = self.weights.len();
+        let judged = point.left.iter().flat_map(|left| {
+            let rows = left.len() / axes;
+            let from = (behind * rows as f64).round() as usize;
+            left.chunks(rows.max(1)).flat_map(move |own| &own[from..])
+        });
+        let [square, rows] = judged.fold([0.0; 2], |[sum, rows], e| [sum + e * e, rows + 1.0]);
+        (square / rows.max(1.0)).sqrt()
     }
 }
 
