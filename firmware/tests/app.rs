@@ -19,6 +19,7 @@ use jointwatch_shared::monitor::{Cause, State};
 use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::{Points, reference_model};
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
+use jointwatch_shared::wire::capture::{CHUNK, unpack};
 use jointwatch_shared::wire::telemetry::{
     Answered, Event, ModelFault, Occasion, Refusal, Report, Request, Restart, SampleOutput,
     Signature, Snapshot, Status, UploadReply, UploadRequest,
@@ -549,4 +550,73 @@ fn an_alarm_brings_the_residual_from_before_and_after_it() {
             .count(),
         4
     );
+}
+
+#[test]
+fn the_counts_around_an_alarm_are_sent_on_request_until_it_is_acknowledged() {
+    let own = blob::checksum_of(model());
+    let slot = signed(model(), Some(&reference_rig(model(), Some(own))));
+    let mut bench = Bench::start([slot, Slot::Empty]);
+    let answered = |bench: &mut Bench| {
+        bench.ask(&Request::Capture { piece: 0 });
+        let answer = |report: Report| match report {
+            Report::Answer(answer) => Some(answer.answered),
+            _ => None,
+        };
+        bench.reports().into_iter().find_map(answer)
+    };
+    assert_eq!(answered(&mut bench), Some(Answered::Nothing));
+    bench
+        .watch
+        .keep_counts(Box::leak(vec![[0; CHUNK]; 8].into_boxed_slice()));
+    let mut fed = Vec::new();
+    let mut alarm_at = None;
+    for (number, mut raw) in (0_u64..).zip(motion(40 * RATE_HZ as usize)) {
+        if number > 300 {
+            raw[0].force = 5;
+        }
+        bench.sample(raw);
+        fed.push(raw);
+        let alarmed = bench.watch.verdict().state == State::Alarm;
+        if alarmed && alarm_at.is_none() {
+            alarm_at = Some(number + 1);
+            assert_eq!(answered(&mut bench), Some(Answered::Busy));
+        }
+        bench.reports();
+        if alarm_at.is_some_and(|at| number > at + 2000) {
+            break;
+        }
+    }
+    let alarm_at = alarm_at.expect("an alarm");
+    let mut bytes = Vec::new();
+    let pieces = bench.watch.counts(0).expect("a piece").pieces;
+    for number in 0..pieces {
+        bench.ask(&Request::Capture { piece: number });
+        let reports = bench.reports();
+        let [Report::Capture(piece)] = &reports[..] else {
+            panic!("{reports:?}")
+        };
+        assert_eq!(
+            (piece.alarm, piece.piece, piece.pieces),
+            (alarm_at, number, pieces)
+        );
+        bytes.extend_from_slice(&piece.bytes);
+    }
+    let mut numbers = Vec::new();
+    for chunk in bytes.chunks(CHUNK) {
+        let mut samples = Vec::new();
+        let contents = unpack(chunk, |counts| samples.push(*counts)).expect("a chunk");
+        for (number, found) in (contents.first..).zip(samples) {
+            let wanted = fed[number as usize].map(|raw| {
+                let [far, near] = raw.displacement;
+                [far, near, raw.body, raw.acceleration, raw.force]
+            });
+            assert_eq!(found, wanted, "sample {number}");
+            numbers.push(number);
+        }
+    }
+    assert!(numbers.windows(2).all(|pair| pair[1] == pair[0] + 1));
+    assert!(numbers[0] < alarm_at && numbers[numbers.len() - 1] > alarm_at);
+    bench.watch.acknowledged();
+    assert_eq!(answered(&mut bench), Some(Answered::Nothing));
 }

@@ -35,6 +35,7 @@ fn rig() -> (Study, ModelFile) {
 
 fn asked<'a>(study: &'a Study, model: &'a ModelFile) -> Asked<'a> {
     Asked {
+        answer: None,
         command: "jointwatch compare study.toml model.json --report page.html".into(),
         study,
         model,

@@ -219,11 +219,13 @@ fn codes<T: Serialize + Debug>(values: &[T]) {
 fn tags_and_codes_never_change() {
     assert_eq!(
         reports().iter().map(Message::tag).collect::<Vec<u8>>(),
-        [1, 2, 3, 4, 5, 6, 7, 8, 9]
+        [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]
     );
     assert_eq!(
         requests().iter().map(Message::tag).collect::<Vec<u8>>(),
-        [0x81, 0x82, 0x83, 0x84, 0x85, 0x86, 0x86, 0x86, 0x86, 0x87]
+        [
+            0x81, 0x82, 0x83, 0x84, 0x85, 0x86, 0x86, 0x86, 0x86, 0x87, 0x88
+        ]
     );
     codes(&[Slot::A, Slot::B]);
     codes(&[Kind::Model, Kind::Rig]);

@@ -3,9 +3,10 @@
 
 The files are committed, so that the tests need no Python. To write them anew:
 
-    pip install numpy scipy h5py nptdms asammdf pyuff openpyxl
+    pip install numpy scipy h5py nptdms asammdf pyuff openpyxl pyarrow
     python3 tests/data/make_logs.py
 """
+import decimal
 import gzip
 import os
 import pathlib
@@ -126,11 +127,43 @@ def universal(columns):
             file.write_sets([data], "add")
 
 
+def columnar(columns):
+    import pyarrow as pa
+    import pyarrow.feather
+    import pyarrow.parquet
+
+    fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in zip(NAMES, UNITS)]
+    table = pa.table([pa.array(column) for column in columns], schema=pa.schema(fields))
+    # Two groups of rows, the second in several pages.
+    pa.parquet.write_table(table, HERE / "record.parquet", row_group_size=300, data_page_size=1024)
+    packings = dict(zip(NAMES, ("zstd", "gzip", "lz4", "none")))
+    pa.parquet.write_table(table, HERE / "packed.parquet", compression=packings, use_dictionary=False)
+    pa.feather.write_feather(table, HERE / "record.arrow", compression="lz4", chunksize=200)
+    packed = pa.ipc.IpcWriteOptions(compression="zstd")
+    with pa.OSFile(str(HERE / "stream.arrows"), "wb") as file, pa.ipc.new_stream(file, table.schema, options=packed) as stream:
+        stream.write_table(table, max_chunksize=200)
+    few = table.slice(0, 120)
+    nanoseconds = 1_773_480_413_000_000_000 + np.arange(120) * 1_000_000
+    types = {
+        "t": pa.array(nanoseconds, pa.timestamp("ns", tz="UTC")),
+        "x_m": few["x_m"], "a_m_s2": few["a_m_s2"], "F_N": few["F_N"],
+        "gap": pa.array([None if i == 70 else float(i) for i in range(120)]),
+        "count": pa.array(np.arange(120) + 2**31, pa.uint32()),
+        "text": pa.array(["up", "down"] * 60).dictionary_encode(),
+        "list": pa.array([[1.0, 2.0]] * 120),
+        "nested": pa.array([{"inner": 1.0}] * 120),
+        "nothing": pa.nulls(120),
+        "decimal": pa.array([decimal.Decimal(i) for i in range(120)], pa.decimal128(10, 2)),
+    }
+    pa.parquet.write_table(pa.table(types), HERE / "types.parquet")
+    pa.feather.write_feather(pa.table(types), HERE / "types.arrow", compression="zstd")
+
+
 def main():
     HERE.mkdir(exist_ok=True)
     os.chdir(HERE)
     columns = record()
-    for write in (texts, workbook, numpy_files, matlab, mdf, labview, universal):
+    for write in (texts, workbook, numpy_files, matlab, mdf, labview, universal, columnar):
         write(columns)
     for path in sorted(HERE.iterdir()):
         print(f"{path.stat().st_size:8} {path.name}")

@@ -144,3 +144,21 @@ fn a_study_of_validation_records_alone_is_compared_and_not_learnt_from() {
     );
     assert!(refused.contains("role = \"train\""), "{refused}");
 }
+
+#[test]
+fn a_report_shows_the_joint_then_and_now_with_what_changed() {
+    let folder = before();
+    simulate(folder.path(), "now", &["--seed", "2", "--vary", "3"]);
+    let report = ["changed", "old.json", "now", "--report", "page.html"];
+    let words = succeed(folder.path(), &report);
+    assert!(words.contains("Report written to page.html"), "{words}");
+    let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
+    let sentence = words.lines().find(|l| l.starts_with("Changed: ")).unwrap();
+    let shown = sentence.split(';').next().unwrap();
+    assert!(page.contains(shown.trim_end_matches('.')), "{sentence}");
+    assert!(page.contains("\"versions\":[\"before\",\"after\"]"));
+    // No report over the study.
+    let over = ["changed", "old.json", "now", "--report", "now/study.toml"];
+    let said = fail(folder.path(), &over, 2);
+    assert!(said.contains("would be written over"), "{said}");
+}

@@ -30,7 +30,7 @@ const fn plain(file: &'static str) -> Case {
     }
 }
 
-const EXACT: [Case; 15] = [
+const EXACT: [Case; 19] = [
     plain("record.csv"),
     plain("record.csv.gz"),
     plain("german.csv"),
@@ -55,6 +55,10 @@ const EXACT: [Case; 15] = [
     },
     plain("record.tdms"),
     plain("v73.mat"),
+    plain("record.parquet"),
+    plain("packed.parquet"),
+    plain("record.arrow"),
+    plain("stream.arrows"),
     Case {
         file: "groups.h5",
         names: ["run/t_s", "run/log[1]", "run/log[2]", "run/log[3]"],
@@ -142,6 +146,90 @@ fn a_tdms_file_that_was_cut_off_is_read_as_far_as_it_goes_and_says_so() {
         "{:?}",
         study.notes
     );
+}
+
+#[test]
+fn an_arrow_file_that_was_cut_off_is_read_up_to_its_last_whole_batch_and_says_so() {
+    // Behind a file's last batch is its table of contents.
+    for (file_name, rows) in [("record.arrow", 200), ("stream.arrows", 400)] {
+        let case = plain(file_name);
+        let bytes = fs::read(file(case.file)).unwrap();
+        let whole = channels(&case).1;
+        let study = read(&case, &bytes[..bytes.len() * 3 / 4]).unwrap();
+        let kept = &study.records[0].axes[0].force;
+        assert_eq!(kept[..], whole.force[..rows], "{file_name}");
+        let note = format!("{file_name} ends in the middle of a batch");
+        assert!(
+            study.notes.iter().any(|n| n.contains(&note)),
+            "{:?}",
+            study.notes
+        );
+    }
+}
+
+#[test]
+fn columns_that_hold_no_plain_numbers_are_refused_by_name_and_times_count_from_the_first() {
+    for file_name in ["types.parquet", "types.arrow"] {
+        let bytes = fs::read(file(file_name)).unwrap();
+        let case = |time: &'static str, force: &'static str| Case {
+            file: file_name,
+            names: [time, "x_m", "a_m_s2", force],
+            columns: "",
+        };
+        let study = read(&case("t", "F_N"), &bytes).unwrap();
+        assert_eq!(study.sample_rate_hz, 1000.0);
+        let wanted = channels(&EXACT[0]).1.force;
+        assert_eq!(study.records[0].axes[0].force[..], wanted[..120]);
+        read(&case("t", "count"), &bytes).unwrap();
+        for (force, why) in [
+            ("text", "not numbers; write it as float64"),
+            ("nothing", "not numbers"),
+            ("decimal", "not numbers"),
+            (
+                "gap",
+                "row 71 (counted from 1), column \"gap\": NaN is not a measurement",
+            ),
+            ("missing", "has no column \"missing\""),
+        ] {
+            let sentence = read(&case("t", force), &bytes).map(|_| ()).unwrap_err();
+            assert!(
+                sentence.contains(file_name) && sentence.contains(why),
+                "{force}: {sentence}"
+            );
+        }
+    }
+}
+
+/// A page, or a batch, that says it unpacks to a gigabyte and more is refused before anything is made room for.
+#[test]
+fn sizes_that_lie_are_refused_before_memory_is_taken() {
+    // Each column of `packed.parquet` is one page: its header begins with `15 00 15`, then its unpacked size.
+    let bytes = fs::read(file("packed.parquet")).unwrap();
+    let case = plain("packed.parquet");
+    let pages: Vec<usize> = (0..bytes.len() - 6)
+        .filter(|at| bytes[*at..].starts_with(&[0x15, 0x00, 0x15]))
+        .filter(|at| bytes[at + 3] & 0x80 != 0)
+        .collect();
+    assert!(pages.len() >= 4, "{pages:?}");
+    for page in &pages[..4] {
+        let mut bytes = bytes.clone();
+        // 4004 bytes (c8 3e) becomes a number of the same two digits and three more, over what follows.
+        bytes[page + 3..page + 8].copy_from_slice(&[0xfe, 0xff, 0xff, 0xff, 0x0f]);
+        let sentence = read(&case, &bytes).map(|_| ()).unwrap_err();
+        assert!(
+            sentence.contains("unpacks to more than"),
+            "{page}: {sentence}"
+        );
+    }
+    let bytes = fs::read(file("record.arrow")).unwrap();
+    let case = plain("record.arrow");
+    // 200 rows of 8 bytes, as each packed column says of itself.
+    let size = 1600_i64.to_le_bytes();
+    let at = (0..bytes.len() - 8).find(|at| bytes[*at..].starts_with(&size));
+    let mut lying = bytes.clone();
+    lying[at.unwrap()..][..8].copy_from_slice(&(1_i64 << 40).to_le_bytes());
+    let sentence = read(&case, &lying).map(|_| ()).unwrap_err();
+    assert!(sentence.contains("unpacks to more than"), "{sentence}");
 }
 
 /// Whatever is done to a file, it is read in full, refused in one sentence that names it, or read with a note.

@@ -118,6 +118,14 @@ impl<F: NorFlash, V: Verifier, O: SerialPort> Server<F, V, O> {
         }
         match received.message {
             Request::Hello => self.introduce(Occasion::Asked, watch),
+            Request::Capture { piece } => {
+                let to = received.sequence;
+                let report = match watch.with(|watch| watch.counts(piece)) {
+                    Ok(piece) => Report::Capture(piece),
+                    Err(answered) => Report::Answer(Answer { to, answered }),
+                };
+                self.send(&report, watch);
+            }
             Request::Upload(_) | Request::Order { .. } => {
                 self.signed(received.sequence, &received.message, watch);
             }

@@ -11,10 +11,11 @@ use jointwatch_shared::chain::{Output, RawSample};
 use jointwatch_shared::monitor::{
     Cause, Faults, Monitor, MonitorState, State, Verdict as Said, Window,
 };
+use jointwatch_shared::wire::capture::{Capture, Chunk, NoPiece};
 use jointwatch_shared::wire::snapshot::Recorder;
 use jointwatch_shared::wire::telemetry::{
-    Alarm, Answered, AxisStatus, Counters, Event, Health, MAX_FRAME, Report, Request, STATUS_HZ,
-    Sample, SensorStatus, Slot, Status, Verdict,
+    Alarm, Answered, AxisStatus, CapturePiece, Counters, Event, Health, MAX_FRAME, Report, Request,
+    STATUS_HZ, Sample, SensorStatus, Slot, Status, Verdict,
 };
 
 /// Samples in a row without a usable code after which a chip is told to be missing: longer than it takes to start.
@@ -83,6 +84,7 @@ pub struct Watch {
     places: Places,
     events: Deque<Event, EVENTS>,
     recorder: Recorder,
+    capture: Capture,
     samples: u64,
     status_every: u32,
     status_left: u32,
@@ -118,6 +120,7 @@ impl Watch {
             places: Places::default(),
             events: Deque::new(),
             recorder: Recorder::new(1),
+            capture: Capture::new(&mut []),
             samples: 0,
             status_every: 1,
             status_left: 0,
@@ -166,6 +169,22 @@ impl Watch {
         for event in events {
             self.tell(*event);
         }
+    }
+
+    /// Keeps the counts around an alarm in this memory of the board.
+    pub fn keep_counts(&mut self, chunks: &'static mut [Chunk]) {
+        self.capture = Capture::new(chunks);
+    }
+
+    /// A piece of the counts around the alarm.
+    ///
+    /// # Errors
+    /// What is answered when there is none.
+    pub fn counts(&self, piece: u16) -> Result<CapturePiece, Answered> {
+        self.capture.piece(piece).map_err(|why| match why {
+            NoPiece::Nothing => Answered::Nothing,
+            NoPiece::Unfinished => Answered::Busy,
+        })
     }
 
     /// Puts the model on trial.
@@ -217,6 +236,8 @@ impl Watch {
             counters.saturated = counters.saturated.saturating_add(at_rail);
             self.recorder.sample(output.residual);
         }
+        let (axes, gap) = (self.places.axes, frame.follows_gap());
+        self.capture.sample(frame.number, &frame.sample, axes, gap);
         let unusable = self.chips_did(&frame.health);
         self.remember(&faults);
         if let Ok(monitor) = &self.monitor {
@@ -257,6 +278,7 @@ impl Watch {
                 alarms: 0,
             });
             alarm.alarms = alarm.alarms.saturating_add(1);
+            self.capture.alarm(self.samples);
         }
         self.tell(Event::Verdict(said.into()));
         self.recorder.verdict(&before, &said);
@@ -435,7 +457,10 @@ impl Watch {
             } else {
                 Answered::Nothing
             }),
-            Request::Hello | Request::Upload(_) | Request::Order { .. } => None,
+            Request::Hello
+            | Request::Upload(_)
+            | Request::Order { .. }
+            | Request::Capture { .. } => None,
         }
     }
 
@@ -479,6 +504,7 @@ impl Watch {
     /// The alarm that stands has been seen.
     pub fn acknowledged(&mut self) {
         self.alarm = None;
+        self.capture.release();
     }
 
     /// True once after every hour of sampling.

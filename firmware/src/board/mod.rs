@@ -2,6 +2,8 @@
 
 #[cfg(feature = "an500")]
 pub mod an500;
+#[cfg(feature = "stm32f405")]
+mod chunks;
 #[cfg(any(feature = "stm32f405", feature = "an500"))]
 mod kernels;
 #[cfg(feature = "semihosting-link")]

@@ -98,6 +98,7 @@ mod app {
         };
         let begun = begin(&mut store, setup, cx.local.room, log::slots);
         log::begun(&begun);
+        begun.watch.keep_counts(parts::counts_around_alarm());
         let Begun {
             evaluator,
             rate,

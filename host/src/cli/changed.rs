@@ -1,13 +1,14 @@
 //! `jointwatch changed`: what is different in a joint since its model was made.
 
 use super::console::Console;
+use super::report::Report;
 use crate::diagnose::changed::{self, Changed, ErrorThenNow};
 use crate::model::file::{AxisError, ModelFile};
 use crate::study::Study;
 use crate::text::error::Result;
 use crate::text::table::{Table, percent, value_with_unit};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch changed`.
 #[derive(Args)]
@@ -18,6 +19,8 @@ pub(crate) struct Change {
     study: PathBuf,
     /// A model of the joint as it is now; without it the old model's effects are fitted anew to the new records.
     new: Option<PathBuf>,
+    #[command(flatten)]
+    report: Report,
 }
 
 impl Change {
@@ -26,9 +29,11 @@ impl Change {
         let old = ModelFile::read(&self.old)?;
         let new = self.new.as_deref().map(ModelFile::read).transpose()?;
         let study = Study::read(&self.study)?;
-        console.check_outputs(&[], &study, Some(&self.old))?;
+        let written: Vec<&Path> = self.report.outputs().collect();
+        console.check_outputs(&written, &study, Some(&self.old))?;
         working.set_message("comparing then and now");
-        let changed = changed::changed(&study, &old, new.as_ref())?;
+        let (changed, now) = changed::changed(&study, &old, new.as_ref())?;
+        let page = self.report.of_change(&old, &changed, &now)?;
         working.finish_and_clear();
         for source in &study.sources {
             for done in &source.time {
@@ -46,6 +51,7 @@ impl Change {
             console.say(format!("Note: {note}."))?;
         }
         console.say(changed.in_a_sentence())?;
+        self.report.write(console, page)?;
         console.json(&changed)
     }
 }

@@ -3,10 +3,24 @@
 use clap::Command;
 
 /// Per command its examples, one a line.
-pub(crate) const EXAMPLES: [(&str, [&str; 2]); 24] = [
+pub(crate) const EXAMPLES: [(&str, [&str; 2]); 26] = [
     (
         "demo",
         ["jointwatch demo", "jointwatch demo --out story --seed 4"],
+    ),
+    (
+        "capture",
+        [
+            "jointwatch capture --port /dev/ttyACM0",
+            "jointwatch capture --port COM3 -o alarm.bin",
+        ],
+    ),
+    (
+        "study-from",
+        [
+            "jointwatch study-from capture.bin --rig rig.bin -o now",
+            "jointwatch study-from frames.bin --rig rig.bin --model model.bin -o now",
+        ],
     ),
     (
         "lab",

@@ -1,6 +1,7 @@
 //! The command line: its subcommands, its global options, its exit codes.
 
 mod add;
+mod capture;
 mod changed;
 mod compare;
 mod console;
@@ -28,6 +29,7 @@ mod respond;
 mod sign;
 mod simulate;
 mod staircase;
+mod study_from;
 mod survey;
 mod terminal;
 mod upload;
@@ -104,6 +106,10 @@ enum Command {
     /// Ends with the file, with --seconds, or with Ctrl-C, and then says how many messages were lost or damaged. With
     /// --json FILE every message is a line of JSON, written as it comes; --json - prints those in place of the text.
     Monitor(monitor::Monitor),
+    /// Fetch the counts that a device keeps from before and after its alarm, as a file for study-from.
+    Capture(capture::Capture),
+    /// Turn what a device sent into records and a study.toml, lost frames into gaps.
+    StudyFrom(study_from::StudyFrom),
     /// Put a model in place of the joint, integrate the equation of motion for a record's drive, and compare the motions.
     Respond(respond::Respond),
     /// Open a local page on which the whole loop is done with a mouse: read a log, identify, compare, see what is missing, add it,
@@ -157,6 +163,8 @@ fn perform(command: Command, console: &Console) -> Result<()> {
         Command::Replay(command) => command.run(console),
         Command::Emulate(command) => command.run(console),
         Command::Monitor(command) => command.run(console),
+        Command::Capture(command) => command.run(console),
+        Command::StudyFrom(command) => command.run(console),
         Command::Keygen(command) => command.run(console),
         Command::Order(command) => command.run(console),
         Command::Sign(command) => command.run(console),

@@ -4,6 +4,7 @@ use super::console::Console;
 use super::plots;
 use crate::diagnose::add::Added;
 use crate::diagnose::apply::Applied;
+use crate::diagnose::changed::{Changed, Now};
 use crate::diagnose::{Diagnosis, PerAxis};
 use crate::lab;
 use crate::model::file::{JudgedOn, ModelFile};
@@ -80,6 +81,21 @@ impl Report {
             judged_on: applied.staircase.judged_on.words().into(),
             diagnosis: Some(&applied.first),
             ..asked(study, &applied.model)
+        })
+    }
+
+    /// The page of a joint that may have changed: the old model on the new records, and beside it one of the joint as it is now.
+    pub(super) fn of_change(
+        &self,
+        old: &ModelFile,
+        changed: &Changed,
+        now: &Now,
+    ) -> Result<Option<Gathered>> {
+        self.page(Asked {
+            answer: Some(changed.in_a_sentence()),
+            before: now.model.as_ref().map(|_| old),
+            judged_on: "new records".into(),
+            ..asked(&now.study, now.model.as_ref().unwrap_or(old))
         })
     }
 
@@ -161,6 +177,7 @@ fn asked<'a>(study: &'a Study, model: &'a ModelFile) -> Asked<'a> {
         .chain(words)
         .collect();
     Asked {
+        answer: None,
         command: words.join(" "),
         study,
         model,

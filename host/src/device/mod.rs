@@ -1,5 +1,6 @@
 //! What goes to the device and what comes back: export, the rig block, limits of the monitor, replay, telemetry, keys, upload.
 
+pub mod capture;
 pub mod export;
 mod line;
 pub mod monitor_limits;
@@ -8,6 +9,7 @@ pub mod replay;
 pub mod rig_block;
 mod rig_file;
 pub mod signing;
+pub mod study_from;
 pub mod telemetry;
 pub mod upload;
 pub mod wired;

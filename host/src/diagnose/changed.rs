@@ -75,11 +75,19 @@ pub struct ParameterChange {
     pub counts: Option<bool>,
 }
 
+/// The joint as it is now.
+pub struct Now {
+    /// The study with the new records alone.
+    pub study: Study,
+    /// A model of it: the new one that was given, or the old one's effects fitted anew.
+    pub model: Option<ModelFile>,
+}
+
 /// Holds a model against records taken since. Without a `new` model, the effects of the old one are fitted anew to the new records.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`]: a study that is not the model's, or whose records are all those that it was made with.
-pub fn changed(study: &Study, old: &ModelFile, new: Option<&ModelFile>) -> Result<Changed> {
+pub fn changed(study: &Study, old: &ModelFile, new: Option<&ModelFile>) -> Result<(Changed, Now)> {
     old.check_fits(study)?;
     let mut notes = Vec::new();
     let seen: Vec<Option<Role>> = study.sources.iter().map(|s| seen_as(s, old)).collect();
@@ -106,6 +114,7 @@ pub fn changed(study: &Study, old: &ModelFile, new: Option<&ModelFile>) -> Resul
         went: Vec::new(),
         notes: Vec::new(),
     };
+    let mut model = new.cloned();
     match new {
         Some(new) => {
             changed.new_values_from = Some("the new model".into());
@@ -131,6 +140,7 @@ pub fn changed(study: &Study, old: &ModelFile, new: Option<&ModelFile>) -> Resul
                 ),
                 Verdict::Data => notes.extend(diagnosis.data_problems),
             }
+            model = Some(new);
         }
         None => notes.push(format!(
             "the old model's base is a {}, whose coefficients have no meaning of their own; give a new physical model, or diagnose \
@@ -139,7 +149,11 @@ pub fn changed(study: &Study, old: &ModelFile, new: Option<&ModelFile>) -> Resul
         )),
     }
     changed.notes = notes;
-    Ok(changed)
+    let now = Now {
+        study: fresh,
+        model,
+    };
+    Ok((changed, now))
 }
 
 /// What a model used a record for: the same file with rows in common.

@@ -2,6 +2,7 @@
 
 pub mod blob;
 pub mod bytes;
+pub mod capture;
 pub(crate) mod layout;
 pub mod rig;
 pub mod rig_block;

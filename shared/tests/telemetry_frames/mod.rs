@@ -8,10 +8,11 @@ use heapless::Vec;
 use jointwatch_shared::wire::bytes::Bytes;
 use jointwatch_shared::wire::slot::{Header, Order};
 use jointwatch_shared::wire::telemetry::{
-    Access, Alarm, Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, Counters, Event, Health,
-    Hello, MAX_CHUNK, MAX_FRAME, Message, ModelIdentity, Occasion, Quantity, Received, Refusal,
-    Report, Request, RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Signature,
-    Slot, Snapshot, Status, Text, UploadReply, UploadRequest, Verdict, encode,
+    Access, Alarm, Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, CAPTURE_PIECE,
+    CapturePiece, Counters, Event, Health, Hello, MAX_CHUNK, MAX_FRAME, Message, ModelIdentity,
+    Occasion, Quantity, Received, Refusal, Report, Request, RigIdentity, SNAPSHOT_PIECE, Sample,
+    SampleOutput, SensorStatus, Signature, Slot, Snapshot, Status, Text, UploadReply,
+    UploadRequest, Verdict, encode,
 };
 
 /// The frame of a message.
@@ -165,6 +166,12 @@ pub(crate) fn reports() -> std::vec::Vec<Report> {
             },
             alarms: 2,
         }),
+        Report::Capture(CapturePiece {
+            alarm: 1000,
+            piece: 0,
+            pieces: 330,
+            bytes: list(&[0xe8, 0x03, 0, 0]),
+        }),
     ]
 }
 
@@ -202,6 +209,7 @@ pub(crate) fn requests() -> std::vec::Vec<Request> {
             number: 5,
             signature,
         },
+        Request::Capture { piece: 7 },
     ]
 }
 
@@ -315,6 +323,12 @@ pub(crate) fn longest_reports() -> std::vec::Vec<Report> {
             verdict: LONGEST_VERDICT,
             alarms: u16::MAX,
         }),
+        Report::Capture(CapturePiece {
+            alarm: u64::MAX,
+            piece: u16::MAX,
+            pieces: u16::MAX,
+            bytes: list(&[1; CAPTURE_PIECE]),
+        }),
     ]
 }
 
@@ -335,5 +349,6 @@ pub(crate) fn longest_requests() -> std::vec::Vec<Request> {
             number: u32::MAX,
             signature: Signature::new([0; 64]),
         },
+        Request::Capture { piece: u16::MAX },
     ]
 }

@@ -13,9 +13,12 @@ pub use slots::{SlotFlash, slots};
 
 use super::{stack, stm32f405};
 use crate::app::SerialPort;
+use crate::board::chunks::hand_out;
 use crate::clock::{Clock, Rate};
-use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+use core::mem::MaybeUninit;
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 use files::Files;
+use jointwatch_shared::wire::capture::Chunk;
 
 /// Kinds of requests beyond the chips'.
 const WAIT: u8 = 0x10;
@@ -86,6 +89,14 @@ impl SerialPort for Serial {
         Files.request(SEND, frame);
         true
     }
+}
+
+/// What is left of the memory, for the counts around an alarm.
+pub fn counts_around_alarm() -> &'static mut [Chunk] {
+    static mut ROOM: MaybeUninit<[Chunk; slots::CHUNKS]> = MaybeUninit::uninit();
+    static TAKEN: AtomicBool = AtomicBool::new(false);
+    // SAFETY: both are used here only.
+    unsafe { hand_out(&raw mut ROOM, &TAKEN) }
 }
 
 /// Runs the device as the host wants it: `sample` and `receive` set the interrupts off that the board's hardware would, which

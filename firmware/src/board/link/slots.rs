@@ -7,6 +7,7 @@ use core::cell::UnsafeCell;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use jointwatch_shared::wire::capture::Chunk;
 
 unsafe extern "C" {
     // Addresses from the board's memory map; there is nothing of Rust's behind them.
@@ -17,7 +18,9 @@ unsafe extern "C" {
 /// Bytes of a sector of the copy.
 const SECTOR: usize = 16 * 1024;
 /// Bytes of RAM that only this emulation takes.
-pub(super) const EMULATED: usize = size_of::<Copied>();
+pub(super) const EMULATED: usize = size_of::<Copied>() + size_of::<[Chunk; CHUNKS]>();
+/// Chunks of counts around an alarm: QEMU's board has no core-coupled memory, and so many fit into what is left of the other.
+pub(super) const CHUNKS: usize = 9;
 
 /// The copy, and a word that says that it was made.
 #[repr(C)]

@@ -5,6 +5,23 @@ pub use super::serial::{Serial, received, start as start_serial};
 pub use super::spi::{SpiChip, SpiChips, devices};
 pub use super::ticker::{Ticker, start as start_ticker};
 
+use crate::board::chunks::hand_out;
+use core::mem::MaybeUninit;
+use core::sync::atomic::AtomicBool;
+use jointwatch_shared::wire::capture::{CHUNK, Chunk};
+
+/// Chunks that the core-coupled memory holds.
+const CHUNKS: usize = (64 << 10) / CHUNK;
+
+/// The core-coupled memory, for the counts around an alarm.
+pub fn counts_around_alarm() -> &'static mut [Chunk] {
+    #[unsafe(link_section = ".ccm")]
+    static mut ROOM: MaybeUninit<[Chunk; CHUNKS]> = MaybeUninit::uninit();
+    static TAKEN: AtomicBool = AtomicBool::new(false);
+    // SAFETY: both are used here only.
+    unsafe { hand_out(&raw mut ROOM, &TAKEN) }
+}
+
 /// Nothing has to be opened.
 pub fn open() {}
 

@@ -35,6 +35,12 @@ impl Reader {
             Report::Answer(answer) => format!("answer    {}", answered(answer)),
             Report::Health(health) => format!("health    {}", self.health(health)),
             Report::Alarm(alarm) => format!("alarm     {}", self.alarm(alarm)),
+            Report::Capture(piece) => format!(
+                "capture   of the alarm at {}, piece {} of {}",
+                self.time(piece.alarm),
+                u32::from(piece.piece) + 1,
+                piece.pieces
+            ),
         }
     }
 

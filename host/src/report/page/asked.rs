@@ -8,6 +8,8 @@ use crate::study::Study;
 
 /// What a command knows when it is asked for a report.
 pub struct Asked<'a> {
+    /// The answer in one sentence, where the command has one of its own.
+    pub answer: Option<String>,
     /// The command as it was typed.
     pub command: String,
     /// The study as it was logged.

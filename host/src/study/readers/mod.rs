@@ -4,6 +4,7 @@
 //! seems to be.
 
 mod archive;
+mod arrow;
 mod cells;
 mod csv;
 mod cursor;
@@ -16,6 +17,7 @@ mod mdf;
 mod measurement;
 mod numpy;
 mod packed;
+mod parquet;
 mod sheet;
 mod stored;
 mod tdms;
@@ -30,7 +32,9 @@ use std::borrow::Cow;
 type Format = (fn(&[u8]) -> bool, fn(&Request<'_>, &[u8]) -> Result<Table>);
 
 /// The formats that say themselves by their first bytes.
-const BINARY: [Format; 6] = [
+const BINARY: [Format; 8] = [
+    (parquet::recognises, parquet::read),
+    (arrow::recognises, arrow::read),
     (matlab::recognises, matlab::read),
     (hdf5::recognises, hdf5::read),
     (mdf::recognises, mdf::read),
@@ -101,7 +105,8 @@ pub(crate) fn is_a_log(bytes: &[u8]) -> bool {
 }
 
 /// What can be read beside CSV.
-const FORMATS: &str = "Excel (.xlsx), MATLAB, HDF5, MDF 4, NumPy, TDMS, Universal File 58 and JSON";
+const FORMATS: &str =
+    "Excel (.xlsx), Parquet, Arrow, MATLAB, HDF5, MDF 4, NumPy, TDMS, Universal File 58 and JSON";
 
 /// What a file is that is no log, by its first bytes.
 fn foreign(bytes: &[u8]) -> Option<&'static str> {
@@ -126,8 +131,7 @@ fn foreign(bytes: &[u8]) -> Option<&'static str> {
         (b"<?xml", "XML"),
         (b"<!DOCTYPE", "a web page"),
         (b"<html", "a web page"),
-        (b"PAR1", "a Parquet file"),
-        (b"ARROW1", "an Arrow or Feather file"),
+        (b"FEA1", "a Feather file of version 1"),
     ];
     let known = KNOWN.iter().find(|(start, _)| bytes.starts_with(start));
     known.map(|(_, what)| *what)

@@ -17,9 +17,10 @@ mod upload;
 
 pub use frame::{Counts, Damage, Decoder, Received, TooLong, encode};
 pub use report::{
-    Access, Alarm, Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, Counters, Event, Health,
-    Hello, MAX_CHANNELS, ModelIdentity, Occasion, Quantity, Restart, RigIdentity, SNAPSHOT_PIECE,
-    Sample, SampleOutput, SensorStatus, Snapshot, Status, Verdict,
+    Access, Alarm, Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, CAPTURE_PIECE,
+    CapturePiece, Counters, Event, Health, Hello, MAX_CHANNELS, ModelIdentity, Occasion, Quantity,
+    Restart, RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Snapshot, Status,
+    Verdict,
 };
 pub use request::Request;
 pub use upload::{
@@ -106,6 +107,8 @@ pub enum Report {
     Health(Health),
     /// An alarm that nobody has acknowledged, with every status.
     Alarm(Alarm),
+    /// A piece of the counts around an alarm.
+    Capture(CapturePiece),
 }
 
 impl Message for Report {
@@ -120,6 +123,7 @@ impl Message for Report {
             Self::Answer(_) => 0x07,
             Self::Health(_) => 0x08,
             Self::Alarm(_) => 0x09,
+            Self::Capture(_) => 0x0a,
         }
     }
 
@@ -134,6 +138,7 @@ impl Message for Report {
             Self::Answer(fields) => write(fields, place),
             Self::Health(fields) => write(fields, place),
             Self::Alarm(fields) => write(fields, place),
+            Self::Capture(fields) => write(fields, place),
         }
     }
 
@@ -148,6 +153,7 @@ impl Message for Report {
             0x07 => read(fields).map(Self::Answer),
             0x08 => read(fields).map(Self::Health),
             0x09 => read(fields).map(Self::Alarm),
+            0x0a => read(fields).map(Self::Capture),
             _ => None,
         }
     }

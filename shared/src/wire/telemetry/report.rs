@@ -311,6 +311,22 @@ pub struct Snapshot {
     pub residual: Vec<[i32; 2], SNAPSHOT_PIECE>,
 }
 
+/// Bytes of a [`CapturePiece`] at most.
+pub const CAPTURE_PIECE: usize = 192;
+
+/// A piece of the counts around an alarm, as [`capture`](crate::wire::capture) packs them.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CapturePiece {
+    /// The sample, counted since the restart, at which the alarm was raised.
+    pub alarm: u64,
+    /// This piece, from 0.
+    pub piece: u16,
+    /// Pieces that there are.
+    pub pieces: u16,
+    /// Ten pieces, one behind the other, are a [`Chunk`](crate::wire::capture::Chunk).
+    pub bytes: Vec<u8, CAPTURE_PIECE>,
+}
+
 /// One sample. Counts belong to this instant; the output belongs to the one [`RigIdentity::delay`] samples ago.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sample {

@@ -37,6 +37,12 @@ pub enum Request {
         /// The signature of [`signed_order`](crate::wire::slot::signed_order).
         signature: Signature,
     },
+    /// Send a piece of the counts around the alarm. Answered by [`CapturePiece`](super::CapturePiece), or by
+    /// [`Answer`](super::Answer) when there is none.
+    Capture {
+        /// Which one, from 0.
+        piece: u16,
+    },
 }
 
 impl Message for Request {
@@ -49,6 +55,7 @@ impl Message for Request {
             Self::Snapshot => 0x85,
             Self::Upload(_) => 0x86,
             Self::Order { .. } => 0x87,
+            Self::Capture { .. } => 0x88,
         }
     }
 
@@ -56,6 +63,7 @@ impl Message for Request {
         match self {
             Self::Ping | Self::Hello | Self::ResetStatistics | Self::Snapshot => Some(&[]),
             Self::Stream { every } => write(every, place),
+            Self::Capture { piece } => write(piece, place),
             Self::Upload(step) => write(step, place),
             Self::Order {
                 order,
@@ -78,6 +86,7 @@ impl Message for Request {
                 number,
                 signature,
             }),
+            (0x88, fields) => read(fields).map(|piece| Self::Capture { piece }),
             _ => None,
         }
     }

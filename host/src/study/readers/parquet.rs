@@ -1,0 +1,319 @@
+//! Reader of Parquet files: each column of numbers, group by group of rows, with the unit in its Arrow field's metadata.
+
+use super::arrow::{no_numbers, unit};
+use super::cursor::Told;
+use super::packed;
+use crate::study::log::{Column, Request, Table};
+use crate::text::error::{Error, Result};
+use base64::Engine;
+use bytes::buf::Reader;
+use bytes::{Buf, Bytes};
+use parquet::basic::{Compression, ConvertedType, LogicalType, TimeUnit, Type};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
+use parquet::data_type::DataType;
+use parquet::errors::ParquetError;
+use parquet::file::metadata::{
+    ColumnChunkMetaData, FileMetaData, ParquetMetaDataReader, RowGroupMetaData,
+};
+use parquet::file::reader::{ChunkReader, Length};
+use parquet::file::serialized_reader::SerializedPageReader;
+use parquet::schema::types::ColumnDescriptor;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Rows that are decoded at a time.
+const PIECE: usize = 1 << 16;
+
+/// Whether the bytes begin like such a file.
+pub(super) fn recognises(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PAR1")
+}
+
+/// Reads the columns that the request needs.
+pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
+    let bytes = Bytes::copy_from_slice(bytes);
+    let metadata = ParquetMetaDataReader::new()
+        .parse_and_finish(&bytes)
+        .map_err(|e| broken(request, e))?;
+    let groups = metadata.row_groups();
+    let rows = groups.iter().try_fold(0_u64, |sum, group| {
+        sum.checked_add(u64::try_from(group.num_rows()).ok()?)
+    });
+    let rows = rows.ok_or_else(|| broken(request, "it has fewer than 0 rows"))?;
+    let units = units(metadata.file_metadata());
+    let mut columns = Vec::new();
+    let mut needed = Vec::new();
+    for (place, described) in metadata
+        .file_metadata()
+        .schema_descr()
+        .columns()
+        .iter()
+        .enumerate()
+    {
+        let name = described.path().parts().join(".");
+        let needs = request.needs(&name);
+        let kind = match kind(described) {
+            Ok(kind) => kind,
+            Err(holds) if request.wanted.is_some() && needs => {
+                return Err(no_numbers(request, &name, holds));
+            }
+            Err(_) => continue,
+        };
+        if needs {
+            needed.push((place, kind, columns.len()));
+        }
+        columns.push(Column {
+            unit: match kind {
+                Kind::Ticks(_) => Some("s".to_owned()),
+                _ => units.get(&name).cloned(),
+            },
+            values: needs.then(Vec::new),
+            name,
+        });
+    }
+    let size = rows.saturating_mul(8 * needed.len() as u64);
+    let Some(left) = packed::limit().checked_sub(size) else {
+        return Err(request.error(packed::too_large()));
+    };
+    for (place, kind, column) in needed {
+        let column = &mut columns[column];
+        let values = column.values.get_or_insert_default();
+        let mut origin = None;
+        for group in groups {
+            let read = append(&bytes, left, group, place, kind, &mut origin, values);
+            read.map_err(|e| match e {
+                ParquetError::NeedMoreData(_) => request.error(packed::too_large()),
+                e => broken(request, format!("column {:?}: {e}", column.name)),
+            })?;
+        }
+    }
+    Ok(Table::whole("Parquet", columns))
+}
+
+fn broken(request: &Request<'_>, what: impl std::fmt::Display) -> Error {
+    let what = what.to_string();
+    let what = what.lines().next().unwrap_or_default();
+    request.error(format!(
+        "is a Parquet file that cannot be read ({what}); it was cut off or damaged, write it again"
+    ))
+}
+
+/// Units by the columns' names: Arrow's writers keep their schema, with the fields' metadata, beside that of Parquet.
+fn units(file: &FileMetaData) -> HashMap<String, String> {
+    let pairs = file.key_value_metadata().into_iter().flatten();
+    let schema = pairs
+        .filter(|pair| pair.key == "ARROW:schema")
+        .filter_map(|pair| pair.value.as_ref())
+        .filter_map(|text| base64::engine::general_purpose::STANDARD.decode(text).ok())
+        .find_map(|bytes| arrow_ipc::convert::try_schema_from_ipc_buffer(&bytes).ok());
+    let fields = schema.iter().flat_map(|schema| schema.fields());
+    let named = fields.filter_map(|field| Some((field.name().clone(), unit(field)?)));
+    named.collect()
+}
+
+/// How a column's numbers are to be taken.
+#[derive(Clone, Copy)]
+enum Kind {
+    Number,
+    Unsigned,
+    /// Times, so many to the second.
+    Ticks(f64),
+}
+
+/// The kind of a column, or what it holds that is no number.
+fn kind(column: &ColumnDescriptor) -> Told<Kind> {
+    if column.max_rep_level() > 0 {
+        return Err("lists".to_owned());
+    }
+    let ticks = |unit: &TimeUnit| match unit {
+        TimeUnit::MILLIS => Kind::Ticks(1e3),
+        TimeUnit::MICROS => Kind::Ticks(1e6),
+        TimeUnit::NANOS => Kind::Ticks(1e9),
+    };
+    match column.logical_type_ref() {
+        Some(LogicalType::Timestamp(time) | LogicalType::Time(time)) => {
+            return Ok(ticks(&time.unit));
+        }
+        Some(LogicalType::Integer(integer)) if !integer.is_signed => return Ok(Kind::Unsigned),
+        Some(LogicalType::Integer(_)) | None => {}
+        Some(other) => return Err(format!("{other:?}")),
+    }
+    match (column.converted_type(), column.physical_type()) {
+        (ConvertedType::TIMESTAMP_MILLIS | ConvertedType::TIME_MILLIS, _) => Ok(Kind::Ticks(1e3)),
+        (ConvertedType::TIMESTAMP_MICROS | ConvertedType::TIME_MICROS, _) => Ok(Kind::Ticks(1e6)),
+        (ConvertedType::UINT_32 | ConvertedType::UINT_64, _) => Ok(Kind::Unsigned),
+        (ConvertedType::DECIMAL, _) => Err("decimals".to_owned()),
+        (_, Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY) => Err("text or bytes".to_owned()),
+        (_, Type::INT96) => Ok(Kind::Ticks(1e9)),
+        _ => Ok(Kind::Number),
+    }
+}
+
+/// Appends a column's numbers of one group of rows.
+fn append(
+    bytes: &Bytes,
+    left: u64,
+    group: &RowGroupMetaData,
+    place: usize,
+    kind: Kind,
+    origin: &mut Option<i64>,
+    values: &mut Vec<f64>,
+) -> parquet::errors::Result<()> {
+    let chunk = group.column(place);
+    let rows = group.num_rows() as usize;
+    let guarded = Arc::new(Guarded::new(bytes.clone(), left, chunk));
+    let pages = SerializedPageReader::new(guarded, chunk, rows, None)?;
+    let mut since = |at: i64, ticks: f64| {
+        (i128::from(at) - i128::from(*origin.get_or_insert(at))) as f64 / ticks
+    };
+    let descr = chunk.column_descr_ptr();
+    match (get_column_reader(descr, Box::new(pages)), kind) {
+        (ColumnReader::BoolColumnReader(r), _) => copy(r, chunk, rows, |v| f64::from(*v), values),
+        (ColumnReader::FloatColumnReader(r), _) => copy(r, chunk, rows, |v| f64::from(*v), values),
+        (ColumnReader::DoubleColumnReader(r), _) => copy(r, chunk, rows, |v| *v, values),
+        (ColumnReader::Int32ColumnReader(r), Kind::Number) => {
+            copy(r, chunk, rows, |v| f64::from(*v), values)
+        }
+        (ColumnReader::Int32ColumnReader(r), Kind::Unsigned) => {
+            copy(r, chunk, rows, |v| f64::from(*v as u32), values)
+        }
+        (ColumnReader::Int32ColumnReader(r), Kind::Ticks(ticks)) => {
+            copy(r, chunk, rows, |v| since(i64::from(*v), ticks), values)
+        }
+        (ColumnReader::Int64ColumnReader(r), Kind::Number) => {
+            copy(r, chunk, rows, |v| *v as f64, values)
+        }
+        (ColumnReader::Int64ColumnReader(r), Kind::Unsigned) => {
+            copy(r, chunk, rows, |v| *v as u64 as f64, values)
+        }
+        (ColumnReader::Int64ColumnReader(r), Kind::Ticks(ticks)) => {
+            copy(r, chunk, rows, |v| since(*v, ticks), values)
+        }
+        (ColumnReader::Int96ColumnReader(r), _) => {
+            copy(r, chunk, rows, |v| since(v.to_nanos(), 1e9), values)
+        }
+        _ => Err(ParquetError::General("it holds no numbers".to_owned())),
+    }
+}
+
+/// Copies one column of a group, not-a-number where there is no value.
+fn copy<T: DataType>(
+    mut reader: ColumnReaderImpl<T>,
+    chunk: &ColumnChunkMetaData,
+    rows: usize,
+    mut number: impl FnMut(&T::T) -> f64,
+    values: &mut Vec<f64>,
+) -> parquet::errors::Result<()> {
+    let defined = chunk.column_descr().max_def_level();
+    let (mut read, mut levels) = (Vec::new(), Vec::new());
+    let mut left = rows;
+    while left > 0 {
+        read.clear();
+        levels.clear();
+        let (records, ..) =
+            reader.read_records(left.min(PIECE), Some(&mut levels), None, &mut read)?;
+        if records == 0 {
+            return Err(ParquetError::General(format!(
+                "{left} of {rows} rows are missing"
+            )));
+        }
+        if defined == 0 {
+            values.extend(read.iter().map(&mut number));
+        } else {
+            let mut read = read.iter();
+            values.extend(levels.iter().map(|level| match *level == defined {
+                true => read.next().map_or(f64::NAN, &mut number),
+                false => f64::NAN,
+            }));
+        }
+        left -= records;
+    }
+    Ok(())
+}
+
+/// A file whose pages are refused where they unpack to more than there is room for, before that is done.
+struct Guarded {
+    bytes: Bytes,
+    left: u64,
+    gzip: bool,
+}
+
+/// Page of the second version, in which only a part is packed.
+const SECOND_VERSION: i64 = 3;
+
+impl Guarded {
+    fn new(bytes: Bytes, left: u64, chunk: &ColumnChunkMetaData) -> Self {
+        let gzip = matches!(chunk.compression(), Compression::GZIP(_));
+        Self { bytes, left, gzip }
+    }
+
+    fn part(&self, start: u64, length: usize) -> parquet::errors::Result<Bytes> {
+        let start = usize::try_from(start).unwrap_or(usize::MAX);
+        let end = start
+            .checked_add(length)
+            .filter(|end| *end <= self.bytes.len());
+        match end {
+            Some(end) => Ok(self.bytes.slice(start..end)),
+            None => Err(ParquetError::EOF("a part lies outside the file".to_owned())),
+        }
+    }
+}
+
+/// Kind and unpacked size of a page, the first two numbers of its header (Thrift's compact protocol).
+fn page(mut header: &[u8]) -> Option<(i64, i64)> {
+    let mut number = || {
+        // A field of 32 bits, numbered one above the last.
+        let [0x15, rest @ ..] = header else {
+            return None;
+        };
+        let length = 1 + rest.iter().position(|byte| byte & 0x80 == 0)?;
+        let (digits, rest) = rest.split_at_checked(length.min(5))?;
+        header = rest;
+        let zigzag = digits
+            .iter()
+            .rev()
+            .fold(0_i64, |sum, b| sum << 7 | i64::from(b & 0x7f));
+        Some(zigzag >> 1 ^ -(zigzag & 1))
+    };
+    Some((number()?, number()?))
+}
+
+impl Length for Guarded {
+    fn len(&self) -> u64 {
+        self.bytes.len() as u64
+    }
+}
+
+impl ChunkReader for Guarded {
+    type T = Reader<Bytes>;
+
+    fn get_read(&self, start: u64) -> parquet::errors::Result<Self::T> {
+        let length = self.bytes.len().saturating_sub(start as usize);
+        let rest = self.part(start, length)?;
+        let wrong = |what: &str| Err(ParquetError::General(what.to_owned()));
+        match page(&rest) {
+            None => wrong("a page is damaged"),
+            Some((_, size)) if size > 0 && size as u64 > self.left => {
+                Err(ParquetError::NeedMoreData(size as usize))
+            }
+            Some((SECOND_VERSION, _)) if self.gzip => {
+                wrong("pages of version 2 are packed with gzip, use another packing")
+            }
+            Some(_) => Ok(rest.reader()),
+        }
+    }
+
+    fn get_bytes(&self, start: u64, length: usize) -> parquet::errors::Result<Bytes> {
+        let part = self.part(start, length)?;
+        // The library unpacks gzip to its end, however long that is.
+        if self.gzip {
+            let unpacked = flate2::read::MultiGzDecoder::new(part.clone().reader());
+            let mut unpacked = std::io::Read::take(unpacked, self.left.saturating_add(1));
+            let size = std::io::copy(&mut unpacked, &mut std::io::sink()).unwrap_or(0);
+            if size > self.left {
+                return Err(ParquetError::NeedMoreData(size as usize));
+            }
+        }
+        Ok(part)
+    }
+}
