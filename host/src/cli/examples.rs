@@ -99,8 +99,8 @@ pub(crate) const EXAMPLES: [(&str, [&str; 2]); 24] = [
     (
         "monitor",
         [
-            "jointwatch monitor --port /dev/ttyUSB0 --seconds 10",
-            "jointwatch monitor frames.bin --json frames.jsonl",
+            "jointwatch monitor --port /dev/ttyUSB0 --record frames.bin",
+            "jointwatch monitor --tcp 127.0.0.1:4000",
         ],
     ),
     (

@@ -99,9 +99,10 @@ enum Command {
     Replay(replay::Replay),
     /// Run the firmware itself under QEMU, its sensor chips fed with the records of a study, and compare every bit with replay.
     Emulate(emulate::Emulate),
-    /// Print what a device says, from its serial port or from a file that holds it.
+    /// Show what a device says, from its serial port, a TCP address or a file that holds it: on a terminal as a screen with state,
+    /// plots and sensors, else as a line per message.
     ///
-    /// Ends with the file, with --seconds, or with Ctrl-C, and then says how many messages were lost or damaged. With
+    /// Ends with the file, with --seconds, with q or Ctrl-C, and then says how many messages were lost or damaged. With
     /// --json FILE every message is a line of JSON, written as it comes; --json - prints those in place of the text.
     Monitor(monitor::Monitor),
     /// Put a model in place of the joint, integrate the equation of motion for a record's drive, and compare the motions.

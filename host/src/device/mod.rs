@@ -2,6 +2,7 @@
 
 pub mod export;
 mod line;
+pub mod live;
 pub mod monitor_limits;
 pub mod order;
 pub mod replay;
