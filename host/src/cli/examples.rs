@@ -93,7 +93,7 @@ pub(crate) const EXAMPLES: [(&str, [&str; 2]); 24] = [
         "emulate",
         [
             "jointwatch emulate model.bin study.toml",
-            "jointwatch emulate model.bin rig --record valid.csv",
+            "jointwatch emulate model.bin rig --serve 4000 --change force@x*0.7",
         ],
     ),
     (

@@ -25,6 +25,7 @@ mod progress_lines;
 mod replay;
 mod report;
 mod respond;
+mod serve;
 mod sign;
 mod simulate;
 mod staircase;
@@ -97,7 +98,8 @@ enum Command {
     Inspect(inspect::Inspect),
     /// Run the device's integer code on the records of a study, from raw counts on.
     Replay(replay::Replay),
-    /// Run the firmware itself under QEMU, its sensor chips fed with the records of a study, and compare every bit with replay.
+    /// Run the firmware itself under QEMU, its sensor chips fed with the records of a study, and compare every bit with replay;
+    /// or, with --serve, let it run on and on for `monitor --tcp`.
     Emulate(emulate::Emulate),
     /// Show what a device says, from its serial port, a TCP address or a file that holds it: on a terminal as a screen with state,
     /// plots and sensors, else as a line per message.
