@@ -1,10 +1,11 @@
 // Goes the lab's loop in a real browser, by mouse and by keyboard, and writes down what it saw; tests/tests/lab_browser.rs judges.
-// node lab.mjs MODULES CHROMIUM SCREENSHOTS STUDY_URL EMPTY_URL LOG FIGURES PROCESS
+// node lab.mjs MODULES CHROMIUM SCREENSHOTS STUDY_URL EMPTY_URL LOG FIGURES PROCESS FRAMES
 
 import { createRequire } from "node:module";
 import { readFileSync, readdirSync } from "node:fs";
+import { createServer } from "node:net";
 
-const [modules, executablePath, shots, studyUrl, emptyUrl, log, figuresFile, lab] = process.argv.slice(2);
+const [modules, executablePath, shots, studyUrl, emptyUrl, log, figuresFile, lab, frames] = process.argv.slice(2);
 const require = createRequire(`${modules}/`);
 const { chromium } = require("playwright-core");
 const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
@@ -238,6 +239,38 @@ async function aDroppedLog() {
   await page.close();
 }
 
+/** A device behind a TCP port, which has said what is in a file and then keeps silent. */
+async function aLiveDevice() {
+  const device = createServer((line) => {
+    line.on("error", () => {});
+    line.write(readFileSync(frames));
+  });
+  await new Promise((done) => device.listen(0, "127.0.0.1", done));
+  const page = await open(studyUrl);
+  await rest(page);
+  await page.click("#to-live");
+  await page.waitForFunction(() => document.getElementById("live-state").textContent.includes("No device"));
+  await page.fill("#live-place", `127.0.0.1:${device.address().port}`);
+  await page.press("#live-place", "Enter");
+  await page.waitForFunction(() => {
+    const plots = [...document.querySelectorAll("#live-plots canvas")];
+    return plots.length === 6 && plots.every((p) => p.dataset.columns === undefined || Number(p.dataset.columns) > 350)
+      && Number(plots[2].dataset.points) > 500;
+  });
+  check((await page.locator("#live-events").textContent()).includes("firmware"), "the device has introduced itself");
+  await judge(page, "live");
+  await picture(page, "14-live");
+  await page.waitForFunction(() => document.querySelector("#live-state .state").textContent === "silent");
+  check((await page.locator("#live-state").textContent()).includes("no frames for"), "silence is told");
+  await page.click("#live-leave");
+  await page.waitForFunction(() => document.getElementById("live-state").textContent.includes("No device"));
+  await page.click("#to-live");
+  check(await page.locator("#time canvas, #time .uplot").first().isVisible(), "the stage is back");
+  await page.close();
+  device.close();
+  step("a device live");
+}
+
 try {
   await (await byMouse()).close();
   const page = await byKeyboard();
@@ -245,6 +278,7 @@ try {
   await page.close();
   await narrowAndDark();
   await aDroppedLog();
+  await aLiveDevice();
 } catch (error) {
   seen.errors.push(String(error.stack || error));
 }

@@ -42,6 +42,8 @@ fn a_browser_goes_the_whole_loop() {
     run("simulate --out rig --hidden coulomb@x --share 0.15 --duration 4 --seed 3");
     run("identify rig --model physical -o rig/base.json");
     run("compare rig rig/base.json --json figures.json");
+    run("export rig/base.json -o model.bin");
+    run("replay model.bin rig --record valid.csv --frames frames.bin");
     let rig = folder.path().join("rig");
     let lab = Lab::start(&rig, &["study.toml", "base.json"]);
     let first = Lab::start(empty.path(), &[]);
@@ -53,6 +55,7 @@ fn a_browser_goes_the_whole_loop() {
         .args([&lab.url, &first.url])
         .args([rig.join("train_x.csv"), folder.path().join("figures.json")])
         .arg(lab.id().to_string())
+        .arg(folder.path().join("frames.bin"))
         .output()
         .unwrap();
     let said = String::from_utf8_lossy(&output.stdout);
@@ -69,7 +72,7 @@ fn a_browser_goes_the_whole_loop() {
     }
     assert_eq!(
         seen["steps"].as_array().unwrap().len(),
-        10,
+        11,
         "{:#}",
         seen["steps"]
     );

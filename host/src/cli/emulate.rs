@@ -2,6 +2,7 @@
 
 use super::console::Console;
 use super::replay::chosen;
+use super::serve::{self, Service};
 use crate::device::{export, rig_block};
 use crate::emulate::bench::{Instructions, STAGES, Scenario};
 use crate::emulate::device::{Emulated, EmulatedDevice};
@@ -28,6 +29,17 @@ pub(crate) struct Emulate {
     /// `export --rig defaults`, with limits for the monitor from the validation records.
     #[arg(long, value_name = "FILE")]
     rig: Option<PathBuf>,
+    /// Let the device run on and on, driven by one record in a loop, and offer its line on this port of 127.0.0.1; 0 takes a free
+    /// one. Lines of standard input change the joint: change viscous@x*0.5, restore, quit.
+    #[arg(long, value_name = "PORT")]
+    serve: Option<u16>,
+    /// A change of the joint while it is served: an effect of the model, or force@AXIS for all of it, and what its force is
+    /// multiplied by, at the same motion.
+    #[arg(long, value_name = "EFFECT@AXIS*FACTOR", requires = "serve")]
+    change: Option<String>,
+    /// Seconds of the device's time after which it comes.
+    #[arg(long, value_name = "S", default_value_t = 20.0, requires = "change", value_parser = super::monitor::seconds)]
+    after: f64,
 }
 
 impl Emulate {
@@ -40,6 +52,15 @@ impl Emulate {
         let emulated = EmulatedDevice::new(&study, &model, block)?;
         let slot = emulated.slot()?.to_bytes();
         selftest::require_qemu()?;
+        if let Some(port) = self.serve {
+            let record = serve::driven(&records)?;
+            working.finish_and_clear();
+            let service = Service {
+                port,
+                change: self.change.as_deref().map(|text| (text, self.after)),
+            };
+            return serve::serve(console, &emulated, (&study, &model, record), &service);
+        }
         let elf = selftest::emulated()?;
         let size = size::of(&elf)?;
         working.set_message("emulating");

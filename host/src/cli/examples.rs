@@ -107,14 +107,14 @@ pub(crate) const EXAMPLES: [(&str, [&str; 2]); 26] = [
         "emulate",
         [
             "jointwatch emulate model.bin study.toml",
-            "jointwatch emulate model.bin rig --record valid.csv",
+            "jointwatch emulate model.bin rig --serve 4000 --change force@x*0.7",
         ],
     ),
     (
         "monitor",
         [
-            "jointwatch monitor --port /dev/ttyUSB0 --seconds 10",
-            "jointwatch monitor frames.bin --json frames.jsonl",
+            "jointwatch monitor --port /dev/ttyUSB0 --record frames.bin",
+            "jointwatch monitor --tcp 127.0.0.1:4000",
         ],
     ),
     (

@@ -26,6 +26,7 @@ mod progress_lines;
 mod replay;
 mod report;
 mod respond;
+mod serve;
 mod sign;
 mod simulate;
 mod staircase;
@@ -99,11 +100,13 @@ enum Command {
     Inspect(inspect::Inspect),
     /// Run the device's integer code on the records of a study, from raw counts on.
     Replay(replay::Replay),
-    /// Run the firmware itself under QEMU, its sensor chips fed with the records of a study, and compare every bit with replay.
+    /// Run the firmware itself under QEMU, its sensor chips fed with the records of a study, and compare every bit with replay;
+    /// or, with --serve, let it run on and on for `monitor --tcp`.
     Emulate(emulate::Emulate),
-    /// Print what a device says, from its serial port or from a file that holds it.
+    /// Show what a device says, from its serial port, a TCP address or a file that holds it: on a terminal as a screen with state,
+    /// plots and sensors, else as a line per message.
     ///
-    /// Ends with the file, with --seconds, or with Ctrl-C, and then says how many messages were lost or damaged. With
+    /// Ends with the file, with --seconds, with q or Ctrl-C, and then says how many messages were lost or damaged. With
     /// --json FILE every message is a line of JSON, written as it comes; --json - prints those in place of the text.
     Monitor(monitor::Monitor),
     /// Fetch the counts that a device keeps from before and after its alarm, as a file for study-from.

@@ -3,6 +3,7 @@
 pub mod capture;
 pub mod export;
 mod line;
+pub mod live;
 pub mod monitor_limits;
 pub mod order;
 pub mod replay;

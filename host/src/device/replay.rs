@@ -356,6 +356,14 @@ impl SetUp {
         }
     }
 
+    /// The motion of a record, as the host finds it with the model's filters.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`] when the record is shorter than the filters.
+    pub(crate) fn motion(&self, study: &Study, record: &Record) -> Result<Motion> {
+        motion::motion(study, 0, record, &self.filters)
+    }
+
     /// Runs the chain over one record.
     ///
     /// # Errors

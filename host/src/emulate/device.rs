@@ -95,7 +95,7 @@ impl<'a> EmulatedDevice<'a> {
     ///
     /// # Panics
     /// Never: [`EmulatedDevice::new`] sets it up from a rig block.
-    fn wired(&self) -> &Wired {
+    pub(crate) fn wired(&self) -> &Wired {
         self.set_up
             .wired()
             .expect("the set-up was made from a rig block")

@@ -14,7 +14,7 @@ const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
 
 /// Name, media type, text.
-const FILES: [(&str, &str, &str); 10] = [
+const FILES: [(&str, &str, &str); 12] = [
     (
         "",
         "text/html; charset=utf-8",
@@ -29,6 +29,12 @@ const FILES: [(&str, &str, &str); 10] = [
     ("models.js", JAVASCRIPT, include_str!("web/models.js")),
     ("draft.js", JAVASCRIPT, include_str!("web/draft.js")),
     ("history.js", JAVASCRIPT, include_str!("web/history.js")),
+    ("live.js", JAVASCRIPT, include_str!("web/live.js")),
+    (
+        "live-plots.js",
+        JAVASCRIPT,
+        include_str!("web/live-plots.js"),
+    ),
 ];
 
 /// A file by its name; the page itself has none.

@@ -13,6 +13,7 @@ mod draft;
 mod folder;
 mod guard;
 mod job;
+mod live;
 mod models;
 mod routes;
 mod server;

@@ -2,6 +2,7 @@
 
 use super::action::Action;
 use super::guard::{Guard, seal};
+use super::live::Place;
 use super::session::Session;
 use super::{assets, upload};
 use crate::report::page;
@@ -14,6 +15,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post, put};
 use axum::{Json, Router};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::json;
 use std::sync::Arc;
 use std::time::Duration;
@@ -34,6 +36,7 @@ pub(super) fn routes(session: Arc<Session>, guard: Guard) -> Router {
         .route("/api/view/{key}", get(view))
         .route("/api/draft", get(draft))
         .route("/api/do", post(act))
+        .route("/api/live", get(live).post(look).delete(leave))
         .route("/api/log/{name}", put(log))
         .route("/api/download/{what}", get(download))
         .fallback(|| async { refusal(StatusCode::NOT_FOUND, "there is nothing here") })
@@ -101,28 +104,63 @@ async fn draft(State(session): State<Arc<Session>>) -> Response {
     Json(session.state().draft.as_deref()).into_response()
 }
 
-async fn act(State(session): State<Arc<Session>>, headers: HeaderMap, body: Body) -> Response {
+/// What a request asks for in JSON, or how it is refused.
+async fn asked<T: DeserializeOwned>(
+    headers: &HeaderMap,
+    body: Body,
+) -> Result<T, (StatusCode, String)> {
     let json = headers.get(header::CONTENT_TYPE).map(HeaderValue::as_bytes);
+    let refused = |code, why: &str| Err((code, why.to_string()));
     if json != Some(b"application/json") {
-        return refusal(
-            StatusCode::UNSUPPORTED_MEDIA_TYPE,
-            "an action is application/json",
-        );
+        let code = StatusCode::UNSUPPORTED_MEDIA_TYPE;
+        return refused(code, "an action is application/json");
     }
     let whole = axum::body::to_bytes(body, LARGEST_BODY);
     let body = match tokio::time::timeout(SLOWEST_BODY, whole).await {
-        Err(_) => return refusal(StatusCode::REQUEST_TIMEOUT, "the action came too slowly"),
-        Ok(Err(_)) => return refusal(StatusCode::PAYLOAD_TOO_LARGE, "the action is too large"),
+        Err(_) => return refused(StatusCode::REQUEST_TIMEOUT, "the action came too slowly"),
+        Ok(Err(_)) => return refused(StatusCode::PAYLOAD_TOO_LARGE, "the action is too large"),
         Ok(Ok(body)) => body,
     };
-    let action: Action = match serde_json::from_slice(&body) {
+    serde_json::from_slice(&body)
+        .map_err(|e| (StatusCode::BAD_REQUEST, format!("this is no action: {e}")))
+}
+
+async fn act(State(session): State<Arc<Session>>, headers: HeaderMap, body: Body) -> Response {
+    let action: Action = match asked(&headers, body).await {
         Ok(action) => action,
-        Err(e) => return refusal(StatusCode::BAD_REQUEST, &format!("this is no action: {e}")),
+        Err((code, why)) => return refusal(code, &why),
     };
     match session.act(action) {
         Ok(()) => Json(json!({})).into_response(),
         Err(e) => failed(&e),
     }
+}
+
+/// Looks at a device.
+async fn look(State(session): State<Arc<Session>>, headers: HeaderMap, body: Body) -> Response {
+    let place: Place = match asked(&headers, body).await {
+        Ok(place) => place,
+        Err((code, why)) => return refusal(code, &why),
+    };
+    let live = Arc::clone(&session.live);
+    match tokio::task::spawn_blocking(move || live.connect(place)).await {
+        Ok(Ok(())) => Json(json!({})).into_response(),
+        Ok(Err(e)) => failed(&e),
+        Err(_) => refusal(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "the line could not be opened; try it again",
+        ),
+    }
+}
+
+async fn leave(State(session): State<Arc<Session>>) -> Response {
+    session.live.leave();
+    Json(json!({})).into_response()
+}
+
+/// What the device that is looked at says, as server-sent events.
+async fn live(State(session): State<Arc<Session>>) -> Response {
+    typed("text/event-stream", Body::new(session.live.events()))
 }
 
 async fn log(

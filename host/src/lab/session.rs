@@ -3,6 +3,7 @@
 use super::action::{Action, Plan, Then};
 use super::folder::{Folder, WRITTEN};
 use super::job::{self, Running};
+use super::live::Live;
 use super::models::{self, Entry};
 use super::state::{Done, Job, Opened, State};
 use super::{draft, snapshot};
@@ -20,6 +21,8 @@ pub(super) struct Session {
     state: Mutex<State>,
     revision: watch::Sender<u64>,
     program: PathBuf,
+    /// The device that is looked at.
+    pub(super) live: Arc<Live>,
 }
 
 impl Session {
@@ -29,6 +32,7 @@ impl Session {
             state: Mutex::new(State::new(folder, model)),
             revision: watch::Sender::new(1),
             program,
+            live: Arc::new(Live::new()),
         })
     }
 

@@ -7,5 +7,6 @@ mod costs;
 mod hum;
 mod line;
 mod sensor_faults;
+mod served;
 mod subject;
 mod uploads;

@@ -1,11 +1,14 @@
-//! The line over which a device is heard: a serial port, or a file, a FIFO or standard input that holds what one sent.
+//! The line over which a device is heard: a serial port, a TCP address, or a file, a FIFO or standard input that holds what one sent.
 
 use crate::text::error::{Error, Result};
 use jointwatch_shared::wire::telemetry::{MAX_FRAME, Request, encode};
 use serialport::{SerialPort, SerialPortType};
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::thread;
 use std::time::Duration;
@@ -16,16 +19,36 @@ const PIECE: usize = 4096;
 const PIECES: usize = 64;
 /// How long a serial port is waited for before it is asked again.
 const PATIENCE: Duration = Duration::from_millis(50);
+/// How long a TCP address is waited for until it answers.
+const CALLING: Duration = Duration::from_secs(3);
 
 /// Where the bytes come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// A serial port and its bits per second.
     Port(String, u32),
+    /// Host and port of a program that hands on what a device sends, such as `jointwatch emulate --serve`.
+    Tcp(String),
     /// A file or a FIFO.
     File(PathBuf),
     /// Bytes that come in over standard input.
     StandardInput,
+}
+
+impl Source {
+    /// Whether a device may be at its other end, to which requests can be sent, and which may come back after the line was lost.
+    pub fn is_device(&self) -> bool {
+        matches!(self, Self::Port(..) | Self::Tcp(_))
+    }
+
+    /// As a person names it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Port(name, _) | Self::Tcp(name) => name.clone(),
+            Self::File(path) => path.display().to_string(),
+            Self::StandardInput => "standard input".to_string(),
+        }
+    }
 }
 
 /// What a wait for bytes ended with.
@@ -43,9 +66,19 @@ pub enum Piece {
 pub struct TelemetryLine {
     source: Source,
     pieces: Receiver<std::io::Result<Vec<u8>>>,
-    back: Option<Box<dyn SerialPort>>,
+    back: Option<Box<dyn Write + Send>>,
     sequence: u16,
+    stop: Arc<AtomicBool>,
 }
+
+impl Drop for TelemetryLine {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+/// The two ends of a line: to read from, and where there is a device, to write to.
+type Ends = (Box<dyn Read + Send>, Option<Box<dyn Write + Send>>);
 
 impl TelemetryLine {
     /// Opens it.
@@ -54,7 +87,7 @@ impl TelemetryLine {
     /// [`crate::text::error::Kind::Failed`] when a serial port cannot be opened, with the ports that there are;
     /// [`crate::text::error::Kind::Data`] when a file cannot be.
     pub fn open(source: Source) -> Result<Self> {
-        let (reader, back): (Box<dyn Read + Send>, _) = match &source {
+        let (reader, back): Ends = match &source {
             Source::StandardInput => (Box::new(std::io::stdin()), None),
             Source::File(path) => (Box::new(open_file(path)?), None),
             Source::Port(name, baud) => {
@@ -62,28 +95,32 @@ impl TelemetryLine {
                 let back = port.try_clone().map_err(|e| {
                     Error::failed(format!("{name}: could not be opened for writing ({e})"))
                 })?;
-                (Box::new(port), Some(back))
+                (Box::new(port), Some(Box::new(back)))
+            }
+            Source::Tcp(address) => {
+                let stream = call(address)?;
+                let back = stream.try_clone().map_err(|e| unanswered(address, &e))?;
+                (Box::new(stream), Some(Box::new(back)))
             }
         };
         let (sender, pieces) = sync_channel(PIECES);
-        let is_port = back.is_some();
+        // A port that is gone reads as empty on some systems; a TCP line ends like a file.
+        let is_port = matches!(source, Source::Port(..));
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
         thread::spawn(move || {
             let mut reader = reader;
             let mut buffer = [0; PIECE];
-            loop {
+            while !stopped.load(Ordering::Relaxed) {
                 let piece = match reader.read(&mut buffer) {
-                    // A port that is gone reads as empty on some systems.
                     Ok(0) if is_port => Err(ErrorKind::UnexpectedEof.into()),
                     Ok(0) => return,
                     Ok(length) => Ok(buffer[..length].to_vec()),
-                    Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {
-                        Ok(Vec::new())
-                    }
+                    Err(e) if is_idle(e.kind()) => continue,
                     Err(e) => Err(e),
                 };
                 let over = piece.is_err();
-                let idle = matches!(&piece, Ok(bytes) if bytes.is_empty());
-                if !idle && sender.send(piece).is_err() || over {
+                if sender.send(piece).is_err() || over {
                     return;
                 }
             }
@@ -93,6 +130,7 @@ impl TelemetryLine {
             pieces,
             back,
             sequence: 0,
+            stop,
         })
     }
 
@@ -109,6 +147,7 @@ impl TelemetryLine {
                 Source::Port(name, _) => format!(
                     "{name}: the port is gone ({e}); plug the device in again and look whether its name is still the same"
                 ),
+                Source::Tcp(address) => format!("{address}: the line is lost ({e})"),
                 Source::File(path) => format!("{}: could not be read ({e})", path.display()),
                 Source::StandardInput => format!("standard input could not be read ({e})"),
             })),
@@ -118,23 +157,62 @@ impl TelemetryLine {
     /// Sends a request to the device; gives its sequence number.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Usage`] when this is no serial port, [`crate::text::error::Kind::Failed`] when the port does not take it.
+    /// [`crate::text::error::Kind::Usage`] when no device can be at the other end, [`crate::text::error::Kind::Failed`] when the line
+    /// does not take it.
     pub fn send(&mut self, request: &Request) -> Result<u16> {
-        let (Source::Port(name, _), Some(port)) = (&self.source, &mut self.back) else {
+        let Some(back) = &mut self.back else {
             return Err(Error::usage(
-                "a request can only be sent to a device: name its serial port with --port",
+                "a request can only be sent to a device: name its serial port with --port, or its address with --tcp",
             ));
         };
         let sequence = self.sequence;
         let mut place = [0; MAX_FRAME];
         let frame = encode(request, sequence, &mut place)
             .map_err(|_| Error::failed("the request does not fit a frame"))?;
-        port.write_all(frame)
-            .and_then(|()| port.flush())
-            .map_err(|e| Error::failed(format!("{name}: a request could not be sent ({e})")))?;
+        back.write_all(frame)
+            .and_then(|()| back.flush())
+            .map_err(|e| {
+                let name = self.source.name();
+                Error::failed(format!("{name}: a request could not be sent ({e})"))
+            })?;
         self.sequence = sequence.wrapping_add(1);
         Ok(sequence)
     }
+}
+
+/// Whether a read only had nothing to give.
+fn is_idle(kind: ErrorKind) -> bool {
+    matches!(
+        kind,
+        ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock
+    )
+}
+
+fn unanswered(address: &str, why: &std::io::Error) -> Error {
+    Error::failed(format!(
+        "{address}: nobody answers there ({why}); is `jointwatch emulate --serve` or another server running, on this port?"
+    ))
+}
+
+/// Connects to the first of a name's addresses that answers.
+fn call(address: &str) -> Result<TcpStream> {
+    let found = address.to_socket_addrs().map_err(|e| {
+        Error::usage(format!(
+            "{address:?} is no address ({e}); write host and port, as in 127.0.0.1:4000"
+        ))
+    })?;
+    let mut why = std::io::Error::from(ErrorKind::AddrNotAvailable);
+    for one in found {
+        match TcpStream::connect_timeout(&one, CALLING) {
+            Ok(stream) => {
+                let set = stream.set_read_timeout(Some(PATIENCE));
+                let set = set.and_then(|()| stream.set_write_timeout(Some(CALLING)));
+                return set.map(|()| stream).map_err(|e| unanswered(address, &e));
+            }
+            Err(e) => why = e,
+        }
+    }
+    Err(unanswered(address, &why))
 }
 
 fn open_file(path: &Path) -> Result<File> {

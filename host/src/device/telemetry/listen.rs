@@ -75,6 +75,11 @@ impl Listener {
         heard
     }
 
+    /// The line was lost and is there again: a frame that had begun is cut off, and what was sent meanwhile is not counted as lost.
+    pub fn begin_anew(&mut self) {
+        (self.decoder, self.expected, self.begun) = (Decoder::default(), None, false);
+    }
+
     /// What was heard so far.
     pub fn tally(&self) -> Tally {
         Tally {

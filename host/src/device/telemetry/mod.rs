@@ -5,4 +5,5 @@
 pub mod frames;
 pub mod line;
 pub mod listen;
+pub mod steady;
 pub mod words;

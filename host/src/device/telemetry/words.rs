@@ -5,9 +5,9 @@ use crate::assess::where_it_fails::significant;
 use jointwatch_shared::chain::Output;
 use jointwatch_shared::monitor::{CHANNEL_NAMES, Cause};
 use jointwatch_shared::wire::telemetry::{
-    Access, Alarm, Answer, Answered, AxisHealth, Event, Health, Hello, Kind, ModelIdentity,
-    Occasion, PROTOCOL_VERSION, Quantity, Report, Restart, RigIdentity, Sample, SensorStatus, Slot,
-    Snapshot, Status, UploadReply, Verdict,
+    Access, Alarm, Answer, Answered, AxisHealth, Counters, Event, Health, Hello, Kind,
+    ModelIdentity, Occasion, PROTOCOL_VERSION, Quantity, Report, Restart, RigIdentity, Sample,
+    SensorStatus, Slot, Snapshot, Status, UploadReply, Verdict,
 };
 use std::fmt::Write;
 
@@ -44,6 +44,24 @@ impl Reader {
         }
     }
 
+    /// The model that the device has told of, if any.
+    pub(crate) fn model(&self) -> Option<&ModelIdentity> {
+        self.model.as_ref()
+    }
+
+    /// The rig block that the device has told of, if any.
+    pub(crate) fn rig(&self) -> Option<&RigIdentity> {
+        self.rig.as_ref()
+    }
+
+    /// The reason of a verdict; where a code is newer than this program, the code.
+    pub(crate) fn reason(&self, verdict: &Verdict) -> String {
+        match verdict.read() {
+            Some(read) => read.words(&self.names()).to_string(),
+            None => format!("reason {} (newer than this program)", verdict.cause),
+        }
+    }
+
     /// The time of a sample since the restart, or its number where the rate is not known.
     fn time(&self, sample: u64) -> String {
         match &self.rig {
@@ -62,7 +80,7 @@ impl Reader {
         }
     }
 
-    fn name(&self, axis: usize) -> String {
+    pub(crate) fn name(&self, axis: usize) -> String {
         let names = self.names();
         names
             .get(axis)
@@ -109,14 +127,7 @@ impl Reader {
                 let _ = write!(text, "; {}: {trouble}", self.channel(number));
             }
         }
-        let counters = &status.counters;
-        for (count, what) in [
-            (counters.missed_deadlines, "samples late"),
-            (counters.queue_overruns, "samples lost"),
-            (counters.frames_dropped, "frames not sent"),
-            (counters.saturated, "forces at their rail"),
-            (counters.link_errors, "damaged frames received"),
-        ] {
+        for (count, what) in counted(&status.counters) {
             if count > 0 {
                 let _ = write!(text, "; {count} {what}");
             }
@@ -185,7 +196,7 @@ impl Reader {
     }
 
     /// A channel, as [`Status::channels`] numbers them.
-    fn channel(&self, number: usize) -> String {
+    pub(crate) fn channel(&self, number: usize) -> String {
         let (axis, channel) = (number / CHANNEL_NAMES.len(), number % CHANNEL_NAMES.len());
         format!("{} of {}", CHANNEL_NAMES[channel], self.name(axis))
     }
@@ -298,6 +309,17 @@ impl Reader {
     }
 }
 
+/// What a device could not do, with its words.
+pub(crate) fn counted(counters: &Counters) -> [(u32, &'static str); 5] {
+    [
+        (counters.missed_deadlines, "samples late"),
+        (counters.queue_overruns, "samples lost"),
+        (counters.frames_dropped, "frames not sent"),
+        (counters.saturated, "forces at their rail"),
+        (counters.link_errors, "damaged frames received"),
+    ]
+}
+
 /// What is said of a device that trusts the development key.
 const DEVELOPMENT_KEY: &str = "development key: anybody can put a model onto this device";
 
@@ -319,7 +341,7 @@ fn trusting(access: &Access) -> String {
     text
 }
 
-fn introduction(hello: &Hello) -> String {
+pub(crate) fn introduction(hello: &Hello) -> String {
     let [major, minor, patch] = hello.firmware;
     let occasion = match hello.occasion {
         Occasion::Restart => "restarted",
@@ -367,7 +389,7 @@ fn introduction(hello: &Hello) -> String {
 }
 
 /// What is wrong with a channel, if anything is.
-fn trouble(channel: &SensorStatus) -> Option<String> {
+pub(crate) fn trouble(channel: &SensorStatus) -> Option<String> {
     let mut words = Vec::new();
     if channel.fault != 0 {
         words.push(match Cause::from_tag(channel.fault) {
@@ -434,7 +456,7 @@ fn slot(slot: Slot) -> &'static str {
     }
 }
 
-fn unit(kind: Quantity) -> &'static str {
+pub(crate) fn unit(kind: Quantity) -> &'static str {
     match kind {
         Quantity::Translation => "N",
         Quantity::Rotation => "N·m",

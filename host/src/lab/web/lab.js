@@ -4,12 +4,15 @@ import { listen } from "./talk.js";
 import { showRail } from "./rail.js";
 import { showStage } from "./stage.js";
 import { showCommand } from "./history.js";
+import { switchLive } from "./live.js";
 
 document.getElementById("old").remove();
 document.querySelectorAll(".bar, .lab, .command").forEach((part) => { part.hidden = false; });
 window.addEventListener("error", (event) => { document.documentElement.dataset.error = event.message; });
 window.addEventListener("unhandledrejection", (event) => { document.documentElement.dataset.error = String(event.reason); });
 document.addEventListener("securitypolicyviolation", (event) => { document.documentElement.dataset.error = `refused: ${event.violatedDirective}`; });
+
+document.getElementById("to-live").addEventListener("click", switchLive);
 
 listen((state) => {
   const name = state.study ? state.study.name : state.opened === "missing" ? "New study" : "Jointwatch lab";

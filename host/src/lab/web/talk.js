@@ -28,6 +28,38 @@ export async function act(action) {
   }
 }
 
+/** Looks at a device, or at none. */
+export async function look(place) {
+  try {
+    await ask("api/live", place ? { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(place) } : { method: "DELETE" });
+    refuse("");
+  } catch (error) {
+    refuse(error.message);
+  }
+}
+
+/** Calls `hear` with every server-sent event until `signal` aborts. An EventSource could not send the token's header. */
+export async function followLive(hear, signal) {
+  while (!signal.aborted) {
+    try {
+      const reader = (await ask("api/live", { signal })).body.pipeThrough(new TextDecoderStream()).getReader();
+      let rest = "";
+      for (;;) {
+        const { done, value } = await reader.read();
+        if (done) break;
+        const parts = (rest + value).split("\n\n");
+        rest = parts.pop();
+        for (const part of parts) hear(JSON.parse(part.slice("data: ".length)));
+      }
+    } catch (error) {
+      if (signal.aborted) return;
+      refuse(error.message);
+      if (error.code === 401) return;
+      await new Promise((done) => setTimeout(done, 2000));
+    }
+  }
+}
+
 /** Sends a dropped file. */
 export const send = (file) => ask(`api/log/${encodeURIComponent(file.name)}`, { method: "PUT", body: file });
 
