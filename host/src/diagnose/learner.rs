@@ -7,6 +7,7 @@
 use super::bench::Bench;
 use super::hypothesis::Column;
 use crate::fit::trees::{Binned, SIZE, Trees};
+use crate::text::work;
 use rayon::prelude::*;
 
 /// Rows that the learner is taught on and judged on: every so manieth of more.
@@ -158,6 +159,7 @@ impl Inputs {
         let judged: Vec<Vec<[f64; 2]>> = (0..count)
             .into_par_iter()
             .map(|at| {
+                work::step();
                 let fold = &bench.blocks.folds[at];
                 let left: Vec<f64> = (0..rows)
                     .map(|row| {

@@ -1,5 +1,6 @@
 //! A log file: the columns that a study uses, read from whichever format the file is in.
 
+use super::memory::MemoryLog;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use std::path::Path;
@@ -22,6 +23,8 @@ pub(crate) struct Request<'a> {
     pub(crate) rows: Option<[usize; 2]>,
     /// Names of the columns when the file has no heading.
     pub(crate) columns: Option<&'a [String]>,
+    /// The log itself, where it is in memory and not in a file.
+    pub(crate) memory: Option<&'a MemoryLog>,
     /// Whether cells may be empty and columns of different length: each channel then counts only where it has a value.
     pub(crate) sparse: bool,
 }

@@ -5,6 +5,7 @@ use super::lone;
 use super::readers;
 use crate::text::error::Result;
 use crate::text::input;
+use sha2::Digest;
 
 impl Request<'_> {
     /// Reads everything in the file that the request needs.
@@ -25,9 +26,14 @@ impl Request<'_> {
 
     /// Reads the columns that the study uses.
     pub(crate) fn read(&self) -> Result<Log> {
-        let bytes = self.bytes()?;
-        let mut table = readers::read(self, &bytes)?;
-        let sha256 = hexadecimal(&bytes);
+        let (mut table, sha256) = match self.memory {
+            Some(log) => (log.table(self), log.sha256()),
+            None => {
+                let bytes = self.bytes()?;
+                let digest = sha2::Sha256::digest(&bytes);
+                (readers::read(self, &bytes)?, hexadecimal(&digest))
+            }
+        };
         let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
         let places = self.locate(&names)?;
         let unused = self.unused(&names);
@@ -145,9 +151,7 @@ impl Request<'_> {
     }
 }
 
-/// The SHA-256 of some bytes, as `sha256sum` prints it.
-fn hexadecimal(bytes: &[u8]) -> String {
-    use sha2::Digest;
-    let digits = sha2::Sha256::digest(bytes);
-    digits.iter().map(|byte| format!("{byte:02x}")).collect()
+/// A digest as `sha256sum` prints it.
+pub(super) fn hexadecimal(digest: &[u8]) -> String {
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
