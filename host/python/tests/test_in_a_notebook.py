@@ -45,6 +45,8 @@ def test_everything_shows_itself(rig: Rig, tmp_path) -> None:
     assert "coulomb@x" in html(added.model)[0]
     for shown in (study, base, response, exported):
         assert "table" in html(shown)[1]
+    rows = html(response)[0].split("<tr>")[1:]
+    assert len({row.count("<t") for row in rows}) == 1, "a row of other cells than the heading"
     for drawn in (comparison, diagnosis, added):
         assert {"table", "img"} <= html(drawn)[1]
         for name, svg in drawn.pictures().items():

@@ -1,6 +1,5 @@
 //! A log file: the columns that a study uses, read from whichever format the file is in.
 
-use super::memory::MemoryLog;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use std::path::Path;
@@ -72,6 +71,27 @@ impl Table {
             cut: false,
             notes: Vec::new(),
         }
+    }
+}
+
+/// A log in memory: what a file of columns would hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MemoryLog {
+    /// The name by which a `[[record]]` calls it its `file`.
+    pub name: String,
+    /// Columns with their names, all of one length.
+    pub columns: Vec<(String, Vec<f64>)>,
+}
+
+impl MemoryLog {
+    /// The columns that a request needs.
+    pub(super) fn table(&self, request: &Request<'_>) -> Table {
+        let columns = self.columns.iter().map(|(name, values)| Column {
+            name: name.clone(),
+            unit: None,
+            values: request.needs(name).then(|| values.clone()),
+        });
+        Table::whole("columns in memory", columns.collect())
     }
 }
 

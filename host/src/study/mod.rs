@@ -27,7 +27,7 @@ pub(crate) mod symbols;
 pub mod time;
 mod units;
 
-pub use memory::MemoryLog;
+pub use log::MemoryLog;
 
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;

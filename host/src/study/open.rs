@@ -1,6 +1,6 @@
 //! Opening a log: its file, its reader, and the columns that a study uses of it.
 
-use super::log::{Column, Log, Numbering, Request, Table};
+use super::log::{Column, Log, MemoryLog, Numbering, Request, Table};
 use super::lone;
 use super::readers;
 use crate::text::error::Result;
@@ -151,7 +151,22 @@ impl Request<'_> {
     }
 }
 
+impl MemoryLog {
+    /// Of names and numbers, by which model.json knows its records again.
+    pub(super) fn sha256(&self) -> String {
+        let mut digest = sha2::Sha256::new();
+        for (name, values) in &self.columns {
+            digest.update(name.as_bytes());
+            digest.update([0]);
+            for value in values {
+                digest.update(value.to_le_bytes());
+            }
+        }
+        hexadecimal(&digest.finalize())
+    }
+}
+
 /// A digest as `sha256sum` prints it.
-pub(super) fn hexadecimal(digest: &[u8]) -> String {
+fn hexadecimal(digest: &[u8]) -> String {
     digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }

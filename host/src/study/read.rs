@@ -2,8 +2,7 @@
 
 use super::calibrated::Calibrated;
 use super::description::{Description, RecordEntry, Source};
-use super::log::{Log, Request};
-use super::memory::MemoryLog;
+use super::log::{Log, MemoryLog, Request};
 use super::plan::{Plan, plan};
 use super::sampling::Sampling;
 use super::{Record, Role, Study, check, time};

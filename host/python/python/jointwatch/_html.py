@@ -123,14 +123,15 @@ def of_added(said: Mapping[str, Any], effects: Sequence[str], pictures: Mapping[
 
 def of_response(said: Mapping[str, Any]) -> str:
     """Figures record by record."""
+    every = [figures for r in said["records"] for figures in r["axes"].values()]
+    keys = [key for key in (every[0] if every else {}) if any(is_number(figures[key]) for figures in every)]
     rows = (
-        [r["file"], r["role"], axis, percent(r["simulated"]), *(number(v) for v in figures.values() if is_number(v))]
+        [r["file"], r["role"], axis, percent(r["simulated"]), *(number(figures[key]) for key in keys)]
         for r in said["records"]
         for axis, figures in r["axes"].items()
     )
-    first: Mapping[str, Any] = next((f for r in said["records"] for f in r["axes"].values()), {})
-    figures = [key.replace("_", " ") for key, value in first.items() if is_number(value)]
-    return table(["record", "role", "axis", "simulated", *figures], rows) + sentences(said["notes"])
+    heading = ["record", "role", "axis", "simulated", *(key.replace("_", " ") for key in keys)]
+    return table(heading, rows) + sentences(said["notes"])
 
 
 def of_export(said: Mapping[str, Any]) -> str:
