@@ -69,5 +69,5 @@ pub use diagnose::add::add;
 pub use diagnose::{Diagnosis, Verdict, diagnose};
 pub use fit::identify::{Kind, identify};
 pub use model::file::ModelFile as Model;
-pub use study::Study;
+pub use study::{MemoryLog, Study};
 pub use text::error::{Error, Result};

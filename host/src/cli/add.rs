@@ -3,7 +3,6 @@
 use super::console::Console;
 use super::plots::Plots;
 use super::report::Report;
-use crate::diagnose::PerAxis;
 use crate::diagnose::add::{self, Added};
 use crate::model::effects;
 use crate::model::file::{JudgedOn, ModelFile};
@@ -66,10 +65,7 @@ impl Add {
         console.say(format!("\nModel written to {}.", output.display()))?;
         self.plots.write(console, &drawings)?;
         self.report.write(console, page)?;
-        console.json(&serde_json::json!({
-            "model": output, "helps": added.helps, "changes": added.changes, "errors": added.errors,
-            "noise_floor": noise_floor(&added), "effects": added.model.effects,
-        }))
+        console.json(&added.as_json(Some(&output)))
     }
 }
 
@@ -77,12 +73,6 @@ impl Add {
 pub(super) fn output_beside(model: &Path) -> PathBuf {
     let stem = model.file_stem().unwrap_or_default();
     model.with_file_name(format!("{}-added.json", stem.to_string_lossy()))
-}
-
-/// The noise floor of every axis, by its name.
-fn noise_floor(added: &Added) -> PerAxis {
-    let axes = added.errors.after.iter().zip(&added.noise_floor);
-    axes.map(|(e, floor)| (e.axis.clone(), *floor)).collect()
 }
 
 fn say(console: &Console, added: &Added) -> Result<()> {

@@ -12,7 +12,6 @@ use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, quantity};
 use clap::Args;
-use jointwatch_shared::effect::{EFFECTS, Entry};
 use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch diagnose`.
@@ -55,7 +54,7 @@ impl Diagnose {
             .collect();
         console.check_outputs(&written, &study, Some(&self.model))?;
         working.set_message("searching for missing effects");
-        let asked = asked(self.without, self.explain)?;
+        let asked = Asked::checked(self.without, self.explain)?;
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));
             let applied = apply::apply(&study, &model, &asked, &each)?;
@@ -78,20 +77,6 @@ impl Diagnose {
         self.report.write(console, page)?;
         console.json(&diagnosis)
     }
-}
-
-/// What is asked, with the names of effects checked.
-fn asked(without: Vec<String>, explain: bool) -> Result<Asked> {
-    for name in &without {
-        if Entry::named(name).is_none() {
-            let names: Vec<&str> = EFFECTS.iter().map(|e| e.about.name).collect();
-            return Err(Error::usage(format!(
-                "--without {name}: there is no such effect; `jointwatch effects` lists them: {}",
-                names.join(", ")
-            )));
-        }
-    }
-    Ok(Asked { without, explain })
 }
 
 /// Shows what was done and writes the model.

@@ -98,7 +98,7 @@ impl Export {
             exported.blob.len(),
             path.display()
         ))?;
-        console.json(&serde_json::json!({ "blob": path, "bytes": exported.blob.len(), "axes": exported.axes }))
+        console.json(&exported.as_json(Some(&path)))
     }
     fn write_rig(&self, rig: &Path, model: &Model, console: &Console) -> Result<()> {
         let study = self.study.as_ref().map(|path| Study::read(path));

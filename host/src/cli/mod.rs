@@ -37,7 +37,6 @@ mod upload;
 mod watched;
 
 use crate::text::error::{Error, Result};
-use crate::text::printable;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use console::Console;
 use std::path::PathBuf;
@@ -204,9 +203,7 @@ pub fn run(cli: Cli) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
-            // A suggestion ends the sentence by itself.
-            let end = if e.sentence.ends_with('?') { "" } else { "." };
-            eprintln!("jointwatch: {}{end}", printable::message(&e.sentence));
+            eprintln!("jointwatch: {}", e.line());
             ExitCode::from(e.exit_code())
         }
     }

@@ -1,13 +1,13 @@
 //! The option `--plots DIR`: pictures of a model on its study, drawn first and written when everything else went well.
 
 use super::console::Console;
-use crate::assess::compare::{self, Comparison};
-use crate::diagnose::add::{Added, Change};
+use crate::assess::compare::Comparison;
+use crate::diagnose::add::Added;
 use crate::diagnose::apply::Applied;
 use crate::diagnose::{Diagnosis, PerAxis};
 use crate::model::file::ModelFile;
-use crate::report::{Drawing, Step, drawing, pictures};
-use crate::study::{Role, Study};
+use crate::report::{Drawing, Step, drawing, pictures, steps};
+use crate::study::Study;
 use crate::text::error::Result;
 use clap::Args;
 use std::path::PathBuf;
@@ -49,7 +49,7 @@ impl Plots {
         self.with_staircase(
             study,
             model,
-            &steps_found(diagnosis),
+            &steps::found(diagnosis),
             &diagnosis.noise_floor,
         )
     }
@@ -59,7 +59,7 @@ impl Plots {
         self.with_staircase(
             study,
             &applied.model,
-            &steps_applied(applied),
+            &steps::applied(applied),
             &applied.staircase.noise_floor,
         )
     }
@@ -71,7 +71,7 @@ impl Plots {
         added: &Added,
         effects: &[String],
     ) -> Result<Vec<Drawing>> {
-        let (steps, floors) = steps_added(&added.changes, &effects.join(", "));
+        let (steps, floors) = steps::added(&added.changes, &effects.join(", "));
         self.with_staircase(study, &added.model, &steps, &floors)
     }
 
@@ -87,9 +87,7 @@ impl Plots {
             return Ok(Vec::new());
         };
         drawing::make(folder)?;
-        let mut drawings = pictures::of_model(study, model, &compare::compare(study, model)?)?;
-        drawings.push(pictures::of_staircase(model, steps, floors)?);
-        Ok(drawings)
+        pictures::with_staircase(study, model, steps, floors)
     }
 
     /// Writes what was drawn, and says in a line what that is.
@@ -105,61 +103,4 @@ impl Plots {
             names.join(", ")
         ))
     }
-}
-
-/// Before, and after each addition.
-pub(super) fn steps_applied(applied: &Applied) -> Vec<Step> {
-    let steps = applied.staircase.steps.iter().map(|step| Step {
-        label: if step.added.is_empty() {
-            "before".into()
-        } else {
-            step.added.join(", ")
-        },
-        errors: step.relative_error.clone(),
-    });
-    steps.collect()
-}
-
-/// Before, and after everything that was found.
-pub(super) fn steps_found(diagnosis: &Diagnosis) -> Vec<Step> {
-    let mut steps = vec![Step {
-        label: "before".into(),
-        errors: diagnosis.relative_error_before.clone(),
-    }];
-    let found = diagnosis.found.iter();
-    let found: Vec<String> = found.map(|f| format!("{}@{}", f.effect, f.axis)).collect();
-    if !found.is_empty() {
-        steps.push(Step {
-            label: found.join(", "),
-            errors: diagnosis.relative_error_after.clone(),
-        });
-    }
-    steps
-}
-
-/// Before and after on the records that the model has not seen (on all, where it has seen all), several records as the root
-/// of their mean square.
-fn steps_added(changes: &[Change], label: &str) -> (Vec<Step>, PerAxis) {
-    let awake = || changes.iter().filter(|c| !c.at_rest);
-    let held_out = awake().any(|c| c.role == Role::Validate);
-    let judged = || awake().filter(move |c| !held_out || c.role == Role::Validate);
-    let over_records = |figure: fn(&Change) -> f64| -> PerAxis {
-        judged()
-            .map(|change| {
-                let mine = judged().filter(|c| c.axis == change.axis);
-                let squares: Vec<f64> = mine.map(|c| figure(c).powi(2)).collect();
-                let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-                (change.axis.clone(), mean.sqrt())
-            })
-            .collect()
-    };
-    let step = |label: &str, errors| Step {
-        label: label.into(),
-        errors,
-    };
-    let steps = vec![
-        step("before", over_records(|c| c.before)),
-        step(label, over_records(|c| c.after)),
-    ];
-    (steps, over_records(|c| c.noise_floor))
 }

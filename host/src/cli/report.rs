@@ -1,17 +1,15 @@
 //! The option `--report FILE`: a page that shows a model on its study, made before anything is printed and written at the end.
 
 use super::console::Console;
-use super::plots;
+use crate::diagnose::Diagnosis;
 use crate::diagnose::add::Added;
 use crate::diagnose::apply::Applied;
 use crate::diagnose::changed::{Changed, Now};
-use crate::diagnose::{Diagnosis, PerAxis};
 use crate::lab;
-use crate::model::file::{JudgedOn, ModelFile};
-use crate::report::Step;
+use crate::model::file::ModelFile;
 use crate::report::page::{self, Asked, Gathered};
 use crate::simulate::respond::Response;
-use crate::study::{Role, Study};
+use crate::study::Study;
 use crate::text::error::Result;
 use crate::text::output;
 use clap::Args;
@@ -44,9 +42,8 @@ impl Report {
         beside: Option<&ModelFile>,
     ) -> Result<Option<Gathered>> {
         self.page(Asked {
-            judged_on: judged_on(study),
             before: beside,
-            ..asked(study, model)
+            ..Asked::of_model(command(), study, model)
         })
     }
 
@@ -57,13 +54,7 @@ impl Report {
         model: &ModelFile,
         diagnosis: &Diagnosis,
     ) -> Result<Option<Gathered>> {
-        self.page(Asked {
-            steps: plots::steps_found(diagnosis),
-            floors: Some(diagnosis.noise_floor.clone()),
-            judged_on: diagnosis.judged_on.words().into(),
-            diagnosis: Some(diagnosis),
-            ..asked(study, model)
-        })
+        self.page(Asked::of_diagnosis(command(), study, model, diagnosis))
     }
 
     /// The page of a model with everything that was missing, beside the one that was brought.
@@ -73,15 +64,7 @@ impl Report {
         before: &ModelFile,
         applied: &Applied,
     ) -> Result<Option<Gathered>> {
-        let steps = plots::steps_applied(applied);
-        self.page(Asked {
-            before: (steps.len() > 1).then_some(before),
-            steps,
-            floors: Some(applied.staircase.noise_floor.clone()),
-            judged_on: applied.staircase.judged_on.words().into(),
-            diagnosis: Some(&applied.first),
-            ..asked(study, &applied.model)
-        })
+        self.page(Asked::of_applied(command(), study, before, applied))
     }
 
     /// The page of a joint that may have changed: the old model on the new records, and beside it one of the joint as it is now.
@@ -95,7 +78,7 @@ impl Report {
             answer: Some(changed.in_a_sentence()),
             before: now.model.as_ref().map(|_| old),
             judged_on: "new records".into(),
-            ..asked(&now.study, now.model.as_ref().unwrap_or(old))
+            ..Asked::of_model(command(), &now.study, now.model.as_ref().unwrap_or(old))
         })
     }
 
@@ -107,27 +90,7 @@ impl Report {
         added: &Added,
         effects: &[String],
     ) -> Result<Option<Gathered>> {
-        let errors = |errors: &[crate::model::file::AxisError]| -> PerAxis {
-            let errors = errors.iter();
-            errors.map(|e| (e.axis.clone(), e.relative_error)).collect()
-        };
-        let floors = added.errors.after.iter().zip(&added.noise_floor);
-        self.page(Asked {
-            before: Some(before),
-            steps: vec![
-                Step {
-                    label: "before".into(),
-                    errors: errors(&added.errors.before),
-                },
-                Step {
-                    label: effects.join(", "),
-                    errors: errors(&added.errors.after),
-                },
-            ],
-            floors: Some(floors.map(|(e, f)| (e.axis.clone(), *f)).collect()),
-            judged_on: added.errors.judged_on.words().into(),
-            ..asked(study, &added.model)
-        })
+        self.page(Asked::of_added(command(), study, before, (added, effects)))
     }
 
     /// The page of a model with the motion that it gives the rig.
@@ -137,11 +100,7 @@ impl Report {
         model: &ModelFile,
         response: &Response,
     ) -> Result<Option<Gathered>> {
-        self.page(Asked {
-            judged_on: judged_on(study),
-            response: Some(response),
-            ..asked(study, model)
-        })
+        self.page(Asked::of_response(command(), study, model, response))
     }
 
     fn page(&self, asked: Asked<'_>) -> Result<Option<Gathered>> {
@@ -168,33 +127,12 @@ impl Report {
     }
 }
 
-/// What every page is told.
-fn asked<'a>(study: &'a Study, model: &'a ModelFile) -> Asked<'a> {
-    // What the lab asks for besides is not what the user typed.
+/// The command as it was typed, without what the lab asks for besides.
+fn command() -> String {
     let words = std::env::args().skip(1);
     let words = words.filter(|w| !lab::HIDDEN.iter().any(|h| w.starts_with(h)));
     let words: Vec<String> = std::iter::once("jointwatch".to_string())
         .chain(words)
         .collect();
-    Asked {
-        answer: None,
-        command: words.join(" "),
-        study,
-        model,
-        before: None,
-        steps: Vec::new(),
-        floors: None,
-        judged_on: String::new(),
-        diagnosis: None,
-        response: None,
-    }
-}
-
-/// The records that say how good a model is.
-fn judged_on(study: &Study) -> String {
-    let validates = study.records.iter().any(|r| r.role == Role::Validate);
-    match validates {
-        true => JudgedOn::Validation.words().into(),
-        false => "training records (the study has no others)".into(),
-    }
+    words.join(" ")
 }

@@ -59,6 +59,13 @@ pub struct Exported {
     pub axes: Vec<AxisExport>,
 }
 
+impl Exported {
+    /// What `export --json` says; `blob` is where it was written, if it was.
+    pub fn as_json(&self, blob: Option<&Path>) -> serde_json::Value {
+        serde_json::json!({ "blob": blob, "bytes": self.blob.len(), "axes": self.axes })
+    }
+}
+
 /// Brings a model to fixed point and measures what that costs.
 ///
 /// `budget` is the largest error bound allowed, as a part of each axis's RMS training force; [`default_budget`] when there

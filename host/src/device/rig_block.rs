@@ -33,7 +33,11 @@ pub fn of_file(path: &Path, model: &Model) -> Result<Rig> {
             path.display()
         ))
     })?;
-    let source = Source { path, text: &text };
+    let source = Source {
+        path,
+        text: &text,
+        written: true,
+    };
     let file: rig_file::RigFile = source.parse("reference/rig-block.md")?;
     let described = rig_file::described(&source, &file, model)?;
     let header = model.header();

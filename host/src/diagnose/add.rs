@@ -16,6 +16,7 @@ use crate::study::{Role, Study};
 use crate::text::date;
 use crate::text::error::{Error, Result};
 use serde::Serialize;
+use std::path::Path;
 
 /// An effect that lowers no axis's error by this part is of no help.
 const MIN_HELP: f64 = 0.01;
@@ -58,6 +59,18 @@ pub struct Added {
     pub helps: bool,
     /// Whether every noise floor was seen on an axis at rest.
     pub floors_at_rest: bool,
+}
+
+impl Added {
+    /// What `add --json` says; `model` is where the model was written, if it was.
+    pub fn as_json(&self, model: Option<&Path>) -> serde_json::Value {
+        let axes = self.errors.after.iter().zip(&self.noise_floor);
+        let floors: PerAxis = axes.map(|(e, floor)| (e.axis.clone(), *floor)).collect();
+        serde_json::json!({
+            "model": model, "helps": self.helps, "changes": self.changes, "errors": self.errors,
+            "noise_floor": floors, "effects": self.model.effects,
+        })
+    }
 }
 
 /// Adds effects (`coulomb@x`, …) to a model of a study and finds all values anew, those of a polynomial or a network as well.

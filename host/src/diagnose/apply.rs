@@ -122,7 +122,7 @@ fn add_all(
     let before = model.effects.len();
     let mut waiting: Vec<String> = Vec::new();
     let mut left_out: Option<String> = None;
-    let mut tries: Vec<Vec<String>> = found.iter().map(|f| names(f, study)).collect();
+    let mut tries: Vec<Vec<String>> = found.iter().map(|f| to_add(f, study)).collect();
     tries.reverse();
     loop {
         let last_try = tries.is_empty() || found.len() == 1;
@@ -163,7 +163,7 @@ fn add_all(
 }
 
 /// What was found, as `add` takes it: once per axis where it was found on both.
-fn names(found: &Found, study: &Study) -> Vec<String> {
+pub fn to_add(found: &Found, study: &Study) -> Vec<String> {
     let both = found.axis == "both";
     let alone = Entry::named(&found.effect).is_some_and(|e| e.acts == Acts::BothAxes);
     let axes: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();

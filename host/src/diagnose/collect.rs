@@ -10,6 +10,7 @@ use crate::fit::effects::projection::product;
 use crate::fit::effects::unknowns::{ShapeUnknown, is_physical, shapes};
 use crate::fit::normal_equations::Cholesky;
 use crate::model::effects::Bound;
+use crate::text::work;
 use faer::Mat;
 use jointwatch_shared::effect::{Acts, EFFECTS, Subsystem};
 use rayon::prelude::*;
@@ -108,7 +109,10 @@ impl Library {
             .collect();
         let parts: Vec<Part> = all
             .par_iter()
-            .map(|(bound, values)| thinned(bench.part(bound, values), step))
+            .map(|(bound, values)| {
+                work::step();
+                thinned(bench.part(bound, values), step)
+            })
             .collect();
         let mut starts = Vec::new();
         let mut count = 0;

@@ -5,6 +5,7 @@ use super::bounded;
 use super::hypothesis::{Column, Hypothesis, Part};
 use crate::fit::effects::unknowns::ShapeUnknown;
 use crate::fit::normal_equations;
+use crate::text::work;
 use faer::Mat;
 
 /// A descent stops where a step gains less than this part of the cost.
@@ -36,6 +37,7 @@ impl Bench<'_> {
         let mut at = cost(&parts);
         let mut damping = 1e-2;
         for _ in 0..steps {
+            work::step();
             let Some(step) = self.step(&parts, &at.1, &at.2, &searched, damping) else {
                 break;
             };

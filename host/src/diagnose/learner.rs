@@ -9,6 +9,7 @@ use super::bench::Bench;
 use super::hypothesis::Column;
 use super::smooth::Smooth;
 use crate::fit::trees::{Binned, SIZE, Trees};
+use crate::text::work;
 use rayon::prelude::*;
 
 /// Rows that the learner is taught on and judged on: every so manieth of more.
@@ -173,6 +174,7 @@ impl Inputs {
         let judged: Vec<Vec<[f64; 2]>> = (0..count)
             .into_par_iter()
             .map(|at| {
+                work::step();
                 let fold = &bench.blocks.folds[at];
                 let (left, rough) = (&left[at], &rough[at]);
                 let taught = (0..rows as u32).filter(|&r| !fold.contains(&block[r as usize]));

@@ -6,6 +6,7 @@ use super::collect::Library;
 use super::criteria::CRITERIA;
 use super::hypothesis::{Hypothesis, Part};
 use crate::fit::effects::are_enough;
+use crate::text::work;
 use rayon::prelude::*;
 use std::collections::HashSet;
 
@@ -43,6 +44,7 @@ pub(super) struct Field<'a, 'b> {
 
 /// Looks at a hypothesis with the shapes that it has; columns of `known` parts are taken over.
 pub(super) fn look(bench: &Bench<'_>, hypothesis: &Hypothesis, known: &[Part]) -> Looked {
+    work::step();
     let parts = bench.parts(hypothesis, known);
     let design = bench.design(hypothesis, &parts);
     let judged = bench.judged(&design);

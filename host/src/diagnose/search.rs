@@ -13,6 +13,7 @@ use crate::model::effects::Bound;
 use crate::signal::motion::Motion;
 use crate::study::Axis;
 use crate::text::error::Result;
+use crate::text::work;
 use jointwatch_shared::effect::{Acts, Entry};
 
 /// Rows of all records together on which shapes are searched for; hypotheses are judged on all of them.
@@ -231,6 +232,8 @@ fn on_axis(
     let inputs: Vec<&'static str> = inputs
         .map(|name| behind_lag(searched, &base, name))
         .collect();
+    let name = &given.axes[axis].name;
+    work::say(&format!("axis {name}: candidates"));
     let mut candidates = candidates(searched, given.axes.len(), terms, &inputs, given.without);
     if zero_per_record {
         candidates.retain(|bound| bound.effect() != "preload");
@@ -246,6 +249,7 @@ fn on_axis(
         excerpt: searched,
         library: &library,
     };
+    work::say(&format!("axis {name}: sets of effects"));
     decide(&field, given.axes.len(), &base)
 }
 

@@ -24,8 +24,8 @@ use crate::model::time_history::with_lag;
 use crate::signal::mixed_acceleration;
 use crate::signal::motion::Motion;
 use crate::study::{AxisKind, Study};
-use crate::text::error::Result;
-use jointwatch_shared::effect::Entry;
+use crate::text::error::{Error, Result};
+use jointwatch_shared::effect::{EFFECTS, Entry};
 
 /// What is asked beside the question.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,6 +34,25 @@ pub struct Asked {
     pub without: Vec<String>,
     /// Whether to tell every set of effects that was looked at.
     pub explain: bool,
+}
+
+impl Asked {
+    /// The same with the names of the effects checked.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Usage`] naming the effect that is none.
+    pub fn checked(without: Vec<String>, explain: bool) -> Result<Self> {
+        for name in &without {
+            if Entry::named(name).is_none() {
+                let names: Vec<&str> = EFFECTS.iter().map(|e| e.about.name).collect();
+                return Err(Error::usage(format!(
+                    "--without {name}: there is no such effect; `jointwatch effects` lists them: {}",
+                    names.join(", ")
+                )));
+            }
+        }
+        Ok(Self { without, explain })
+    }
 }
 
 /// Diagnoses a model on a study.

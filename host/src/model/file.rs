@@ -214,11 +214,18 @@ impl ModelFile {
                 path.display()
             ))
         })?;
-        let model: Self = serde_json::from_str(&text).map_err(|e| {
+        Self::parse(&path.display().to_string(), &text)
+    }
+
+    /// The model that a text in the form of model.json holds; `called` is what messages call it.
+    ///
+    /// # Errors
+    /// As [`ModelFile::read`].
+    pub fn parse(called: &str, text: &str) -> Result<Self> {
+        let model: Self = serde_json::from_str(text).map_err(|e| {
             Error::data(format!(
-                "{}, line {}, column {}: this is not a Jointwatch model ({}); give the file that `jointwatch identify` wrote, \
+                "{called}, line {}, column {}: this is not a Jointwatch model ({}); give the file that `jointwatch identify` wrote, \
                  or write it anew",
-                path.display(),
                 e.line(),
                 e.column(),
                 without_position(&e)
@@ -226,8 +233,7 @@ impl ModelFile {
         })?;
         model.check().map_err(|what| {
             Error::data(format!(
-                "{}: this model cannot be used, write it anew with `jointwatch identify`: {what}",
-                path.display()
+                "{called}: this model cannot be used, write it anew with `jointwatch identify`: {what}"
             ))
         })?;
         Ok(model)
@@ -317,7 +323,11 @@ impl ModelFile {
         self.predict_with(&states, &motion.inputs)
     }
 
-    fn predict_with(
+    /// The same for states that some inputs with their names go with.
+    ///
+    /// # Errors
+    /// As [`ModelFile::predict`]; an input that is not there.
+    pub fn predict_with(
         &self,
         states: &[&[f64]],
         inputs: &[(String, Vec<f64>)],

@@ -17,6 +17,7 @@ mod quantity;
 mod simplify;
 mod staircase;
 mod state_plane;
+pub mod steps;
 mod style;
 pub mod time_history;
 

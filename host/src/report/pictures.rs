@@ -8,7 +8,7 @@ use super::staircase::{Step, staircase};
 use super::state_plane::StatePlane;
 use super::style::Pen;
 use super::time_history;
-use crate::assess::compare::Comparison;
+use crate::assess::compare::{self, Comparison};
 use crate::assess::where_it_fails::{Extent, FailingRegion};
 use crate::diagnose::PerAxis;
 use crate::model::file::ModelFile;
@@ -66,6 +66,21 @@ pub fn of_model(study: &Study, model: &ModelFile, comparison: &Comparison) -> Re
         let name = format!("where-{}", plain(&history.axis));
         drawings.push(Drawing::of_svg(&name, plane.svg()?));
     }
+    Ok(drawings)
+}
+
+/// The pictures of a model on a study, and a staircase of errors: what was done step by step, and the floor of each axis.
+///
+/// # Errors
+/// As [`of_model`] and [`of_staircase`].
+pub fn with_staircase(
+    study: &Study,
+    model: &ModelFile,
+    steps: &[Step],
+    floors: &PerAxis,
+) -> Result<Vec<Drawing>> {
+    let mut drawings = of_model(study, model, &compare::compare(study, model)?)?;
+    drawings.push(of_staircase(model, steps, floors)?);
     Ok(drawings)
 }
 

@@ -297,6 +297,8 @@ impl<'de> Deserialize<'de> for Force {
 pub(crate) struct Source<'a> {
     pub(crate) path: &'a Path,
     pub(crate) text: &'a str,
+    /// Whether somebody wrote it and would look for a line of it.
+    pub(crate) written: bool,
 }
 
 impl Source<'_> {
@@ -313,6 +315,9 @@ impl Source<'_> {
 
     /// “study.toml, line 7”.
     pub(crate) fn at(&self, byte: usize) -> String {
+        if !self.written {
+            return self.path.display().to_string();
+        }
         let before = &self.text.as_bytes()[..byte.min(self.text.len())];
         let line = 1 + before.iter().filter(|b| **b == b'\n').count();
         format!("{}, line {line}", self.path.display())

@@ -22,6 +22,8 @@ pub(crate) struct Request<'a> {
     pub(crate) rows: Option<[usize; 2]>,
     /// Names of the columns when the file has no heading.
     pub(crate) columns: Option<&'a [String]>,
+    /// The log itself, where it is in memory and not in a file.
+    pub(crate) memory: Option<&'a MemoryLog>,
     /// Whether cells may be empty and columns of different length: each channel then counts only where it has a value.
     pub(crate) sparse: bool,
 }
@@ -69,6 +71,27 @@ impl Table {
             cut: false,
             notes: Vec::new(),
         }
+    }
+}
+
+/// A log in memory: what a file of columns would hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MemoryLog {
+    /// The name by which a `[[record]]` calls it its `file`.
+    pub name: String,
+    /// Columns with their names, all of one length.
+    pub columns: Vec<(String, Vec<f64>)>,
+}
+
+impl MemoryLog {
+    /// The columns that a request needs.
+    pub(super) fn table(&self, request: &Request<'_>) -> Table {
+        let columns = self.columns.iter().map(|(name, values)| Column {
+            name: name.clone(),
+            unit: None,
+            values: request.needs(name).then(|| values.clone()),
+        });
+        Table::whole("columns in memory", columns.collect())
     }
 }
 

@@ -1,6 +1,6 @@
 //! A study: the rig and its records, as `study.toml` describes them, read into SI units.
 //!
-//! [`Study::read`] is the one way in. What a study may say, and every reason for which it is refused, stands in
+//! [`Study::read`] is the way in, and [`Study::of_memory`] for logs that are no files. What a study may say, and every reason for which it is refused, stands in
 //! `docs/reference/study.md`.
 
 mod calibrated;
@@ -11,6 +11,7 @@ mod kinematics;
 mod linear;
 mod log;
 pub(crate) mod lone;
+mod memory;
 pub mod mistakes;
 mod naming;
 mod open;
@@ -25,6 +26,8 @@ pub mod survey;
 pub(crate) mod symbols;
 pub mod time;
 mod units;
+
+pub use log::MemoryLog;
 
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
@@ -131,7 +134,7 @@ pub struct Source {
     pub role: Role,
     /// First row that was used, and the row after the last.
     pub rows: [usize; 2],
-    /// SHA-256 of the file, as `sha256sum` prints it.
+    /// SHA-256 of the file, as `sha256sum` prints it; for a log in memory that of its columns' names and numbers.
     pub sha256: String,
     /// What was done to its time: taken as even, bridged, split at gaps, resampled; one sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -170,7 +173,7 @@ pub struct Input {
 pub struct Study {
     /// The name under which the study is reported.
     pub name: String,
-    /// Where its study.toml lies.
+    /// Where its study.toml lies; for logs in memory what they are called in messages.
     pub path: PathBuf,
     /// Sample rate of all records, Hz.
     pub sample_rate_hz: f64,

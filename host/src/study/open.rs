@@ -1,10 +1,11 @@
 //! Opening a log: its file, its reader, and the columns that a study uses of it.
 
-use super::log::{Column, Log, Numbering, Request, Table};
+use super::log::{Column, Log, MemoryLog, Numbering, Request, Table};
 use super::lone;
 use super::readers;
 use crate::text::error::Result;
 use crate::text::input;
+use sha2::Digest;
 
 impl Request<'_> {
     /// Reads everything in the file that the request needs.
@@ -25,9 +26,14 @@ impl Request<'_> {
 
     /// Reads the columns that the study uses.
     pub(crate) fn read(&self) -> Result<Log> {
-        let bytes = self.bytes()?;
-        let mut table = readers::read(self, &bytes)?;
-        let sha256 = hexadecimal(&bytes);
+        let (mut table, sha256) = match self.memory {
+            Some(log) => (log.table(self), log.sha256()),
+            None => {
+                let bytes = self.bytes()?;
+                let digest = sha2::Sha256::digest(&bytes);
+                (readers::read(self, &bytes)?, hexadecimal(&digest))
+            }
+        };
         let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
         let places = self.locate(&names)?;
         let unused = self.unused(&names);
@@ -145,9 +151,22 @@ impl Request<'_> {
     }
 }
 
-/// The SHA-256 of some bytes, as `sha256sum` prints it.
-fn hexadecimal(bytes: &[u8]) -> String {
-    use sha2::Digest;
-    let digits = sha2::Sha256::digest(bytes);
-    digits.iter().map(|byte| format!("{byte:02x}")).collect()
+impl MemoryLog {
+    /// Of names and numbers, by which model.json knows its records again.
+    pub(super) fn sha256(&self) -> String {
+        let mut digest = sha2::Sha256::new();
+        for (name, values) in &self.columns {
+            digest.update(name.as_bytes());
+            digest.update([0]);
+            for value in values {
+                digest.update(value.to_le_bytes());
+            }
+        }
+        hexadecimal(&digest.finalize())
+    }
+}
+
+/// A digest as `sha256sum` prints it.
+fn hexadecimal(digest: &[u8]) -> String {
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::calibrated::Calibrated;
 use super::description::{Description, RecordEntry, Source};
-use super::log::{Log, Request};
+use super::log::{Log, MemoryLog, Request};
 use super::plan::{Plan, plan};
 use super::sampling::Sampling;
 use super::{Record, Role, Study, check, time};
@@ -45,13 +45,20 @@ impl Study {
             path: &path,
             // Some editors begin the file with a byte order mark, which TOML does not know.
             text: text.strip_prefix('\u{feff}').unwrap_or(&text),
+            written: true,
         };
+        Self::described(&source, None)
+    }
+
+    /// The study that a description makes of its logs: of files beside it, or of those in `memory`.
+    pub(super) fn described(source: &Source<'_>, memory: Option<&[MemoryLog]>) -> Result<Self> {
         let said = source.parse("reference/study.md")?;
-        let (plan, axes) = plan(&source, &said)?;
-        let folder = path.parent().unwrap_or(Path::new(".")).to_owned();
-        let mut notes = check_records(&source, &said, &folder)?;
+        let (plan, axes) = plan(source, &said)?;
+        let folder = source.path.parent().unwrap_or(Path::new(".")).to_owned();
+        let mut notes = check_records(source, &said, &folder)?;
         notes.extend(axis_notes(&plan, &axes));
-        let (sample_rate_hz, records, sources) = read_records(&said, &plan, &folder, &mut notes)?;
+        let (sample_rate_hz, records, sources) =
+            read_records(&said, &plan, (&folder, memory), &mut notes)?;
         if let Some(band) = &said.band_hz
             && *band.get_ref() >= 0.5 * sample_rate_hz
         {
@@ -85,7 +92,7 @@ impl Study {
                 .map(|t| t.get_ref().clone())
                 .collect(),
             notes,
-            path: path.clone(),
+            path: source.path.to_owned(),
         };
         check::constant_channels(&study, &plan)?;
         let notes = constant_inputs(&study);
@@ -206,7 +213,7 @@ fn axis_notes(plan: &Plan, axes: &[super::Axis]) -> Vec<String> {
 fn read_records(
     said: &Description,
     plan: &Plan,
-    folder: &Path,
+    (folder, memory): (&Path, Option<&[MemoryLog]>),
     notes: &mut Vec<String>,
 ) -> Result<(f64, Vec<Record>, Vec<super::Source>)> {
     let paths: Vec<PathBuf> = said
@@ -224,6 +231,8 @@ fn read_records(
             wanted: Some(&plan.wanted),
             rows: entry.rows.as_ref().map(|r| *r.get_ref()),
             columns: entry.columns.as_deref(),
+            memory: memory
+                .and_then(|logs| logs.iter().find(|log| log.name == *entry.file.get_ref())),
             sparse: plan.resample_hz.is_some(),
         })
         .collect();

@@ -74,6 +74,7 @@ impl Survey {
             wanted: None,
             rows: None,
             columns,
+            memory: None,
             sparse: false,
         };
         let mut headed = true;
@@ -147,6 +148,7 @@ fn columns_of(path: &Path) -> Result<usize> {
             wanted: None,
             rows: Some([0, 1]),
             columns: Some(&names),
+            memory: None,
             sparse: false,
         };
         if request.table().is_ok() {

@@ -1,5 +1,6 @@
 //! One sentence for everything that can go wrong, and the exit code that goes with it.
 
+use super::printable;
 use rayon::iter::IndexedParallelIterator;
 use std::fmt;
 
@@ -39,6 +40,17 @@ pub fn in_order<T: Send>(tasks: impl IndexedParallelIterator<Item = Result<T>>) 
 }
 
 impl Error {
+    /// The sentence as it is shown: with its full stop, control characters as escapes, and no longer than a person reads.
+    pub fn line(&self) -> String {
+        // A suggestion ends the sentence by itself.
+        let end = if self.sentence.ends_with('?') {
+            ""
+        } else {
+            "."
+        };
+        format!("{}{end}", printable::message(&self.sentence))
+    }
+
     /// Something could not be done.
     pub fn failed(sentence: impl Into<String>) -> Self {
         Self {

@@ -1,5 +1,5 @@
 //! What people read, and what every layer needs for it: errors in one sentence, tables, plots of characters, dates, files
-//! written whole and read up to a size.
+//! written whole and read up to a size; work that is followed from outside.
 
 pub mod date;
 pub mod error;
@@ -10,3 +10,4 @@ pub(crate) mod printable;
 pub mod table;
 pub mod text_plot;
 pub(crate) mod units;
+pub mod work;

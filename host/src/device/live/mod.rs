@@ -309,7 +309,7 @@ impl LiveView {
                 let alarm = piece.alarm;
                 self.happens(&format!("the residual around alarm {alarm} is sent"));
             }
-            Report::Answer(_) | Report::Snapshot(_) => {}
+            Report::Answer(_) | Report::Snapshot(_) | Report::Capture(_) => {}
         }
     }
 

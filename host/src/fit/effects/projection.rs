@@ -10,6 +10,7 @@ use crate::fit::levenberg_marquardt::{self, SumOfSquares};
 use crate::fit::normal_equations;
 use crate::model::effects::Bound;
 use crate::text::error::Result;
+use crate::text::work;
 use faer::{Mat, Par};
 use rayon::prelude::*;
 
@@ -88,6 +89,7 @@ impl Problem<'_> {
 
     /// The best linear parameters for these shapes. Columns of terms whose shapes are those of `before` are taken from it.
     pub(crate) fn solve(&self, shapes: &[f64], before: Option<&Solved>) -> Result<Solved> {
+        work::step();
         let mut values = self.values(shapes);
         let mut columns: Vec<Vec<f64>> = Vec::new();
         for (term, bound) in self.terms.iter().enumerate() {

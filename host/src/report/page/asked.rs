@@ -1,10 +1,13 @@
 //! What a command knows when it is asked for a report.
 
+use crate::diagnose::add::Added;
+use crate::diagnose::apply::Applied;
 use crate::diagnose::{Diagnosis, PerAxis};
-use crate::model::file::ModelFile;
+use crate::model::file::{AxisError, JudgedOn, ModelFile};
 use crate::report::staircase::Step;
+use crate::report::steps;
 use crate::simulate::respond::Response;
-use crate::study::Study;
+use crate::study::{Role, Study};
 
 /// What a command knows when it is asked for a report.
 pub struct Asked<'a> {
@@ -28,4 +31,101 @@ pub struct Asked<'a> {
     pub diagnosis: Option<&'a Diagnosis>,
     /// How the rig moves with the model in place of its joint.
     pub response: Option<&'a Response>,
+}
+
+impl<'a> Asked<'a> {
+    /// A model on its study.
+    pub fn of_model(command: String, study: &'a Study, model: &'a ModelFile) -> Self {
+        let validates = study.records.iter().any(|r| r.role == Role::Validate);
+        Self {
+            answer: None,
+            command,
+            study,
+            model,
+            before: None,
+            steps: Vec::new(),
+            floors: None,
+            judged_on: match validates {
+                true => JudgedOn::Validation.words().into(),
+                false => "training records (the study has no others)".into(),
+            },
+            diagnosis: None,
+            response: None,
+        }
+    }
+
+    /// The model that was diagnosed, with the candidates.
+    pub fn of_diagnosis(
+        command: String,
+        study: &'a Study,
+        model: &'a ModelFile,
+        diagnosis: &'a Diagnosis,
+    ) -> Self {
+        Self {
+            steps: steps::found(diagnosis),
+            floors: Some(diagnosis.noise_floor.clone()),
+            judged_on: diagnosis.judged_on.words().into(),
+            diagnosis: Some(diagnosis),
+            ..Self::of_model(command, study, model)
+        }
+    }
+
+    /// A model with everything that was missing, beside the one `before`.
+    pub fn of_applied(
+        command: String,
+        study: &'a Study,
+        before: &'a ModelFile,
+        applied: &'a Applied,
+    ) -> Self {
+        let steps = steps::applied(applied);
+        Self {
+            before: (steps.len() > 1).then_some(before),
+            steps,
+            floors: Some(applied.staircase.noise_floor.clone()),
+            judged_on: applied.staircase.judged_on.words().into(),
+            diagnosis: Some(&applied.first),
+            ..Self::of_model(command, study, &applied.model)
+        }
+    }
+
+    /// The wider model, beside the one `before`, with the effects that were added.
+    pub fn of_added(
+        command: String,
+        study: &'a Study,
+        before: &'a ModelFile,
+        (added, effects): (&'a Added, &[String]),
+    ) -> Self {
+        let errors = |errors: &[AxisError]| -> PerAxis {
+            let errors = errors.iter();
+            errors.map(|e| (e.axis.clone(), e.relative_error)).collect()
+        };
+        let step = |label: &str, of: &[AxisError]| Step {
+            label: label.into(),
+            errors: errors(of),
+        };
+        let floors = added.errors.after.iter().zip(&added.noise_floor);
+        Self {
+            before: Some(before),
+            steps: vec![
+                step("before", &added.errors.before),
+                step(&effects.join(", "), &added.errors.after),
+            ],
+            floors: Some(floors.map(|(e, f)| (e.axis.clone(), *f)).collect()),
+            judged_on: added.errors.judged_on.words().into(),
+            ..Self::of_model(command, study, &added.model)
+        }
+    }
+
+    /// A model with the motion that it gives the rig.
+    pub fn of_response(
+        command: String,
+        study: &'a Study,
+        model: &'a ModelFile,
+        response: &'a Response,
+    ) -> Self {
+        Self {
+            response: Some(response),
+            ..Self::of_model(command, study, model)
+        }
+    }
 }

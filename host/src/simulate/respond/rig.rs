@@ -38,6 +38,9 @@ struct TruthFile {
 /// # Errors
 /// When there is a truth file that cannot be read.
 pub(super) fn read_truth(study: &Study) -> Result<Option<Truth>> {
+    if !study.path.is_file() {
+        return Ok(None);
+    }
     let folder = study.path.parent().unwrap_or(Path::new("."));
     let path = folder.join("truth").join("truth.json");
     if !path.is_file() {

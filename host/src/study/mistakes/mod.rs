@@ -47,6 +47,7 @@ pub fn check(study: &Study) -> Vec<String> {
     let source = Source {
         path: &study.path,
         text: text.strip_prefix('\u{feff}').unwrap_or(&text),
+        written: true,
     };
     let said: Option<Description> = source.parse("study.md").ok();
     let mut found = Vec::new();
