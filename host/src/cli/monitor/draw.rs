@@ -126,7 +126,7 @@ fn figures(axis: &AxisPicture) -> String {
         Some(percent) => format!("change {} {percent:.0} % of its limit", bar(percent)),
         None => format!("change {} below 75 % of its limit", bar(0.0)),
     };
-    let percent = |nmse: Option<f64>| nmse.map_or("–".into(), |n| format!("{n:.2} %"));
+    let percent = |nmse: Option<f64>| nmse.map_or("–".into(), |n| format!("{n:.3} %"));
     let [fast, slow] = axis.nmse_percent.map(percent);
     let mut text = format!("{limit} · NMSE {fast} fast, {slow} slow");
     if let Some([measured, predicted, residual]) = axis.forces {

@@ -173,7 +173,7 @@ fn the_screen_has_the_word_the_reason_and_the_numbers() {
         "0.4 s since its start",
         "model 0000cafe",
         "change ·······|·· below 75 % of its limit",
-        "NMSE 1.25 % fast, – slow",
+        "NMSE 1.250 % fast, – slow",
         "measured 20.0 N, predicted 15.0 N, residual 5.00 N",
         "judged 1.2 s ago, 87 % of the recent time",
         "force of x, N",

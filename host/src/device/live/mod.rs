@@ -140,7 +140,7 @@ impl LiveView {
             state,
             reason,
             line: self.line(),
-            silent_s: is_silent.then(|| silent.as_secs_f64()),
+            silent_s: is_silent.then_some(silent.as_secs_f64()),
             time_s: self.time_s(),
             speed: self.speed().filter(|_| !is_silent),
             device: self.introduced.clone(),
