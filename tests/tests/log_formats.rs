@@ -150,8 +150,8 @@ fn a_tdms_file_that_was_cut_off_is_read_as_far_as_it_goes_and_says_so() {
 
 #[test]
 fn an_arrow_file_that_was_cut_off_is_read_up_to_its_last_whole_batch_and_says_so() {
-    // Behind a file's last batch is its table of contents.
-    for (file_name, rows) in [("record.arrow", 200), ("stream.arrows", 400)] {
+    // Of 500 rows in batches of 200, three quarters of the bytes hold one whole batch.
+    for (file_name, rows) in [("record.arrow", 200), ("stream.arrows", 200)] {
         let case = plain(file_name);
         let bytes = fs::read(file(case.file)).unwrap();
         let whole = channels(&case).1;
