@@ -24,6 +24,8 @@ const HEAD: usize = 12;
 const MOST: usize = 29;
 /// This many ones in place of a quotient say that all 32 bits follow.
 const ESCAPE: u32 = 12;
+/// Bits that are written at once: with up to 7 that are no byte yet, a word of 32 has room for them.
+const PUT: u32 = 24;
 /// The largest parameter of the code.
 const LARGEST: u32 = 20;
 /// The mean is kept this many binary places finer, and follows with the same time constant in values.
@@ -224,7 +226,8 @@ impl Capture {
     /// Ends the open chunk.
     fn close(&mut self) {
         if self.held > 0 {
-            self.put(0, 8 - self.held);
+            let last = (self.bits << (8 - self.held)) as u8;
+            self.byte(self.place, last);
         }
         let [low, high] = self.samples.to_le_bytes();
         self.byte(8, low);
@@ -243,39 +246,39 @@ impl Capture {
     }
 
     fn append(&mut self, raw: &RawSample) {
-        for axis in 0..usize::from(self.axes) {
-            let Some(raw) = raw.get(axis) else {
-                continue;
-            };
-            for (channel, value) in counts(raw).into_iter().enumerate() {
-                let known = self.channels.get_mut(axis).and_then(|c| c.get_mut(channel));
-                let Some(known) = known else {
-                    continue;
-                };
+        let Some(chunk) = self.chunks.get_mut(self.at) else {
+            return;
+        };
+        // The numbers that every bit changes stay in registers.
+        let mut pen = Pen {
+            chunk,
+            place: self.place,
+            bits: self.bits,
+            held: self.held,
+        };
+        let axes = self.channels.iter_mut().zip(raw);
+        for (channels, raw) in axes.take(usize::from(self.axes)) {
+            for (known, value) in channels.iter_mut().zip(counts(raw)) {
                 let (parameter, missed) = (known.parameter(), known.missed(value));
                 known.take(value, missed);
                 let quotient = missed >> parameter;
-                if quotient < ESCAPE {
-                    self.put((1 << (quotient + 1)) - 2, quotient + 1);
-                    self.put(missed & ((1 << parameter) - 1), parameter);
+                let rest = missed & ((1 << parameter) - 1);
+                if quotient >= ESCAPE {
+                    pen.put((1 << ESCAPE) - 1, ESCAPE);
+                    pen.put(missed >> 16, 16);
+                    pen.put(missed & 0xffff, 16);
+                    continue;
+                }
+                let ones = (1 << (quotient + 1)) - 2;
+                if quotient + parameter < PUT {
+                    pen.put(ones << parameter | rest, quotient + 1 + parameter);
                 } else {
-                    self.put((1 << ESCAPE) - 1, ESCAPE);
-                    self.put(missed >> 16, 16);
-                    self.put(missed & 0xffff, 16);
+                    pen.put(ones, quotient + 1);
+                    pen.put(rest, parameter);
                 }
             }
         }
-    }
-
-    /// Writes up to 24 bits, the highest first.
-    fn put(&mut self, value: u32, bits: u32) {
-        self.bits = (self.bits << bits) | value;
-        self.held += bits;
-        while self.held >= 8 {
-            self.held -= 8;
-            let byte = (self.bits >> self.held) as u8;
-            self.write(&[byte]);
-        }
+        (self.place, self.bits, self.held) = (pen.place, pen.bits, pen.held);
     }
 
     fn write(&mut self, bytes: &[u8]) {
@@ -289,6 +292,30 @@ impl Capture {
         let chunk = self.chunks.get_mut(self.at);
         if let Some(place) = chunk.and_then(|chunk| chunk.get_mut(at)) {
             *place = byte;
+        }
+    }
+}
+
+/// Writes bits into a chunk.
+struct Pen<'a> {
+    chunk: &'a mut Chunk,
+    /// The next byte, and the bits that are no byte yet.
+    place: usize,
+    bits: u32,
+    held: u32,
+}
+
+impl Pen<'_> {
+    /// Writes up to [`PUT`] bits, the highest first.
+    fn put(&mut self, value: u32, bits: u32) {
+        self.bits = (self.bits << bits) | value;
+        self.held += bits;
+        while self.held >= 8 {
+            self.held -= 8;
+            if let Some(byte) = self.chunk.get_mut(self.place) {
+                *byte = (self.bits >> self.held) as u8;
+            }
+            self.place += 1;
         }
     }
 }
