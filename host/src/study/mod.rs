@@ -19,7 +19,7 @@ mod pieces;
 mod plan;
 mod read;
 mod readers;
-mod resample;
+pub(crate) mod resample;
 mod sampling;
 mod stretches;
 pub mod survey;

@@ -13,6 +13,7 @@ use crate::signal::fir::apply;
 use crate::signal::motion::{Motion, low_pass};
 use crate::signal::statistics::root_mean_square;
 use crate::simulate::{self, Contact, Equations, Excitation, JointLaw};
+use crate::study::resample::finer;
 use crate::study::{Channels, Convention, Study};
 use crate::text::error::{Error, Result};
 use nalgebra::{Matrix3, SVector, Vector3};
@@ -20,6 +21,10 @@ use nalgebra::{Matrix3, SVector, Vector3};
 /// RMS difference between a logged acceleration and the second derivative of the only displacement, as a part of the
 /// former's RMS in the common band, above which they belong to different motions.
 const OTHER_MOTION: f64 = 0.5;
+
+/// Samples per row from which a drive is interpolated between the rows. A cubic through the rows themselves loses 0.3 % of a tone at a
+/// ninth of the sample rate and 5 % at a quarter; through four times as many, band-limited, it keeps both to 1e-3.
+const FINER: usize = 4;
 
 /// Positions of the body on both axes, then its velocities.
 type State = SVector<f64, 4>;
@@ -81,19 +86,21 @@ impl DrivenBody {
             if far.is_none() {
                 check_acceleration(study, model, motion, index)?;
             }
-            let rate = study.sample_rate_hz;
-            let inner = |series: &[f64]| {
-                series[motion.first_row..motion.first_row + motion.rows()].to_vec()
+            let rate = FINER as f64 * study.sample_rate_hz;
+            let used = FINER * motion.first_row..FINER * (motion.first_row + motion.rows());
+            let smooth = |series: &[f64]| {
+                Excitation::logged(finer(series, FINER)[used.clone()].to_vec(), rate)
             };
             let far = far.unwrap_or_else(|| vec![0.0; record.rows]);
+            let far_velocity = apply(&far, &model.filters.velocity);
             axes.push(DrivenAxis {
                 inertia: known.inertia,
                 ground_stiffness: axis.ground_stiffness,
                 ground_damping: axis.ground_damping,
                 side,
-                force: Excitation::logged(inner(&channels.force), rate),
-                far_velocity: Excitation::logged(apply(&far, &model.filters.velocity), rate),
-                far: Excitation::logged(inner(&far), rate),
+                force: smooth(&channels.force),
+                far_velocity: Excitation::logged(finer(&far_velocity, FINER), rate),
+                far: smooth(&far),
             });
         }
         Ok(Self {
