@@ -10,6 +10,7 @@ pub mod faults;
 pub mod hidden;
 pub mod imports;
 pub mod lab;
+pub mod league;
 pub mod log;
 pub mod program;
 pub mod story;
