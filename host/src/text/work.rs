@@ -1,6 +1,6 @@
 //! Long work that somebody follows from outside: how far it is, and that it is to end.
 //!
-//! Whoever computes passes checkpoints ([`step`]) and says what it is at ([`say`]); both do nothing where nobody follows. The follower's
+//! Whoever computes passes checkpoints (`step`) and says what it is at (`say`); both do nothing where nobody follows. The follower's
 //! [`Watch`] is known to the threads that do the work, so that no function hands it on. Work that is to end unwinds from its next
 //! checkpoint, as a query of an incremental compiler does: nothing between there and [`Watch::follow`] keeps a half-done result.
 
