@@ -1,10 +1,9 @@
 //! Fetching the counts that a device keeps around an alarm, piece by piece, over its serial line.
 
 use super::line::Line;
+use super::telemetry::frames::Sender;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::wire::telemetry::{
-    Answered, CapturePiece, Hello, MAX_FRAME, Report, Request, encode,
-};
+use jointwatch_shared::wire::telemetry::{Answered, CapturePiece, Hello, Report, Request};
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
@@ -44,12 +43,12 @@ pub fn fetch(
         line: Line::new(line, "fetch again"),
         repeated: 0,
     };
-    let mut frames = Frames::default();
+    let mut frames = Sender::default();
     let hello = asking.hello()?;
-    frames.add(&Report::Hello(hello));
+    frames.send(&Report::Hello(hello));
     let first = asking.first_piece()?;
     let (alarm, pieces) = (first.alarm, first.pieces);
-    frames.add(&Report::Capture(first));
+    frames.send(&Report::Capture(first));
     for number in 1..pieces {
         progress(number, pieces);
         let piece = match asking.piece(number)? {
@@ -60,7 +59,7 @@ pub fn fetch(
                 ));
             }
         };
-        frames.add(&Report::Capture(piece));
+        frames.send(&Report::Capture(piece));
     }
     Ok(Fetched {
         frames: frames.bytes,
@@ -68,24 +67,6 @@ pub fn fetch(
         pieces,
         repeated: asking.repeated,
     })
-}
-
-/// Frames one after the other, numbered.
-#[derive(Default)]
-struct Frames {
-    bytes: Vec<u8>,
-    sequence: u16,
-}
-
-impl Frames {
-    fn add(&mut self, report: &Report) {
-        let mut place = [0; MAX_FRAME];
-        // What came in a frame fits one.
-        if let Ok(frame) = encode(report, self.sequence, &mut place) {
-            self.bytes.extend_from_slice(frame);
-        }
-        self.sequence = self.sequence.wrapping_add(1);
-    }
 }
 
 /// The host's end of the line.

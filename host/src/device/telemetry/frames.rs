@@ -160,13 +160,13 @@ fn version() -> [u16; 3] {
 
 /// Frames one after the other, numbered.
 #[derive(Default)]
-struct Sender {
-    bytes: Vec<u8>,
+pub(in crate::device) struct Sender {
+    pub(in crate::device) bytes: Vec<u8>,
     sequence: u16,
 }
 
 impl Sender {
-    fn send(&mut self, report: &Report) {
+    pub(in crate::device) fn send(&mut self, report: &Report) {
         let mut place = [0; MAX_FRAME];
         // Every report fits a frame; a test shows it.
         if let Ok(frame) = encode(report, self.sequence, &mut place) {
