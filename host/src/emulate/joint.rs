@@ -6,7 +6,7 @@
 use super::device::EmulatedDevice;
 use crate::model::effects::EffectTerm;
 use crate::model::time_history::{TimeHistory, law_parameters};
-use crate::study::{Channels, Record, Study};
+use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::terms::InSi;
@@ -230,29 +230,7 @@ impl<'a> LoopedJoint<'a> {
 
     /// A loop, two rounds of it.
     fn twice(&self, record: &Record) -> Record {
-        let double = |series: &Vec<f64>| [&series[..], &series[..]].concat();
-        let maybe = |series: &Option<Vec<f64>>| series.as_ref().map(double);
-        Record {
-            rows: 2 * record.rows,
-            axes: record
-                .axes
-                .iter()
-                .map(|c| Channels {
-                    displacement_first: double(&c.displacement_first),
-                    displacement_second: maybe(&c.displacement_second),
-                    velocity: maybe(&c.velocity),
-                    body_position: maybe(&c.body_position),
-                    acceleration: maybe(&c.acceleration),
-                    force: double(&c.force),
-                })
-                .collect(),
-            inputs: record
-                .inputs
-                .iter()
-                .map(|(name, series)| (name.clone(), double(series)))
-                .collect(),
-            ..record.clone()
-        }
+        record.map(2 * record.rows, |series| [series, series].concat())
     }
 }
 
@@ -279,22 +257,14 @@ fn closed(record: &Record, seam: usize, rate_hz: f64) -> Record {
         let kept = series[seam..loops].iter().copied();
         kept.chain(seams).collect()
     };
-    let maybe = |series: &Option<Vec<f64>>| series.as_ref().map(|s| passed(s));
     let slope = |series: &[f64], row: usize| {
         let (before, after) = (row.saturating_sub(1), (row + 1).min(record.rows - 1));
         (series[after] - series[before]) / (after - before) as f64
     };
-    let axis = |channels: &Channels| {
+    let mut closed = record.map(loops, passed);
+    for (closed, channels) in closed.axes.iter_mut().zip(&record.axes) {
         let relative = channels.relative_displacement();
         let body = channels.body_position.as_ref().unwrap_or(&relative);
-        let mut closed = Channels {
-            displacement_first: passed(&channels.displacement_first),
-            displacement_second: maybe(&channels.displacement_second),
-            velocity: maybe(&channels.velocity),
-            body_position: maybe(&channels.body_position),
-            acceleration: maybe(&channels.acceleration),
-            force: passed(&channels.force),
-        };
         for at in 0..seam {
             let (row, [_, first, second]) = (loops - seam + at, weight(at, seam));
             let jump = |series: &[f64]| series[at] - series[loops + at];
@@ -307,16 +277,6 @@ fn closed(record: &Record, seam: usize, rate_hz: f64) -> Record {
                 acceleration[row] += more * rate_hz * rate_hz;
             }
         }
-        closed
-    };
-    Record {
-        rows: loops,
-        axes: record.axes.iter().map(axis).collect(),
-        inputs: record
-            .inputs
-            .iter()
-            .map(|(name, series)| (name.clone(), passed(series)))
-            .collect(),
-        ..record.clone()
     }
+    closed
 }

@@ -159,6 +159,28 @@ pub struct Record {
     pub inputs: Vec<(String, Vec<f64>)>,
 }
 
+impl Record {
+    /// The record with every series replaced by what `of` makes of it, so many rows.
+    pub(crate) fn map(&self, rows: usize, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+        let maybe = |series: &Option<Vec<f64>>| series.as_ref().map(|s| of(s));
+        let axes = self.axes.iter().map(|channels| Channels {
+            displacement_first: of(&channels.displacement_first),
+            displacement_second: maybe(&channels.displacement_second),
+            velocity: maybe(&channels.velocity),
+            body_position: maybe(&channels.body_position),
+            acceleration: maybe(&channels.acceleration),
+            force: of(&channels.force),
+        });
+        let inputs = self.inputs.iter();
+        Self {
+            rows,
+            axes: axes.collect(),
+            inputs: inputs.map(|(name, s)| (name.clone(), of(s))).collect(),
+            ..self.clone()
+        }
+    }
+}
+
 /// A further column of the records, such as a voltage, a temperature or a pressure, that forces of the joint may follow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
