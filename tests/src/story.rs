@@ -1,6 +1,8 @@
 //! A study that the program simulated, learnt from and exported, for the tests that only want to look at one.
 
 use crate::program::succeed;
+use crate::watched::{RATE_HZ, STUDY_LEVEL};
+use jointwatch::simulate::{SimulationOptions, write_study};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -33,6 +35,27 @@ pub fn story() -> &'static Path {
         folder
     });
     folder.path()
+}
+
+/// Writes the study of the watched rig of a seed into `rig/`, with its physical model, blob and rig block with limits beside.
+///
+/// # Panics
+/// When any of it fails.
+pub fn watched_rig(folder: &Path, seed: u64) {
+    let options = SimulationOptions {
+        seed,
+        duration_s: 20.0,
+        sample_rate_hz: RATE_HZ,
+        validation_level: STUDY_LEVEL,
+        ..SimulationOptions::default()
+    };
+    write_study(&folder.join("rig"), &options).unwrap();
+    let run = |arguments: &[&str]| succeed(folder, arguments);
+    let study = "rig/study.toml";
+    run(&["identify", study, "--model", "physical", "-o", "model.json"]);
+    run(&["export", "model.json", "-o", "model.bin"]);
+    let rig = ["--rig", "defaults", "--study", study, "-o", "rig.bin"];
+    run(&[&["export", "model.json"], &rig[..]].concat());
 }
 
 /// A copy of the simulated study that a test may spoil.

@@ -9,7 +9,7 @@ use jointwatch::emulate::bench::{REST, Scenario};
 use jointwatch::emulate::board::Board;
 use jointwatch::emulate::device::EmulatedDevice;
 use jointwatch::emulate::selftest;
-use jointwatch::simulate::{RigParameters, SimulationOptions, write_study};
+use jointwatch::simulate::RigParameters;
 use jointwatch::study::{Record, Study};
 use jointwatch_shared::chain::ChainState;
 use jointwatch_shared::monitor::{Cause, Monitor, State};
@@ -18,6 +18,7 @@ use jointwatch_shared::wire::wiring::Readings;
 use jointwatch_tests::bus::chips;
 use jointwatch_tests::false_alarms::WANTED_HOURS;
 use jointwatch_tests::program::{run, succeed};
+use jointwatch_tests::story::watched_rig;
 use jointwatch_tests::watched::{Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject};
 use std::cell::RefCell;
 use std::fmt::Write;
@@ -37,20 +38,8 @@ fn story() -> &'static Path {
     static STORY: OnceLock<TempDir> = OnceLock::new();
     let folder = STORY.get_or_init(|| {
         let folder = TempDir::new().unwrap();
-        let options = SimulationOptions {
-            seed: SEED,
-            duration_s: 20.0,
-            sample_rate_hz: RATE_HZ,
-            validation_level: STUDY_LEVEL,
-            ..SimulationOptions::default()
-        };
-        write_study(&folder.path().join("rig"), &options).unwrap();
-        let run = |arguments: &[&str]| succeed(folder.path(), arguments);
+        watched_rig(folder.path(), SEED);
         let study = "rig/study.toml";
-        run(&["identify", study, "--model", "physical", "-o", "model.json"]);
-        run(&["export", "model.json", "-o", "model.bin"]);
-        let rig = ["--rig", "defaults", "--study", study, "-o", "rig.bin"];
-        run(&[&["export", "model.json"], &rig[..]].concat());
 
         let rig = RigParameters::default();
         let subject = Subject::new(Learnt::Physical, rig, SEED, WANTED_HOURS).unwrap();

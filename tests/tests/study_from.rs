@@ -7,12 +7,13 @@ use jointwatch::emulate::bench::Scenario;
 use jointwatch::emulate::device::EmulatedDevice;
 use jointwatch::emulate::line::Wire;
 use jointwatch::emulate::selftest;
-use jointwatch::simulate::{RigParameters, SimulationOptions, write_study};
+use jointwatch::simulate::RigParameters;
 use jointwatch::study::{Record, Study};
 use jointwatch::text::error::Error;
 use jointwatch_tests::false_alarms::WANTED_HOURS;
 use jointwatch_tests::program::{fail, succeed};
-use jointwatch_tests::watched::{Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject};
+use jointwatch_tests::story::watched_rig;
+use jointwatch_tests::watched::{Learnt, STUDY_LEVEL, Shaking, Subject};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -24,23 +25,16 @@ fn story() -> &'static Path {
     static STORY: OnceLock<TempDir> = OnceLock::new();
     let folder = STORY.get_or_init(|| {
         let folder = TempDir::new().unwrap();
-        let options = SimulationOptions {
-            seed: 1,
-            duration_s: 20.0,
-            sample_rate_hz: RATE_HZ,
-            validation_level: STUDY_LEVEL,
-            ..SimulationOptions::default()
-        };
-        write_study(&folder.path().join("rig"), &options).unwrap();
-        let run = |arguments: &[&str]| succeed(folder.path(), arguments);
-        let study = "rig/study.toml";
-        run(&["identify", study, "--model", "physical", "-o", "model.json"]);
-        run(&["export", "model.json", "-o", "model.bin"]);
-        let rig = ["--rig", "defaults", "--study", study, "-o", "rig.bin"];
-        run(&[&["export", "model.json"], &rig[..]].concat());
-        let replay = ["replay", "model.bin", study, "--record", "train_both.csv"];
+        watched_rig(folder.path(), 1);
+        let replay = [
+            "replay",
+            "model.bin",
+            "rig/study.toml",
+            "--record",
+            "train_both.csv",
+        ];
         let frames = ["--rig", "rig.bin", "--frames", "frames.bin"];
-        run(&[&replay[..], &frames].concat());
+        succeed(folder.path(), &[&replay[..], &frames].concat());
         folder
     });
     folder.path()
