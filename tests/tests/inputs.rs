@@ -220,3 +220,75 @@ fn an_input_that_is_wrong_is_told_in_a_sentence() {
     let verdict = fs::read_to_string(folder.join("verdict.json")).unwrap();
     assert!(!verdict.contains("*voltage"), "{verdict}");
 }
+
+/// The logs of [`written`] with a second load cell, a word and a number that never changes.
+fn with_more_columns(folder: &Path) {
+    for file in ["one.csv", "two.csv"] {
+        let text = fs::read_to_string(folder.join(file)).unwrap();
+        let rows = text.lines().skip(1).enumerate().map(|(row, line)| {
+            let force: f64 = line.split(',').nth(2).unwrap().parse().unwrap();
+            let noise = 3.0 * (104_729.0 * row as f64).sin();
+            format!("{line},{:.5},warm,7\n", 0.97 * force + noise)
+        });
+        let text = format!("t,x,F,U,F2,state,seven\n{}", rows.collect::<String>());
+        fs::write(folder.join(file), text).unwrap();
+    }
+}
+
+#[test]
+fn a_column_that_the_study_does_not_name_is_taken_as_an_input() {
+    let folder = written(false);
+    let folder = folder.path();
+    with_more_columns(folder);
+    study(folder, "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"", "");
+    identify(folder);
+    let diagnose = ["diagnose", "study.toml", "model.json", "--apply"];
+    let written = ["-o", "added.json", "--json", "verdict.json"];
+    let said = succeed(folder, &[diagnose.as_slice(), &written].concat());
+    assert!(
+        said.contains("the column \"U\"") && said.contains("[[input]]"),
+        "{said}"
+    );
+    let read = |file: &str| -> Value {
+        serde_json::from_str(&fs::read_to_string(folder.join(file)).unwrap()).unwrap()
+    };
+    let verdict = read("verdict.json");
+    assert_eq!(verdict["verdict"], "effect", "{verdict}");
+    assert_eq!(verdict["found"].as_array().unwrap().len(), 1, "{verdict}");
+    assert_eq!(verdict["found"][0]["effect"], "coulomb*U~20ms", "{verdict}");
+    assert!(!verdict.to_string().contains("F2"), "{verdict}");
+
+    // The model knows its column again on a study that does not name it.
+    succeed(
+        folder,
+        &[
+            "compare",
+            "study.toml",
+            "added.json",
+            "--json",
+            "compared.json",
+        ],
+    );
+    let error = &read("compared.json")["records"][1]["axes"]["x"]["relative_error"];
+    let said = verdict["staircase"]["steps"][1]["relative_error"]["x"]
+        .as_f64()
+        .unwrap();
+    assert!(
+        (error.as_f64().unwrap() / said - 1.0).abs() < 1e-6,
+        "{error} {said}"
+    );
+    // It can be added by hand as well, and a column that is nowhere is told.
+    succeed(
+        folder,
+        &["add", "study.toml", "model.json", "coulomb*U~20ms@x"],
+    );
+    let sentence = fail(
+        folder,
+        &["add", "study.toml", "model.json", "coulomb*W@x"],
+        3,
+    );
+    assert!(
+        sentence.contains("\"W\"") && sentence.contains("[[input]]"),
+        "{sentence}"
+    );
+}

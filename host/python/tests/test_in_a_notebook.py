@@ -111,19 +111,21 @@ def test_progress_as_a_bar(capsys) -> None:
 
 def test_ctrl_c_ends_long_work() -> None:
     study, model = long_work()
-    begun = time.monotonic()
-    model.diagnose(study)
-    whole = time.monotonic() - begun
     for work in (
-        lambda: model.diagnose(study),
-        lambda: study.identify("network", restarts=1000),
+        lambda progress: model.diagnose(study, progress=progress),
+        lambda progress: study.identify("network", restarts=1000, progress=progress),
     ):
-        timer = threading.Timer(min(0.3, 0.2 * whole), lambda: signal.raise_signal(signal.SIGINT))
-        begun = time.monotonic()
-        timer.start()
+        pressed = []
+
+        def press(what, share, steps) -> None:
+            # From another thread, once the work has begun: no clock says how long it takes on this machine.
+            if not pressed:
+                pressed.append(time.monotonic())
+                threading.Timer(0.0, lambda: signal.raise_signal(signal.SIGINT)).start()
+
         with pytest.raises(KeyboardInterrupt):
-            work()
-        assert time.monotonic() - begun < max(5.0, 0.8 * whole)
+            work(press)
+        assert pressed and time.monotonic() - pressed[0] < 20.0
     # Nothing is left behind: the same work gives the same afterwards.
     assert model.diagnose(study).verdict == "effect"
 

@@ -6,7 +6,7 @@ use super::report::Report;
 use crate::diagnose::add::{self, Added};
 use crate::model::effects;
 use crate::model::file::{JudgedOn, ModelFile};
-use crate::study::{Role, Study};
+use crate::study::Role;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, percent};
 use clap::Args;
@@ -38,7 +38,7 @@ impl Add {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("reading the records");
         let model = ModelFile::read(&self.model)?;
-        let study = Study::read(&self.study)?;
+        let study = model.read_study(&self.study, &self.effects)?;
         let output = self.output.unwrap_or_else(|| output_beside(&self.model));
         let written: Vec<&Path> = [output.as_path()]
             .into_iter()

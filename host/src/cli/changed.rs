@@ -4,7 +4,6 @@ use super::console::Console;
 use super::report::Report;
 use crate::diagnose::changed::{self, Changed, ErrorThenNow};
 use crate::model::file::{AxisError, ModelFile};
-use crate::study::Study;
 use crate::text::error::Result;
 use crate::text::table::{Table, percent, value_with_unit};
 use clap::Args;
@@ -28,7 +27,7 @@ impl Change {
         let working = console.working("reading the records");
         let old = ModelFile::read(&self.old)?;
         let new = self.new.as_deref().map(ModelFile::read).transpose()?;
-        let study = Study::read(&self.study)?;
+        let study = new.as_ref().unwrap_or(&old).read_study(&self.study, &[])?;
         let written: Vec<&Path> = self.report.outputs().collect();
         console.check_outputs(&written, &study, Some(&self.old))?;
         working.set_message("comparing then and now");

@@ -6,7 +6,6 @@ use super::report::Report;
 use crate::assess::compare;
 use crate::assess::compared::compared;
 use crate::model::file::ModelFile;
-use crate::study::Study;
 use crate::text::error::Result;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -32,7 +31,7 @@ impl Compare {
         let working = console.working("comparing");
         let model = ModelFile::read(&self.model)?;
         let beside = self.beside.as_deref().map(ModelFile::read).transpose()?;
-        let study = Study::read(&self.study)?;
+        let study = model.read_study(&self.study, &[])?;
         let written: Vec<&Path> = self.report.outputs().collect();
         console.check_outputs(&written, &study, Some(&self.model))?;
         let found = compared(&study, &model)?;

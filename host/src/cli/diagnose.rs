@@ -5,10 +5,9 @@ use super::plots::Plots;
 use super::report::Report;
 use super::staircase;
 use crate::diagnose::apply::{self, Applied};
-use crate::diagnose::{self, Asked, Diagnosis, Ranked, Verdict};
+use crate::diagnose::{self, Asked, Columns, Diagnosis, Ranked, Verdict};
 use crate::model::file::ModelFile;
 use crate::model::{EffectTerm, ParameterValue, corrections, effects};
-use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, quantity};
 use clap::Args;
@@ -43,7 +42,9 @@ impl Diagnose {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("reading the records");
         let model = ModelFile::read(&self.model)?;
-        let study = Study::read(&self.study)?;
+        let study = model.read_study(&self.study, &[])?;
+        working.set_message("columns that the study does not name");
+        let Columns { study, notes } = diagnose::with_columns(study, &model)?;
         let output = self
             .output
             .unwrap_or_else(|| super::add::output_beside(&self.model));
@@ -57,7 +58,8 @@ impl Diagnose {
         let asked = Asked::checked(self.without, self.explain)?;
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));
-            let applied = apply::apply(&study, &model, &asked, &each)?;
+            let mut applied = apply::apply(&study, &model, &asked, &each)?;
+            applied.first.notes.extend(notes);
             let drawings = self.plots.of_applied(&study, &applied)?;
             let page = self.report.of_applied(&study, &model, &applied)?;
             working.finish_and_clear();
@@ -67,7 +69,8 @@ impl Diagnose {
             self.report.write(console, page)?;
             return write_json(console, &output, &applied);
         }
-        let diagnosis = diagnose::diagnose_asked(&study, &model, &asked)?;
+        let mut diagnosis = diagnose::diagnose_asked(&study, &model, &asked)?;
+        diagnosis.notes.extend(notes);
         let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
         let page = self.report.of_diagnosis(&study, &model, &diagnosis)?;
         working.finish_and_clear();

@@ -4,7 +4,6 @@ use super::console::Console;
 use super::report::Report;
 use crate::model::file::ModelFile;
 use crate::simulate::respond::{self, Options};
-use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::output;
 use clap::Args;
@@ -37,7 +36,7 @@ impl Respond {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("simulating the response");
         let model = ModelFile::read(&self.model)?;
-        let logged = Study::read(&self.study)?;
+        let logged = model.read_study(&self.study, &[])?;
         let written: Vec<&Path> = self
             .output
             .as_deref()

@@ -104,7 +104,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
             l.hypothesis.added().is_empty() || (l.sound && helps(l, &base, full.least_share))
         })
         .collect();
-    let inputs = Inputs::new(full, axes);
+    let inputs = Inputs::new(full, axes, &full.records.inputs());
     let mut edged: Option<Choice<'_>> = None;
     let choice = loop {
         let choice = Choice::of(field, &inputs, &sound, &base);

@@ -7,7 +7,7 @@ use crate::fit::effects::unknowns::shapes;
 use crate::fit::errors::Sums;
 use crate::fit::with_base::OnRecords;
 use crate::model::effects::Bound;
-use crate::model::file::{Base, ModelFile, NoBase};
+use crate::model::file::{Base, JudgedOn, ModelFile, NoBase};
 use crate::signal::motion::Motion;
 use crate::study::Study;
 use crate::text::error::Result;
@@ -39,27 +39,44 @@ pub(super) fn relative_errors(records: &Records<'_>, terms: &[Bound], solved: &S
         .collect()
 }
 
-/// RMS error over RMS force per axis on blocks of the training records, with the shapes that were found.
-pub(super) fn held_out_errors(
-    study: &Study,
-    training: &[&Motion],
-    model: &ModelFile,
-    terms: &[Bound],
-    solution: &Solution,
-) -> Result<Vec<f64>> {
-    let terms = terms.iter().zip(&solution.solved.values);
-    let terms: Vec<_> = terms
-        .map(|(term, values)| (*term, values.clone()))
-        .collect();
-    let alone = ModelFile {
-        base: Base::None(NoBase {
-            inputs: model.base.inputs().to_vec(),
-        }),
-        ..model.clone()
-    };
-    let errors = OnRecords::new(&study.axes, training, &alone)?
-        .held_out_errors(&terms, &vec![0.0; study.axes.len()])?;
-    Ok(errors.iter().map(|e| e.relative_error).collect())
+/// Rows that a model was not learnt from: the validation records, or where there are none, blocks of the training records.
+pub(super) struct Unseen<'a> {
+    pub(super) study: &'a Study,
+    pub(super) model: &'a ModelFile,
+    pub(super) training: &'a [&'a Motion],
+    pub(super) validation: Option<&'a Records<'a>>,
+}
+
+impl Unseen<'_> {
+    /// What these rows are.
+    pub(super) fn judged_on(&self) -> JudgedOn {
+        match self.validation {
+            Some(_) => JudgedOn::Validation,
+            None => JudgedOn::HeldOutBlocks,
+        }
+    }
+
+    /// RMS error over RMS force per axis of terms with their values; each block is predicted with the shapes that were found and strengths
+    /// from the others.
+    pub(super) fn errors(&self, terms: &[Bound], solution: &Solution) -> Result<Vec<f64>> {
+        if let Some(records) = self.validation {
+            return Ok(relative_errors(records, terms, &solution.solved));
+        }
+        let terms = terms.iter().zip(&solution.solved.values);
+        let terms: Vec<_> = terms
+            .map(|(term, values)| (*term, values.clone()))
+            .collect();
+        let alone = ModelFile {
+            base: Base::None(NoBase {
+                inputs: self.model.base.inputs().to_vec(),
+            }),
+            ..self.model.clone()
+        };
+        let axes = &self.study.axes;
+        let errors = OnRecords::new(axes, self.training, &alone)?
+            .held_out_errors(&terms, &vec![0.0; axes.len()])?;
+        Ok(errors.iter().map(|e| e.relative_error).collect())
+    }
 }
 
 /// The shape unknowns of terms, read from their parameters.

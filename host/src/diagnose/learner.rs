@@ -82,8 +82,8 @@ pub(super) struct Inputs {
 }
 
 impl Inputs {
-    /// Reads them from the motion.
-    pub(super) fn new(bench: &Bench<'_>, axes: usize) -> Self {
+    /// Reads them from the motion, and those of the study by their names.
+    pub(super) fn new(bench: &Bench<'_>, axes: usize, named: &[&'static str]) -> Self {
         let records = bench.records;
         let rows = bench.measured.len();
         let step = rows.div_ceil(MAX_ROWS).max(1);
@@ -118,7 +118,7 @@ impl Inputs {
                 series.push((Knows::Delays, delayed(column, &records.rows, late)));
             }
         }
-        for name in records.inputs() {
+        for name in named {
             let column = slice(bench.axis, records.of_input(bench.axis, name));
             series.push((Knows::Inputs, column));
         }

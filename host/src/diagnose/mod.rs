@@ -11,6 +11,7 @@ mod bounded;
 mod chances;
 pub mod changed;
 mod collect;
+mod columns;
 mod criteria;
 mod decide;
 mod descend;
@@ -26,4 +27,5 @@ mod verdict;
 pub use answer::{
     Absorbed, CandidateParameter, Diagnosis, Found, Looked, PerAxis, Ranked, Remainder, Verdict,
 };
+pub use columns::{Columns, with_columns};
 pub use verdict::{Asked, diagnose, diagnose_asked};

@@ -4,7 +4,7 @@ use super::bench::Bench;
 use super::collect::{Library, candidates};
 use super::criteria::CRITERIA;
 use super::decide::{Decision, decide};
-use super::errors::{relative_errors, shapes_of};
+use super::errors::{Unseen, relative_errors, shapes_of};
 use super::hypothesis::Hypothesis;
 use super::rank::{Field, look};
 use crate::fit::effects::columns::Records;
@@ -42,7 +42,7 @@ pub(super) struct Search {
     pub(super) found: Vec<Bound>,
     /// One per axis.
     pub(super) decisions: Vec<Decision>,
-    /// What was found in the training records, but makes the error on validation records larger: the axis, and the errors without and with it.
+    /// What was found in the training records, but makes the error on rows that were not learnt from larger: the axis, and the errors without and with it.
     pub(super) refuted: Vec<(Bound, usize, [f64; 2])>,
     /// Per axis, by how much the zeros of force differ from record to record, N or N·m, where they do.
     pub(super) zeros: Vec<Option<f64>>,
@@ -52,7 +52,7 @@ pub(super) struct Search {
 pub(super) struct Given<'a> {
     pub(super) axes: &'a [Axis],
     pub(super) motions: &'a [&'a Motion],
-    pub(super) unseen: Option<&'a Records<'a>>,
+    pub(super) unseen: &'a Unseen<'a>,
     pub(super) low_pass: &'a [f64],
     /// Effects that are not to be thought of.
     pub(super) without: &'a [String],
@@ -167,7 +167,7 @@ fn order(records: &Records<'_>, base: &[Bound], solution: &Solution, axes: usize
 }
 
 /// The terms that act on an axis, as a base.
-fn of_axis(axis: usize, terms: &[Bound], values: &[Vec<f64>]) -> Hypothesis {
+pub(super) fn of_axis(axis: usize, terms: &[Bound], values: &[Vec<f64>]) -> Hypothesis {
     let own = terms
         .iter()
         .zip(values)
@@ -298,7 +298,7 @@ fn spread_of_zeros(records: &Records<'_>, axis: usize, hypothesis: &Hypothesis) 
     most - least
 }
 
-/// Takes out of a model what makes the error on records that were not learnt from larger: an error that rises is no effect.
+/// Takes out of a model what makes the error on rows that were not learnt from larger: an error that rises is no effect.
 fn refuted(
     given: &Given<'_>,
     records: &Records<'_>,
@@ -307,9 +307,6 @@ fn refuted(
     first: (&[Bound], &[Vec<f64>]),
 ) -> Result<Vec<(Bound, usize, [f64; 2])>> {
     let mut refuted = Vec::new();
-    let Some(unseen) = given.unseen else {
-        return Ok(refuted);
-    };
     // The least important stands last.
     let mut at = last.terms.len();
     while at > kept {
@@ -326,8 +323,8 @@ fn refuted(
         }
         let from = shapes_of(records, &terms, &values);
         let without = solve(records, given.axes, &terms, Some(from))?;
-        let before = relative_errors(unseen, &terms, &without.solved);
-        let after = relative_errors(unseen, &last.terms, &last.solution.solved);
+        let before = given.unseen.errors(&terms, &without)?;
+        let after = given.unseen.errors(&last.terms, &last.solution)?;
         let rises = (0..given.axes.len()).find(|&axis| {
             let own = bound.entry.acts == Acts::BothAxes || bound.axis == axis;
             own && after[axis] > before[axis]

@@ -8,7 +8,7 @@ use super::answer::{
 use super::base::base_of;
 use super::criteria::CRITERIA;
 use super::decide::Decision;
-use super::errors::{held_out_errors, relative_errors};
+use super::errors::Unseen;
 use super::learner::Knows;
 use super::search::{Given, Search, search};
 use crate::assess::compare;
@@ -55,6 +55,10 @@ impl Asked {
     }
 }
 
+/// What is said of the errors of a study without validation records.
+const NO_VALIDATION: &str = "the study has no validation records, so errors are those on blocks of the training records, each predicted from the \
+     rest: give a record of another run the role \"validate\" for an error that counts";
+
 /// Diagnoses a model on a study.
 ///
 /// # Errors
@@ -83,17 +87,28 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     };
     let held = Records::new(&study.axes, motions, &model.filters.band);
     let logged = prepared.validation(study);
-    let unseen = Records::new(&study.axes, &logged, &model.filters.band);
+    let of_validation = Records::new(&study.axes, &logged, &model.filters.band);
+    let as_logged = prepared.training(study);
+    let unseen = Unseen {
+        study,
+        model,
+        training: &as_logged,
+        validation: (!logged.is_empty()).then_some(&of_validation),
+    };
+    if logged.is_empty() {
+        notes.push(NO_VALIDATION.into());
+    }
     let given = Given {
         axes: &study.axes,
         motions: &training,
-        unseen: (!logged.is_empty()).then_some(&unseen),
+        unseen: &unseen,
         low_pass: &model.filters.band,
         without: &asked.without,
     };
     let mut search = search(&given, &base, values)?;
     let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
-    let (judged_on, before, after) = errors(study, &prepared, model, &search, &mut notes)?;
+    let of = |m: &super::search::Model| unseen.errors(&m.terms, &m.solution);
+    let (before, after) = (of(&search.first)?, of(&search.last)?);
     let floors =
         [&judged.motions, &prepared.motions].map(|motions| floors(study, model, &search, motions));
     let [floors, as_logged] = floors;
@@ -108,6 +123,7 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
             (decision.chances.unknown, decision.chances.nothing) = (1.0, 0.0);
         }
     }
+    notes.extend(refutations(&search, &names, unseen.judged_on()));
     notes.extend(in_notes(&search, &names, &unmeasured, study));
     let found = in_words_found(&search.found, &names);
     let wrong = data_checks::check(study, &model.filters);
@@ -147,7 +163,7 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     );
     Ok(Diagnosis {
         verdict,
-        judged_on,
+        judged_on: unseen.judged_on(),
         relative_error_before: per_axis(&before),
         relative_error_after: per_axis(&after),
         absorbed,
@@ -237,35 +253,6 @@ fn mixed(
     judged
 }
 
-/// What the errors are measured on, and the errors per axis of the base and of it with everything that was found.
-fn errors(
-    study: &Study,
-    prepared: &Prepared,
-    model: &ModelFile,
-    search: &Search,
-    notes: &mut Vec<String>,
-) -> Result<(JudgedOn, Vec<f64>, Vec<f64>)> {
-    let validation = prepared.validation(study);
-    if !validation.is_empty() {
-        let held = Records::new(&study.axes, &validation, &model.filters.band);
-        let of = |m: &super::search::Model| relative_errors(&held, &m.terms, &m.solution.solved);
-        return Ok((JudgedOn::Validation, of(&search.first), of(&search.last)));
-    }
-    notes.push(
-        "the study has no validation records, so errors are those on blocks of the training records, each predicted from the rest: give a \
-         record of another run the role \"validate\" for an error that counts"
-            .into(),
-    );
-    let training = prepared.training(study);
-    let of =
-        |m: &super::search::Model| held_out_errors(study, &training, model, &m.terms, &m.solution);
-    Ok((
-        JudgedOn::HeldOutBlocks,
-        of(&search.first)?,
-        of(&search.last)?,
-    ))
-}
-
 /// The noise floor of every axis under everything that was found.
 fn floors(study: &Study, model: &ModelFile, search: &Search, motions: &[Motion]) -> Vec<Floor> {
     let last = &search.last;
@@ -325,19 +312,26 @@ fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool)
     }
 }
 
-/// What is to be said beside the verdict.
-fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) -> Vec<String> {
-    let mut notes = Vec::new();
-    for (bound, axis, errors) in &search.refuted {
-        notes.push(format!(
-            "{} explains the training records better, but on the validation records the relative error of axis {} would go from {:.4} \
-             to {:.4} with it, so it is not added",
+/// What an effect that was found makes worse, in a sentence each.
+fn refutations(search: &Search, names: &[&str], judged_on: JudgedOn) -> Vec<String> {
+    let refuted = search.refuted.iter();
+    let sentence = |(bound, axis, errors): &(Bound, usize, [f64; 2])| {
+        format!(
+            "{} explains the training records better, but on the {} the relative error of axis {} would go from {:.4} to {:.4} with it, so \
+             it is not added",
             bound.name(names),
+            judged_on.words(),
             names[*axis],
             errors[0],
             errors[1]
-        ));
-    }
+        )
+    };
+    refuted.map(sentence).collect()
+}
+
+/// What is to be said beside the verdict.
+fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) -> Vec<String> {
+    let mut notes = Vec::new();
     for bound in &search.found {
         if let Some((input, lag_s)) = bound.input.map(with_lag)
             && lag_s > 0.0

@@ -219,6 +219,12 @@ fn apart(text: &str) -> (&str, Option<&str>) {
     }
 }
 
+/// The input that an effect follows, as it is written.
+pub(crate) fn input_of(effect: &str) -> Option<&str> {
+    let input = effect.split('@').find_map(|part| apart(part).1);
+    input.filter(|input| !input.is_empty())
+}
+
 impl Bound {
     /// Reads `effect@axis`, or `effect` for one that acts on both axes; `effect*input@axis` or `effect@axis * input(name)` for one whose force
     /// is proportional to an input of the study; `effect*input~10ms@axis` where the input acts behind a first-order lag.

@@ -2,6 +2,7 @@
 
 use crate::model::check_states;
 use crate::model::corrections::{Corrections, of_the_joint};
+use crate::model::effects::input_of;
 use crate::model::mains_hum;
 use crate::model::time_history::{TimeHistory, add_forces, with_lag};
 use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
@@ -293,6 +294,19 @@ impl ModelFile {
     /// [`crate::text::error::Kind::Data`] naming the effect that this version does not know.
     pub fn effects_in_si(&self) -> Result<Vec<InSi>> {
         self.effects.iter().map(|e| e.in_si(&self.axes)).collect()
+    }
+
+    /// Reads the study that it, perhaps with more effects, is to be held against; a column that an effect follows is an input there, whether
+    /// the study names it or not.
+    ///
+    /// # Errors
+    /// As [`Study::read`], and as [`Self::effects_in_si`].
+    pub fn read_study(&self, path: &Path, more: &[String]) -> Result<Study> {
+        let effects = self.effects_in_si()?;
+        let own = effects.iter().filter_map(|e| e.input);
+        let more = more.iter().filter_map(|effect| input_of(effect));
+        let inputs = own.chain(more).map(|input| with_lag(input).0);
+        Study::read_following(path, &inputs.collect::<Vec<_>>())
     }
 
     /// What its effects say is wrong with the study's force channels.

@@ -60,6 +60,13 @@ pub(crate) struct InputEntry {
     pub(crate) offset: Option<f64>,
     /// The column of its own time, where it was logged at another rate.
     pub(crate) time: Option<String>,
+    /// Whether the study names it.
+    #[serde(skip, default = "is_named")]
+    pub(crate) named: bool,
+}
+
+fn is_named() -> bool {
+    true
 }
 
 /// One `[[record]]`.

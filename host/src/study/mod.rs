@@ -21,6 +21,7 @@ mod read;
 mod readers;
 pub(crate) mod resample;
 mod sampling;
+mod spare;
 mod stretches;
 pub mod survey;
 pub(crate) mod symbols;
@@ -188,6 +189,8 @@ pub struct Input {
     pub name: String,
     /// Its unit, as the study states it; empty where it states none.
     pub unit: String,
+    /// Whether the study names it; if not, it is a column of the logs under its own name.
+    pub named: bool,
 }
 
 /// A study, read and checked.

@@ -21,86 +21,88 @@ impl Study {
     /// One sentence of kind [`Data`](crate::text::error::Kind::Data) that names the file, the row (the line of a text file), the
     /// column and what to try; `docs/reference/study.md` lists what is refused.
     pub fn read(path: &Path) -> Result<Self> {
-        let path = if path.is_dir() {
-            path.join("study.toml")
-        } else {
-            path.to_owned()
-        };
-        let bytes = input::read(&path).map_err(|e| {
-            Error::data(format!(
-                "{} cannot be read ({e}); give the path of a study.toml or of the folder it is in",
-                path.display()
-            ))
-        })?;
-        let text = String::from_utf8(bytes).map_err(|e| {
-            let bytes = e.as_bytes();
-            let before = &bytes[..e.utf8_error().valid_up_to()];
-            Error::data(format!(
-                "{}, line {}: this is not UTF-8 text; save study.toml as UTF-8",
-                path.display(),
-                1 + before.iter().filter(|b| **b == b'\n').count()
-            ))
-        })?;
-        let source = Source {
-            path: &path,
-            // Some editors begin the file with a byte order mark, which TOML does not know.
-            text: text.strip_prefix('\u{feff}').unwrap_or(&text),
-            written: true,
-        };
-        Self::described(&source, None)
+        Self::read_with(path, &[])
     }
+}
 
-    /// The study that a description makes of its logs: of files beside it, or of those in `memory`.
-    pub(super) fn described(source: &Source<'_>, memory: Option<&[MemoryLog]>) -> Result<Self> {
-        let said = source.parse("reference/study.md")?;
-        let (plan, axes) = plan(source, &said)?;
-        let folder = source.path.parent().unwrap_or(Path::new(".")).to_owned();
-        let mut notes = check_records(source, &said, &folder)?;
-        notes.extend(axis_notes(&plan, &axes));
-        let (sample_rate_hz, records, sources) =
-            read_records(&said, &plan, (&folder, memory), &mut notes)?;
-        if let Some(band) = &said.band_hz
-            && *band.get_ref() >= 0.5 * sample_rate_hz
-        {
-            return Err(source.wrong(
-                band,
-                format!(
-                    "band_hz = {} is not below half the sample rate of {sample_rate_hz} Hz; lower it or leave it out",
-                    band.get_ref()
-                ),
-            ));
-        }
-        let study = Self {
-            name: said.name.clone().unwrap_or_else(|| folder_name(&folder)),
-            sample_rate_hz,
-            band_hz: said.band_hz.as_ref().map(|b| *b.get_ref()),
-            axes,
-            inputs: said
-                .input
-                .iter()
-                .map(|entry| super::Input {
-                    name: entry.name.get_ref().clone(),
-                    unit: entry.unit.clone(),
-                })
-                .collect(),
-            records,
-            sources,
-            base_terms: said
-                .base
-                .terms
-                .iter()
-                .map(|t| t.get_ref().clone())
-                .collect(),
-            notes,
-            path: source.path.to_owned(),
-        };
-        check::constant_channels(&study, &plan)?;
-        let notes = constant_inputs(&study);
-        Ok(Self {
-            notes: [study.notes.clone(), notes].concat(),
-            ..study
-        })
+/// The path of a `study.toml` (of the one in the folder `path`), and its text.
+pub(super) fn text_of(path: &Path) -> Result<(PathBuf, String)> {
+    let path = if path.is_dir() {
+        path.join("study.toml")
+    } else {
+        path.to_owned()
+    };
+    let bytes = input::read(&path).map_err(|e| {
+        Error::data(format!(
+            "{} cannot be read ({e}); give the path of a study.toml or of the folder it is in",
+            path.display()
+        ))
+    })?;
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let bytes = e.as_bytes();
+        let before = &bytes[..e.utf8_error().valid_up_to()];
+        Error::data(format!(
+            "{}, line {}: this is not UTF-8 text; save study.toml as UTF-8",
+            path.display(),
+            1 + before.iter().filter(|b| **b == b'\n').count()
+        ))
+    })?;
+    // Some editors begin the file with a byte order mark, which TOML does not know.
+    let text = match text.strip_prefix('\u{feff}') {
+        Some(rest) => rest.to_owned(),
+        None => text,
+    };
+    Ok((path, text))
+}
+
+/// The study that a description makes of its logs: of files beside it, or of those in `memory`; with further `columns` as inputs.
+pub(super) fn described(
+    source: &Source<'_>,
+    memory: Option<&[MemoryLog]>,
+    columns: &[&str],
+) -> Result<Study> {
+    let mut said: Description = source.parse("reference/study.md")?;
+    said.take_columns(columns);
+    let (plan, axes) = plan(source, &said)?;
+    let folder = source.path.parent().unwrap_or(Path::new(".")).to_owned();
+    let mut notes = check_records(source, &said, &folder)?;
+    notes.extend(axis_notes(&plan, &axes));
+    let (sample_rate_hz, records, sources) =
+        read_records(&said, &plan, (&folder, memory), &mut notes)?;
+    if let Some(band) = &said.band_hz
+        && *band.get_ref() >= 0.5 * sample_rate_hz
+    {
+        return Err(source.wrong(
+            band,
+            format!(
+                "band_hz = {} is not below half the sample rate of {sample_rate_hz} Hz; lower it or leave it out",
+                band.get_ref()
+            ),
+        ));
     }
+    let study = Study {
+        name: said.name.clone().unwrap_or_else(|| folder_name(&folder)),
+        sample_rate_hz,
+        band_hz: said.band_hz.as_ref().map(|b| *b.get_ref()),
+        axes,
+        inputs: said.inputs(),
+        records,
+        sources,
+        base_terms: said
+            .base
+            .terms
+            .iter()
+            .map(|t| t.get_ref().clone())
+            .collect(),
+        notes,
+        path: source.path.to_owned(),
+    };
+    check::constant_channels(&study, &plan)?;
+    let notes = constant_inputs(&study);
+    Ok(Study {
+        notes: [study.notes.clone(), notes].concat(),
+        ..study
+    })
 }
 
 /// A sentence for every input that is the same in all rows of all records.
