@@ -119,6 +119,8 @@ fn not_json(error: serde_json::Error) -> Error {
     Error::failed(format!("the result could not be written as JSON ({error})"))
 }
 
+const NOT_IN_THE_LIBRARY: &str = "Something is missing that is not in the library.";
+
 fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
     console.say_data_problems(&diagnosis.data_problems)?;
     if !diagnosis.ranked.is_empty() {
@@ -155,7 +157,11 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
     let verdict = match diagnosis.verdict {
         Verdict::Effect => format!("{}{}", told(diagnosis, &found), beside(diagnosis)),
         Verdict::None => "Nothing is missing.".into(),
-        Verdict::Unknown => "Something is missing that is not in the library.".into(),
+        Verdict::Unknown if found.is_empty() => NOT_IN_THE_LIBRARY.into(),
+        Verdict::Unknown => format!(
+            "{NOT_IN_THE_LIBRARY} A part of it has a name: {}.",
+            found.join(", ")
+        ),
         Verdict::Data => "The data are at fault: what is said above of effects means nothing before they are put right.".into(),
     };
     console.say(verdict)?;

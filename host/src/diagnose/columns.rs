@@ -148,7 +148,8 @@ impl Axis<'_> {
     /// What the learner takes away of what a design leaves, when it knows the motion and these inputs.
     fn taken(&self, design: &[Column], inputs: &[&'static str]) -> Taken {
         let inputs = Inputs::new(&self.bench, self.axes, inputs);
-        inputs.taken(&self.bench, design, Knows::Inputs, false)
+        let left = inputs.left(&self.bench, design, false);
+        inputs.taken(&self.bench, &left, Knows::Inputs)
     }
 
     /// The force that is proportional to a column.

@@ -108,11 +108,12 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     let mut edged: Option<Choice<'_>> = None;
     let choice = loop {
         let choice = Choice::of(field, &inputs, &sound, &base);
-        let added = choice.decided.hypothesis.added().to_vec();
-        if choice.decided.sound || added.is_empty() {
+        let decided = &choice.pruned.decided;
+        let added = decided.hypothesis.added().to_vec();
+        if decided.sound || added.is_empty() {
             // What is physics only beside an effect that explains next to nothing gives way to what predicts better.
             break edged
-                .filter(|edged| edged.decided.score.rank < choice.decided.score.rank)
+                .filter(|edged| edged.pruned.decided.score.rank < decided.score.rank)
                 .unwrap_or(choice);
         }
         edged.get_or_insert(choice);
@@ -123,10 +124,13 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         rivals,
         good,
         chosen,
-        decided,
-        taken,
+        pruned: Pruned {
+            decided,
+            lost,
+            taken,
+        },
     } = choice;
-    let laws = laws(field, decided.clone(), taken.surely());
+    let laws = laws(field, decided.clone(), lost, taken.surely());
     let as_good: Vec<Bound> = rivals.sole(&good);
     let design = full.design(&decided.hypothesis, &decided.parts);
     let left = full.solved(&design).1;
@@ -160,8 +164,9 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         &weak,
     );
     if decision.unnamed() > 0.0 {
+        let left = inputs.left(full, &design, true);
         let powers = Knows::ALL.map(|knows| {
-            let taken = inputs.taken(full, &design, knows, true);
+            let taken = inputs.taken(full, &left, knows);
             (knows, taken.power[0] - taken.power[1])
         });
         let most = powers.iter().map(|p| p.1).fold(0.0, f64::max);
@@ -178,7 +183,15 @@ struct Choice<'a> {
     /// Those that no other one beats.
     good: Vec<usize>,
     chosen: &'a Looked,
+    pruned: Pruned,
+}
+
+/// A set without what explains next to nothing.
+struct Pruned {
     decided: Looked,
+    /// Error power that is lost without each of its effects, the least first, with what stays.
+    lost: Vec<(f64, Bound, Looked)>,
+    /// What the learner takes away of what it leaves.
     taken: Taken,
 }
 
@@ -188,13 +201,11 @@ impl<'a> Choice<'a> {
         let alike = vec![1.0; base.score.log_errors.len()];
         let good = rivals.good(&alike);
         let chosen = sound[rivals.simplest(&good, &alike)];
-        let (decided, taken) = pruned(field, inputs, chosen.clone(), base);
         Self {
+            pruned: pruned(field, inputs, chosen.clone(), base),
             rivals,
             good,
             chosen,
-            decided,
-            taken,
         }
     }
 }
@@ -210,17 +221,13 @@ fn helps(looked: &Looked, base: &Looked, least_share: f64) -> bool {
 
 /// Takes out what explains next to nothing, and of several effects what explains less than what has no name: it cannot be told from that.
 /// What is lost without each effect is asked when the others are found anew. Two that stand in for each other would hide each other, so
-/// the least important one goes first. Also what the learner takes away of what stays.
-fn pruned(
-    field: &Field<'_, '_>,
-    inputs: &Inputs,
-    mut decided: Looked,
-    base: &Looked,
-) -> (Looked, Taken) {
+/// the least important one goes first.
+fn pruned(field: &Field<'_, '_>, inputs: &Inputs, mut decided: Looked, base: &Looked) -> Pruned {
     let power = |looked: &Looked| looked.score.error.powi(2);
     let taken = |looked: &Looked| {
         let design = field.full.design(&looked.hypothesis, &looked.parts);
-        inputs.taken(field.full, &design, Knows::Time, false)
+        let left = inputs.left(field.full, &design, false);
+        inputs.taken(field.full, &left, Knows::Time)
     };
     loop {
         let explained = (power(base) - power(&decided)).max(f64::MIN_POSITIVE);
@@ -233,7 +240,11 @@ fn pruned(
             if added.len() < 2 || least >= taken.surely() {
                 let order: Vec<Bound> = lost.iter().rev().map(|(_, bound, _)| *bound).collect();
                 let ordered = decided.hypothesis.ordered(&order);
-                return (look(field.full, &ordered, &decided.parts), taken);
+                return Pruned {
+                    decided: look(field.full, &ordered, &decided.parts),
+                    lost,
+                    taken,
+                };
             }
         }
         decided = lost.swap_remove(0).2;
@@ -258,17 +269,26 @@ fn lost_without_each(field: &Field<'_, '_>, of: &Looked) -> Vec<(f64, Bound, Loo
 
 /// Of several effects, those that are laws. An effect beside others that explains little more than what is left without a name is a piece of
 /// a shape that has none, and counts with what is left; so does then an effect that explains little more than both.
-fn laws(field: &Field<'_, '_>, decided: Looked, without_name: f64) -> Looked {
+///
+/// `lost` is what [`lost_without_each`] makes of `decided`.
+fn laws(
+    field: &Field<'_, '_>,
+    decided: Looked,
+    lost: Vec<(f64, Bound, Looked)>,
+    without_name: f64,
+) -> Looked {
     let power = |looked: &Looked| looked.score.error.powi(2);
     let all = power(&decided);
-    let mut laws = decided;
+    let (mut laws, mut lost) = (decided, Some(lost));
     while without_name > 0.0 && laws.hypothesis.added().len() > 1 {
-        let mut lost = lost_without_each(field, &laws);
+        let mut each = lost
+            .take()
+            .unwrap_or_else(|| lost_without_each(field, &laws));
         let pieces = (power(&laws) - all).max(0.0);
-        if without_name + pieces <= CRITERIA.unknown * lost[0].0 {
+        if without_name + pieces <= CRITERIA.unknown * each[0].0 {
             break;
         }
-        laws = lost.swap_remove(0).2;
+        laws = each.swap_remove(0).2;
     }
     laws
 }

@@ -75,6 +75,15 @@ pub(super) struct Taken {
     pub(super) least_share: f64,
 }
 
+/// What a design leaves, fold after fold, at the rows that the learner looks at.
+pub(super) struct Left {
+    each: Vec<Vec<f64>>,
+    /// The same without a smooth function of the axis' own states.
+    rough: Vec<Vec<f64>>,
+    /// The block of each row.
+    block: Vec<usize>,
+}
+
 /// Inputs of the learner on an axis, with what it knows at each step.
 pub(super) struct Inputs {
     series: Vec<(Knows, Vec<f64>)>,
@@ -130,21 +139,8 @@ impl Inputs {
         Self { series, step }
     }
 
-    /// Teaches the learner what a design leaves, on the same folds as hypotheses are judged on; `briefly` on some of them only.
-    pub(super) fn taken(
-        &self,
-        bench: &Bench<'_>,
-        design: &[Column],
-        knows: Knows,
-        briefly: bool,
-    ) -> Taken {
-        let known: Vec<Vec<f64>> = self
-            .series
-            .iter()
-            .filter(|(step, _)| *step <= knows)
-            .map(|(_, column)| column.clone())
-            .collect();
-        let inputs = Binned::new(&known);
+    /// What a design leaves, on the same folds as hypotheses are judged on; `briefly` on some of them only.
+    pub(super) fn left(&self, bench: &Bench<'_>, design: &[Column], briefly: bool) -> Left {
         let rows = bench.measured.len().div_ceil(self.step);
         let mut block = vec![0; rows];
         for (number, range) in bench.blocks.rows.iter().enumerate() {
@@ -170,13 +166,29 @@ impl Inputs {
                 left.collect()
             })
             .collect();
-        let rough = self.without_smooth(bench, &left, &block);
-        let judged: Vec<Vec<[f64; 2]>> = (0..count)
+        Left {
+            rough: self.without_smooth(bench, &left, &block),
+            each: left,
+            block,
+        }
+    }
+
+    /// Teaches the learner what a design leaves.
+    pub(super) fn taken(&self, bench: &Bench<'_>, of: &Left, knows: Knows) -> Taken {
+        let known: Vec<Vec<f64>> = self
+            .series
+            .iter()
+            .filter(|(step, _)| *step <= knows)
+            .map(|(_, column)| column.clone())
+            .collect();
+        let inputs = Binned::new(&known);
+        let (block, rows) = (&of.block, of.block.len());
+        let judged: Vec<Vec<[f64; 2]>> = (0..of.each.len())
             .into_par_iter()
             .map(|at| {
                 work::step();
                 let fold = &bench.blocks.folds[at];
-                let (left, rough) = (&left[at], &rough[at]);
+                let (left, rough) = (&of.each[at], &of.rough[at]);
                 let taught = (0..rows as u32).filter(|&r| !fold.contains(&block[r as usize]));
                 let trees = Trees::teach(&inputs, rough, &taught.collect::<Vec<_>>(), SIZE);
                 let of_block = |number: &usize| {
@@ -203,10 +215,10 @@ impl Inputs {
                     .for_each(|(p, e)| *p += share * e);
             }
         }
-        let of = |place: usize| judged.iter().flatten().map(|e| e[place]).collect();
+        let errors = |place: usize| judged.iter().flatten().map(|e| e[place]).collect();
         Taken {
-            before: of(0),
-            after: of(1),
+            before: errors(0),
+            after: errors(1),
             power,
             least_share: bench.least_share,
         }
