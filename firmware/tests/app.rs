@@ -11,9 +11,12 @@ mod flash;
 mod signing;
 
 use bench::{Bench, RATE_HZ, Slot, content, reference_rig, sealed, sealed_as, signed};
+use heapless::spsc::Queue;
+use jointwatch_firmware::app::{Evaluated, Frame, evaluate};
 use jointwatch_firmware::sensor::acquire::CHIPS;
 use jointwatch_firmware::sensor::presence::Health;
 use jointwatch_shared::base::Model;
+use jointwatch_shared::base::kernels::Portable;
 use jointwatch_shared::chain::{Chain, ChainState, RawSample};
 use jointwatch_shared::monitor::{Cause, State};
 use jointwatch_shared::selftest::network::reference_network;
@@ -117,8 +120,12 @@ fn what_is_streamed_is_what_the_chain_computes() {
     let chain = Chain::new(model(), &rig).expect("a rig that fits");
     let mut state = ChainState::default();
     let mut outputs = 0;
-    for raw in motion(400) {
-        bench.sample(raw);
+    for (row, raw) in motion(400).into_iter().enumerate() {
+        // Behind a gap mains hum is not followed, until the filters are free of it.
+        bench.sample_after(if row == 200 { 3 } else { 0 }, raw);
+        if row == 200 {
+            state.hold_notches(chain.invalidated_by_fault());
+        }
         let wanted = chain.step(&mut state, model(), &raw);
         let Some(Report::Sample(seen)) = bench
             .reports()
@@ -196,6 +203,41 @@ fn a_rig_block_that_is_missing_damaged_or_for_another_model_leaves_raw_counts() 
 }
 
 #[test]
+fn a_sample_rate_that_the_device_cannot_keep_is_refused() {
+    let mut rig = reference_rig(model(), None);
+    rig.sample_rate_hz = 20_000.0;
+    let bytes = jointwatch_shared::wire::rig_block::encode(&rig).expect("a sound block");
+    let mut bench = Bench::start([sealed(model(), &bytes), Slot::Empty]);
+    assert!(!bench.evaluates());
+    bench.sample(RawSample::default());
+    let fault = ModelFault::OutOfRange;
+    assert!(events(&bench.reports()).contains(&Event::RigRefused { fault }));
+}
+
+#[test]
+fn what_finds_no_room_behind_the_evaluation_is_counted_with_the_next_that_does() {
+    let mut frames: Queue<Frame, 8> = Queue::new();
+    let mut evaluated: Queue<Evaluated, 4> = Queue::new();
+    let (mut frames_in, mut frames) = frames.split();
+    let (mut evaluated_in, mut evaluated) = evaluated.split();
+    let mut overruns = 0;
+    let mut turn = |samples: u32| {
+        for _ in 0..samples {
+            frames_in.enqueue(Frame::default()).expect("room");
+        }
+        evaluate::<Portable>(None, &mut frames, &mut evaluated_in, &mut overruns);
+        let mut lost = Vec::new();
+        while let Some(evaluated) = evaluated.dequeue() {
+            lost.push(evaluated.frame.overruns);
+        }
+        lost
+    };
+    assert_eq!(turn(5), [0, 0, 0]);
+    assert_eq!(turn(1), [2]);
+    assert_eq!(turn(1), [0]);
+}
+
+#[test]
 fn limits_of_another_model_are_not_used() {
     let of = |checksum| signed(model(), Some(&reference_rig(model(), Some(checksum))));
     let own = blob::checksum_of(model());
@@ -223,6 +265,28 @@ fn missed_instants_and_full_queues_are_counted_and_spoil_what_follows() {
     bench.reports();
     bench.ask(&Request::ResetStatistics);
     assert_eq!(bench.watch.counters().missed_deadlines, 0);
+}
+
+#[test]
+fn samples_that_are_lost_are_told_of_every_channel_that_missed_them() {
+    let with_limits = reference_rig(model(), Some(blob::checksum_of(model())));
+    let mut bench = Bench::start([signed(model(), Some(&with_limits)), Slot::Empty]);
+    for _ in 0..20 * RATE_HZ {
+        bench.sample_after(1, RawSample::default());
+    }
+    let verdict = bench.watch.verdict();
+    assert_eq!(
+        (verdict.state, verdict.cause),
+        (State::Alarm, Cause::Missing)
+    );
+    let status = last_status(&bench.reports());
+    let wired = status.channels.iter().filter(|channel| channel.fault != 0);
+    assert!(wired.clone().count() >= 4);
+    assert!(
+        wired
+            .into_iter()
+            .all(|channel| channel.fault == Cause::Missing.tag())
+    );
 }
 
 #[test]
@@ -397,6 +461,16 @@ fn a_model_that_does_not_live_through_its_trial_is_given_up() {
     let reports = bench.reports();
     assert!(events(&reports).contains(&Event::ModelGivenUp { slot }));
     assert!(bench.evaluates(), "the old model runs");
+    // It was set aside for good: the next restart has nothing to give up, and says so after its first sample.
+    let mut bench = bench.restart();
+    bench.sample(RawSample::default());
+    let again = events(&bench.reports());
+    assert!(
+        !again
+            .iter()
+            .any(|event| matches!(event, Event::ModelGivenUp { .. })),
+        "{again:?}"
+    );
 }
 
 #[test]

@@ -7,7 +7,7 @@ mod flash;
 #[allow(dead_code, reason = "orders are for the device without a board")]
 mod signing;
 
-use flash::{Cut, Flash, How, Operation, SECTOR};
+use flash::{Cut, Flash, How, Operation, SECTOR, cuts};
 use jointwatch_firmware::store::{Key, SlotName, Started, Store, Trust, Upload, Verifier};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::selftest::chain;
@@ -16,7 +16,7 @@ use jointwatch_shared::selftest::reference_model;
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use jointwatch_shared::wire::rig::Rig;
 use jointwatch_shared::wire::rig_block::{self, RIG_BLOCK_LEN};
-use jointwatch_shared::wire::slot::{Header, SIGNATURE_LEN};
+use jointwatch_shared::wire::slot::{Header, SIGNATURE_LEN, SLOT_LEN};
 use jointwatch_shared::wire::telemetry::{Signature, UploadReply, UploadRequest};
 use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -184,37 +184,6 @@ impl<V: Verifier + Copy> Campaign<'_, V> {
     }
 }
 
-/// Every cut of a session that did these operations, or, with `few`, only the first and last bytes of long writes.
-fn cuts(operations: &[Operation], few: bool) -> Vec<Cut> {
-    let mut cuts = Vec::new();
-    for (operation, what) in operations.iter().enumerate() {
-        let mut add = |how| cuts.push(Cut { operation, how });
-        match *what {
-            Operation::Write(length) => {
-                for byte in 0..length {
-                    if !few || length <= 4 || byte < 5 || byte + 2 > length {
-                        add(How::Bytes(byte));
-                        add(How::Doubtful(byte));
-                    }
-                }
-            }
-            Operation::Erase => {
-                for count in [
-                    0, 1, 100, 4096, 4400, 8192, 8196, 8224, 8300, 8364, 8368, 8372, 8376, 8444,
-                    8448, 8468, 8500,
-                ] {
-                    add(How::ErasedFromFront(count));
-                    add(How::ErasedFromBack(SECTOR - count));
-                }
-                add(How::ErasureInDoubt);
-                add(How::Garbage);
-            }
-        }
-        add(How::After);
-    }
-    cuts
-}
-
 /// Works through `items` on all cores.
 fn on_all_cores<T: Sync>(items: &[T], work: impl Fn(usize, &T) + Sync) {
     let next = AtomicU64::new(0);
@@ -359,6 +328,39 @@ fn one_cut_anywhere_from_every_kind_of_beginning() {
 }
 
 #[test]
+fn one_cut_anywhere_from_which_a_model_that_counted_as_proven_goes_on() {
+    let (old, new) = (old(), new());
+    let known = RwLock::default();
+    let verifier = Remembering {
+        key: key(),
+        known: &known,
+    };
+    let full = after(verifier, &[&old]);
+    let campaign = Campaign {
+        verifier,
+        old: Some(&old),
+        new: &new,
+    };
+    // The last operation says that the model has run.
+    let operation = operations(&campaign, &full).len() - 1;
+    let hows = (0..4).flat_map(|byte| [How::Bytes(byte), How::Doubtful(byte)]);
+    for (how, seed) in hows.flat_map(|how| (0..32).map(move |seed| (how, seed))) {
+        let mut flash = full.clone();
+        flash.power(Some(Cut { operation, how }), seed);
+        let mut flash = campaign.update(flash);
+        let mut was_proven = false;
+        for restart in 0..8 {
+            flash.power(None, 100 * seed + restart);
+            let (store, started, ran) = campaign.start(flash);
+            let is_proven = ran == Ran::New && !started.trial;
+            assert!(is_proven || !was_proven, "{how:?}: {started:?}");
+            was_proven |= is_proven;
+            flash = store.into_flash();
+        }
+    }
+}
+
+#[test]
 fn every_pair_of_cuts() {
     let (old, new) = (old(), new());
     let older = package(1, reference_network(), &[]);
@@ -405,5 +407,62 @@ fn every_pair_of_cuts() {
         first_cuts.len(),
         pairs.into_inner(),
         run.into_inner()
+    );
+}
+
+/// The bytes of a sector of which one cell is weak: all where a bit decides something by itself, and some of the others.
+fn weak_places() -> impl Iterator<Item = usize> {
+    let content = (0..8192).step_by(97);
+    let marks = 8192..SLOT_LEN;
+    let journal = (SLOT_LEN..SECTOR).step_by(7);
+    content.chain(marks).chain(journal)
+}
+
+#[test]
+fn one_weak_cell_anywhere_that_reads_right_until_power_comes_back() {
+    let (old, new) = (old(), new());
+    let older = package(1, reference_network(), &[]);
+    let known = RwLock::default();
+    let verifier = Remembering {
+        key: key(),
+        known: &known,
+    };
+    let full = after(verifier, &[&older, &old]);
+    let campaign = Campaign {
+        verifier,
+        old: Some(&old),
+        new: &new,
+    };
+    let operations = operations(&campaign, &full).len();
+    // Sealed, tried, confirmed, and before it is sealed.
+    let states: Vec<Flash> = (operations - 4..operations)
+        .map(|operation| {
+            let mut flash = full.clone();
+            let how = How::After;
+            flash.power(Some(Cut { operation, how }), 21);
+            campaign.update(flash)
+        })
+        .collect();
+    let weak: Vec<(usize, usize)> = (0..states.len())
+        .flat_map(|state| weak_places().map(move |place| (state, place)))
+        .flat_map(|(state, place)| [(state, place), (state, SECTOR + place)])
+        .collect();
+    on_all_cores(&weak, |number, &(state, place)| {
+        let mut flash = states[state].clone();
+        // A single bit, and the whole byte.
+        flash.weaken(
+            place,
+            if number % 3 == 0 {
+                0xFF
+            } else {
+                1 << (number % 8)
+            },
+        );
+        campaign.survives(&flash, number as u64 + 7);
+    });
+    println!(
+        "{} weak cells in {} states: 0 bad ones",
+        weak.len(),
+        states.len()
     );
 }

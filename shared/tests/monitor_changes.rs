@@ -47,11 +47,15 @@ fn monitor() -> (Monitor, u32, f64) {
         false_alarm_hours: 720,
         axes: [axis.clone(), axis].into_iter().collect(),
     };
-    let rig = reference_rig(SHORT_TAPS).expect("a sound rig");
-    let chain = Chain::new(reference_model(), &rig).expect("a rig that fits");
+    let chain = chain();
     let wait = chain.band_delay() - chain.delay();
     let monitor = Monitor::new(limits, &chain).expect("usable limits");
     (monitor, chain.band_every() as u32, wait as f64 / RATE_HZ)
+}
+
+fn chain() -> Chain {
+    let rig = reference_rig(SHORT_TAPS).expect("a sound rig");
+    Chain::new(reference_model(), &rig).expect("a rig that fits")
 }
 
 /// How an axis is at one time.
@@ -126,6 +130,8 @@ struct Watched {
     recent: VecDeque<u32>,
     /// Every change of each axis's verdict, with its time in s.
     seen: [Vec<(f64, Verdict)>; 2],
+    /// The counts of a row.
+    raw: fn(u32) -> RawSample,
 }
 
 impl Watched {
@@ -140,6 +146,21 @@ impl Watched {
             taken: 0,
             recent: VecDeque::new(),
             seen: Default::default(),
+            raw: |_| [RawAxis::default(); 2],
+        }
+    }
+
+    /// With channels that move by so many counts or more when they move.
+    fn with_channels(raw: fn(u32) -> RawSample) -> Self {
+        let watched = Self::new();
+        let mut limits = watched.monitor.limits().clone();
+        for axis in &mut limits.axes {
+            axis.moving_counts = [100; 5];
+        }
+        Self {
+            monitor: Monitor::new(limits, &chain()).expect("usable limits"),
+            raw,
+            ..watched
         }
     }
 
@@ -158,7 +179,7 @@ impl Watched {
         self.taken += 1;
         let in_band = self.taken.is_multiple_of(self.every);
         let output = output(self.time_s(), self.wait_s, in_band, joints, outside);
-        let raw: RawSample = [RawAxis::default(); 2];
+        let raw = (self.raw)(self.rows);
         let state = &mut self.state;
         self.monitor.update(state, &raw, Some(&output), &faults);
         let time = self.time_s();
@@ -375,6 +396,87 @@ fn whatever_is_lost_the_verdict_is_right_or_none() {
         (State::Alarm, Cause::Missing)
     );
     assert!(watched.axis(0).judged_permille == 0);
+}
+
+/// Outputs that a fault spoils, from the one that comes with it on.
+fn spoilt() -> u32 {
+    let chain = chain();
+    u32::from(chain.invalidated_by_fault()) + chain.band().taps.len() as u32
+}
+
+#[test]
+fn what_a_gap_spoils_is_not_judged() {
+    // The residual behind a gap is many times the force, as long as the gap is in the filters.
+    let garbage = Joint {
+        besides: 50.0,
+        ..WELL
+    };
+    let mut watched = Watched::new();
+    watched.run(10.0, [WELL; 2], 0);
+    for _ in 0..60 {
+        watched.sample([garbage; 2], 0, 1);
+        for _ in 1..spoilt() {
+            watched.sample([garbage; 2], 0, 0);
+        }
+        watched.run(0.5, [WELL; 2], 0);
+    }
+    let mut seen = watched.seen.iter().flatten();
+    let damage = seen.find(|(_, v)| v.cause.is_damage());
+    assert_eq!(damage, None);
+}
+
+#[test]
+fn a_block_that_has_lost_too_much_is_begun_anew() {
+    // Between two gaps of more than a quarter of a block there is half a block that nothing spoils.
+    let mut watched = Watched::new();
+    for _ in 0..200 {
+        watched.sample([WELL; 2], 0, 24);
+        for _ in 1..spoilt() + 32 {
+            watched.sample([WELL; 2], 0, 0);
+        }
+    }
+    assert_eq!(watched.axis(0).judged_permille, 0);
+}
+
+#[test]
+fn the_second_axis_is_told_for_the_whole_joint() {
+    let mut watched = Watched::new();
+    watched.run(20.0, [WELL, GONE], 0);
+    let verdict = watched.state.verdict();
+    assert_eq!((verdict.state, verdict.axis), (State::Alarm, 1));
+}
+
+#[test]
+fn a_channel_that_stands_still_is_told_and_nothing_is_judged_meanwhile() {
+    fn swinging(row: u32) -> RawSample {
+        let swing = (row % 50) as i32 * 40;
+        let axis = RawAxis {
+            displacement: [swing, -swing],
+            body: swing,
+            acceleration: swing,
+            force: swing,
+        };
+        [axis; 2]
+    }
+    fn stuck(row: u32) -> RawSample {
+        let mut both = swinging(row);
+        both[0].force = 7;
+        both
+    }
+    let mut watched = Watched::with_channels(swinging);
+    watched.run(10.0, [WELL; 2], 0);
+    assert_eq!(watched.axis(0).verdict.state, State::Healthy);
+    watched.raw = stuck;
+    watched.run(10.0, [WELL; 2], 0);
+    let verdict = watched.state.verdict();
+    assert_eq!(
+        (verdict.state, verdict.cause, verdict.axis, verdict.channel),
+        (State::Alarm, Cause::Stuck, 0, 4)
+    );
+    assert_eq!(watched.axis(0).judged_permille, 0);
+    watched.raw = swinging;
+    watched.run(10.0, [WELL; 2], 0);
+    assert_eq!(watched.state.verdict().state, State::Healthy);
 }
 
 #[test]

@@ -455,6 +455,7 @@ fn the_band_limited_residual_is_the_low_pass_of_the_residuals() {
 fn counts_that_no_sensor_should_give_are_flagged_and_never_overflow() {
     println!("seed {SEED}");
     let model = model();
+    let mut at_lower_rail = 0;
     for rig in [
         rig(4e-5, 2e-6, [350.0, 1.2], false),
         rig(0.0, 2e-6, [0.0, 0.7], true),
@@ -490,7 +491,88 @@ fn counts_that_no_sensor_should_give_are_flagged_and_never_overflow() {
         );
         assert!(outputs.iter().filter(|o| o.outside != 0).count() > 19_000);
         assert!(outputs.iter().any(|o| o.saturated != 0));
+        for axis in [0, 1] {
+            let outside = outputs.iter().filter(|o| o.outside >> (2 * axis) & 3 != 0);
+            assert!(outside.count() > 19_000, "axis {axis}");
+        }
+        let at_rail = |value: i32| value == i32::MAX || value == i32::MIN;
+        for o in &outputs {
+            for axis in [0, 1] {
+                let (measured, residual) = (o.measured[axis], o.residual[axis]);
+                assert_eq!(residual, measured.saturating_sub(o.predicted[axis]));
+                let flagged = o.saturated >> axis & 1 != 0;
+                assert_eq!(flagged, at_rail(measured) || at_rail(residual), "{o:?}");
+            }
+        }
+        let lower = |o: &&Output| o.measured.contains(&i32::MIN);
+        at_lower_rail += outputs.iter().filter(lower).count();
     }
+    assert!(at_lower_rail > 0);
+}
+
+#[test]
+fn a_wrong_count_changes_as_many_outputs_as_the_chain_says() {
+    let model = model();
+    let chain = Chain::new(&model, &rig(4e-5, 2e-6, [350.0, 1.2], false)).unwrap();
+    let sound = motion(400, 0);
+    let mut wrong = sound.clone();
+    wrong[200][0].displacement[0] += 5000;
+    let (sound, wrong) = (run(&chain, &model, &sound), run(&chain, &model, &wrong));
+    let first = 200 - (400 - sound.len());
+    let differs = |n: &usize| {
+        let said = |o: &Output| (o.state, o.measured, o.predicted);
+        said(&sound[*n]) != said(&wrong[*n])
+    };
+    let last = (0..sound.len())
+        .filter(differs)
+        .last()
+        .expect("it changes some");
+    let changed = last + 1 - first;
+    let said = usize::from(chain.invalidated_by_fault());
+    assert!(changed <= said && 2 * changed > said, "{changed}, {said}");
+}
+
+#[test]
+fn mains_hum_is_not_followed_outside_the_range_nor_while_a_fault_is_in_the_filters() {
+    let model = model();
+    let plain = rig(4e-5, 2e-6, [0.0; 2], false);
+    let mut humming = plain.clone();
+    humming.axes[0].hum = Hum {
+        frequency_hz: 50.0,
+        amplitude: 4.0,
+    };
+    let chains = [&plain, &humming].map(|rig| Chain::new(&model, rig).unwrap());
+    let measured = |offset: i32| {
+        let samples = motion(3000, 0).into_iter().map(|mut raw| {
+            raw[0].displacement[0] += offset;
+            raw
+        });
+        let samples: Vec<RawSample> = samples.collect();
+        chains.each_ref().map(|chain| run(chain, &model, &samples))
+    };
+    let [without, with] = measured(1 << 24);
+    assert!(without.iter().all(|o| o.outside & 1 != 0));
+    let same = |(a, b): (&Output, &Output)| a.measured == b.measured;
+    assert!(without.iter().zip(&with).all(same));
+    let [without, with] = measured(0);
+    assert!(
+        !without.iter().zip(&with).all(same),
+        "it is followed inside"
+    );
+    // A fault: as many outputs as it takes, and no more, say that it is held.
+    let mut state = ChainState::default();
+    let held: Vec<bool> = motion(300, 0)
+        .iter()
+        .enumerate()
+        .filter_map(|(n, raw)| {
+            if n == 200 {
+                state.hold_notches(7);
+            }
+            let output = chains[1].step(&mut state, &model, raw)?;
+            Some(output.saturated & Output::HELD != 0)
+        })
+        .collect();
+    assert_eq!(held.iter().filter(|held| **held).count(), 7);
 }
 
 #[test]

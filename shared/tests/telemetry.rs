@@ -219,7 +219,7 @@ fn codes<T: Serialize + Debug>(values: &[T]) {
 fn tags_and_codes_never_change() {
     assert_eq!(
         reports().iter().map(Message::tag).collect::<Vec<u8>>(),
-        [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]
+        [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]
     );
     assert_eq!(
         requests().iter().map(Message::tag).collect::<Vec<u8>>(),
@@ -373,8 +373,9 @@ fn the_frames_that_a_line_has_to_carry_are_as_long_as_the_firmware_reckons() {
         let lengths = all.iter().filter(|report| report.tag() == tag);
         lengths.map(|report| frame(report, u16::MAX).len()).max()
     };
-    // The firmware's `SAMPLE_FRAME`, `HEALTH_FRAME` and `ALARM_FRAME`.
+    // The firmware's `SAMPLE_FRAME`, `HEALTH_FRAME`, `ALARM_FRAME` and `UPKEEP_FRAME`.
     assert!(longest(0x04).is_some_and(|bytes| bytes <= 118));
     assert_eq!(longest(0x08), Some(56));
     assert_eq!(longest(0x09), Some(30));
+    assert_eq!(longest(0x0b), Some(33));
 }

@@ -35,36 +35,50 @@ pub enum Outcome {
     Stale(String),
 }
 
-/// The tests that have to notice a fault, by the crate that has it: fast ones.
-const OF_FIRMWARE: [&str; 7] = [
-    "-p",
-    "jointwatch-firmware",
-    "--lib",
-    "--test",
-    "app",
-    "--test",
-    "owner",
+/// The tests that have to notice a fault, by the beginning of the path of the file that has it, the longest that fits: fast ones.
+const TESTS: [(&str, &[&str]); 6] = [
+    ("firmware", &["--lib", "--test", "app", "--test", "owner"]),
+    ("shared", &["--lib"]),
+    ("shared/src/chain", &["--lib", "--test", "pipeline"]),
+    (
+        "shared/src/monitor",
+        &["--lib", "--test", "monitor_changes", "--test", "rig_block"],
+    ),
+    (
+        "shared/src/wire",
+        &["--lib", "--test", "rig_block", "--test", "telemetry"],
+    ),
+    ("shared/src/wire/blob", &["--lib", "--test", "blob"]),
 ];
-const OF_SHARED: [&str; 11] = [
-    "-p",
-    "jointwatch-shared",
-    "--features",
-    "fit",
-    "--lib",
-    "--test",
-    "monitor_changes",
-    "--test",
-    "rig_block",
-    "--test",
-    "telemetry",
-];
-const OF_POWER: [&str; 5] = [
-    "-p",
-    "jointwatch-firmware",
+/// Those that have to notice one that shows only when power fails.
+const OF_POWER: [&str; 7] = [
     "--test",
     "power_cuts",
+    "--test",
+    "kept_alarm",
+    "--",
     "one_cut_anywhere_from",
+    "an_alarm",
 ];
+const OF_FIRMWARE: [&str; 2] = ["-p", "jointwatch-firmware"];
+const OF_SHARED: [&str; 4] = ["-p", "jointwatch-shared", "--features", "fit"];
+
+/// The crate of a file, and its tests.
+fn tests_of(file: &str, power: bool) -> Vec<&'static str> {
+    let package = if file.starts_with("shared") {
+        &OF_SHARED[..]
+    } else {
+        &OF_FIRMWARE
+    };
+    let fitting = TESTS.iter().filter(|(path, _)| file.starts_with(path));
+    let longest = fitting.max_by_key(|(path, _)| path.len());
+    let tests = match longest {
+        _ if power => &OF_POWER[..],
+        Some((_, tests)) => tests,
+        None => &[],
+    };
+    [package, tests].concat()
+}
 
 /// The list.
 ///
@@ -145,10 +159,10 @@ impl Copy {
     /// # Errors
     /// What failed.
     pub fn passes_untouched(&self) -> Result<(), String> {
-        for tests in [&OF_FIRMWARE[..], &OF_SHARED, &OF_POWER] {
-            self.test(tests)?;
+        for (path, _) in TESTS {
+            self.test(&tests_of(path, false))?;
         }
-        Ok(())
+        self.test(&tests_of("firmware", true))
     }
 
     /// Puts a fault in, runs the tests, and takes it out again.
@@ -165,12 +179,7 @@ impl Copy {
             return Ok(Outcome::Stale(why));
         }
         fs::write(&path, sound.replace(&fault.find, &fault.replace)).map_err(failed)?;
-        let tests = match fault.file.starts_with("shared") {
-            _ if fault.power => &OF_POWER[..],
-            true => &OF_SHARED,
-            false => &OF_FIRMWARE,
-        };
-        let outcome = match self.test(tests) {
+        let outcome = match self.test(&tests_of(&fault.file, fault.power)) {
             Ok(()) => Outcome::Survived,
             Err(said) if said.contains("could not compile") => {
                 Outcome::Stale(format!("it does not compile:\n{said}"))

@@ -57,7 +57,7 @@ fn trust(key: [u8; 32]) -> Trust<Key> {
 impl Device {
     fn new(loss: f64, bit_errors: f64, seed: u64) -> Self {
         println!("seed {seed}");
-        let mut store = Store::new(flash::Flash(vec![0xFF; 2 * SECTOR]), trust(PUBLIC_KEY));
+        let mut store = Store::new(Flash::new(vec![0xFF; 2 * SECTOR]), trust(PUBLIC_KEY));
         assert!(store.start(&mut [0; BLOB_LEN]).model.is_none());
         Self {
             store,
@@ -90,7 +90,7 @@ impl Device {
     fn restart(&mut self) -> Option<SlotName> {
         let flash = std::mem::replace(
             &mut self.store,
-            Store::new(flash::Flash(Vec::new()), trust(PUBLIC_KEY)),
+            Store::new(Flash::new(Vec::new()), trust(PUBLIC_KEY)),
         )
         .into_flash();
         self.store = Store::new(flash, trust(PUBLIC_KEY));

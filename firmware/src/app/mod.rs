@@ -21,6 +21,6 @@ pub use channels::{Places, raw_wiring};
 pub use evaluation::{Evaluated, Evaluator, evaluate};
 pub use progress::Progress;
 pub use sampling::{Frame, Sampler};
-pub use server::{SerialPort, Server, Shared};
+pub use server::{SerialPort, Server, Shared, Supplied};
 pub use start::{Begun, Room, Setup, begin};
 pub use watch::{Streamed, Watch};

@@ -7,8 +7,8 @@ use heapless::spsc::Consumer;
 use jointwatch_shared::wire::blob::BLOB_LEN;
 use jointwatch_shared::wire::slot::Order;
 use jointwatch_shared::wire::telemetry::{
-    Answer, Answered, Decoder, Hello, MAX_FRAME, Occasion, Report, Request, Text, UploadReply,
-    encode,
+    Answer, Answered, Decoder, Hello, MAX_FRAME, Occasion, Report, Request, Supply, Text,
+    UploadReply, encode,
 };
 
 /// What a board offers to send frames over its serial line.
@@ -18,6 +18,14 @@ pub trait SerialPort {
 
     /// Sends all of a frame; false when it could not.
     fn send(&mut self, frame: &[u8]) -> bool;
+}
+
+/// What the board of a flash knows of the supply that it is written with.
+pub trait Supplied {
+    /// The supply as it is now; nothing is known of it where a board does not say.
+    fn supply(&self) -> Supply {
+        Supply::default()
+    }
 }
 
 /// The watch, which the monitor's task holds and this one borrows for moments.
@@ -49,7 +57,7 @@ pub struct Server<F, V, O> {
     line: O,
 }
 
-impl<F: NorFlash, V: Verifier, O: SerialPort> Server<F, V, O> {
+impl<F: NorFlash + Supplied, V: Verifier, O: SerialPort> Server<F, V, O> {
     /// Serves a device that introduces itself so.
     pub fn new(store: Store<F, V>, hello: Hello, line: O) -> Self {
         Self {
@@ -65,6 +73,11 @@ impl<F: NorFlash, V: Verifier, O: SerialPort> Server<F, V, O> {
     /// The serial line that frames go out over.
     pub fn line_mut(&mut self) -> &mut O {
         &mut self.line
+    }
+
+    /// The flash behind the store, for who plays its board.
+    pub fn flash_mut(&mut self) -> &mut F {
+        self.store.flash_mut()
     }
 
     /// Gives the store back.
@@ -185,13 +198,22 @@ impl<F: NorFlash, V: Verifier, O: SerialPort> Server<F, V, O> {
         }
     }
 
-    /// Sends what there is to send: streamed samples, then what the watch has to tell; marks a model that has proven itself.
+    /// Sends what there is to send: streamed samples, then what the watch has to tell; keeps an alarm, and marks a model that has proven
+    /// itself.
     pub fn turn(&mut self, stream: &mut Consumer<'_, Streamed>, watch: &mut impl Shared) {
         while let Some(sample) = stream.dequeue() {
             self.send(&sample.report(), watch);
         }
-        while let Some(report) = watch.with(Watch::to_tell) {
+        while let Some(mut report) = watch.with(Watch::to_tell) {
+            if let Report::Upkeep(upkeep) = &mut report {
+                upkeep.supply = self.store.flash().supply();
+            }
             self.send(&report, watch);
+        }
+        if let Some(alarm) = watch.with(Watch::alarm_to_keep)
+            && self.store.keep_alarm(alarm).is_err()
+        {
+            watch.with(Watch::not_kept);
         }
         if watch.with(Watch::take_proven) {
             let marked = self.store.confirm().is_ok();

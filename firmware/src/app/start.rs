@@ -88,6 +88,7 @@ pub fn begin<F: NorFlash, V: Verifier>(
     let mut work = [0; BLOB_LEN];
     let started = store.start(&mut work);
     report(&started);
+    let kept = store.remembered().ok().and_then(|entry| entry.alarm);
     let mut events: Vec<Event, 8> = Vec::new();
     // The list holds every event of a start.
     let mut say = |event| {
@@ -151,6 +152,9 @@ pub fn begin<F: NorFlash, V: Verifier>(
     begun
         .watch
         .start(begun.rate, places, setup.development_key, &events);
+    if let Some(alarm) = kept {
+        begun.watch.stands(alarm);
+    }
     if let Some(of) = confirming {
         let within = begun.rate.samples(TRIAL_WITHIN_S);
         begun.watch.try_out(Trial::over(samples, within), of);

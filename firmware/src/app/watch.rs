@@ -14,8 +14,8 @@ use jointwatch_shared::monitor::{
 use jointwatch_shared::wire::capture::{Capture, Chunk, NoPiece};
 use jointwatch_shared::wire::snapshot::Recorder;
 use jointwatch_shared::wire::telemetry::{
-    Alarm, Answered, AxisStatus, CapturePiece, Counters, Event, Health, MAX_FRAME, Report, Request,
-    STATUS_HZ, Sample, SensorStatus, Slot, Status, Verdict,
+    Alarm, Answered, AxisStatus, CapturePiece, Counters, Event, Health, KeptAlarm, MAX_FRAME,
+    Report, Request, STATUS_HZ, Sample, SensorStatus, Slot, Status, Supply, Upkeep, Verdict,
 };
 
 /// Samples in a row without a usable code after which a chip is told to be missing: longer than it takes to start.
@@ -88,11 +88,17 @@ pub struct Watch {
     samples: u64,
     status_every: u32,
     status_left: u32,
-    /// A status was told, and how the axes stand is still to be; then the alarm that stands.
+    /// A status was told, and how the axes stand is still to be; then what outlasts a loss of power, and the alarm that stands.
     health_due: bool,
+    upkeep_due: bool,
     alarm_due: bool,
     /// The first alarm since the last one was acknowledged.
     alarm: Option<Alarm>,
+    /// It is to be written into flash; and it could not be, so that it is tried again after an hour.
+    keep_due: bool,
+    not_kept: bool,
+    /// The alarm of an earlier run.
+    kept: Option<KeptAlarm>,
     development_key: bool,
     /// Sampling instants until an hour is over.
     hour_left: u32,
@@ -125,8 +131,12 @@ impl Watch {
             status_every: 1,
             status_left: 0,
             health_due: false,
+            upkeep_due: false,
             alarm_due: false,
             alarm: None,
+            keep_due: false,
+            not_kept: false,
+            kept: None,
             development_key: false,
             hour_left: 0,
             hour_over: false,
@@ -272,6 +282,7 @@ impl Watch {
             return;
         }
         if said.state == State::Alarm && before.state != State::Alarm {
+            self.keep_due |= self.alarm.is_none() && self.kept.is_none();
             let alarm = self.alarm.get_or_insert(Alarm {
                 sample: self.samples,
                 verdict: said.into(),
@@ -363,11 +374,19 @@ impl Watch {
             return Some(Report::Event(event));
         }
         if self.status_left == 0 && self.samples > 0 {
-            (self.status_left, self.health_due, self.alarm_due) = (self.status_every, true, true);
+            self.status_left = self.status_every;
+            (self.health_due, self.upkeep_due, self.alarm_due) = (true, true, true);
             return Some(Report::Status(self.status()));
         }
         if core::mem::take(&mut self.health_due) {
             return Some(Report::Health(self.health()));
+        }
+        if core::mem::take(&mut self.upkeep_due) {
+            // Of the supply whoever sends it knows more.
+            return Some(Report::Upkeep(Upkeep {
+                alarm: self.kept,
+                supply: Supply::default(),
+            }));
         }
         if core::mem::take(&mut self.alarm_due)
             && let Some(alarm) = self.alarm
@@ -472,8 +491,8 @@ impl Watch {
             // Bits per `every` samples on both sides, so that nothing is divided.
             let wanted =
                 u64::from(BITS * SAMPLE_FRAME + BITS) * u64::from(self.rate_hz) / u64::from(every);
-            let status =
-                u64::from(BITS * (MAX_FRAME as u32 + HEALTH_FRAME + ALARM_FRAME) * STATUS_HZ);
+            let status = MAX_FRAME as u32 + HEALTH_FRAME + UPKEEP_FRAME + ALARM_FRAME;
+            let status = u64::from(BITS * status * STATUS_HZ);
             if wanted + status > u64::from(baud) {
                 return Answered::LineTooSlow;
             }
@@ -498,12 +517,32 @@ impl Watch {
 
     /// Whether there is an alarm that nobody has acknowledged.
     pub fn has_alarm(&self) -> bool {
-        self.alarm.is_some()
+        self.alarm.is_some() || self.kept.is_some()
+    }
+
+    /// An alarm of an earlier run still stands.
+    pub(super) fn stands(&mut self, alarm: KeptAlarm) {
+        self.kept = Some(alarm);
+    }
+
+    /// The alarm that is to be written into flash, once.
+    pub fn alarm_to_keep(&mut self) -> Option<KeptAlarm> {
+        let alarm = self.alarm?;
+        core::mem::take(&mut self.keep_due).then_some(KeptAlarm {
+            sample: alarm.sample,
+            verdict: alarm.verdict,
+        })
+    }
+
+    /// It could not be written, which may have cost a place of the journal: it is tried again after an hour.
+    pub fn not_kept(&mut self) {
+        self.not_kept = true;
     }
 
     /// The alarm that stands has been seen.
     pub fn acknowledged(&mut self) {
-        self.alarm = None;
+        (self.alarm, self.kept) = (None, None);
+        (self.keep_due, self.not_kept) = (false, false);
         self.capture.release();
     }
 
@@ -513,6 +552,7 @@ impl Watch {
         if over {
             // At most 10,000 samples a second.
             self.hour_left = self.rate_hz * HOUR_S;
+            self.keep_due |= core::mem::take(&mut self.not_kept);
         }
         over
     }
@@ -544,6 +584,8 @@ pub(super) const SAMPLE_FRAME: u32 = 118;
 pub(super) const HEALTH_FRAME: u32 = 56;
 /// The longest frame that tells of an alarm, which a test pins.
 pub(super) const ALARM_FRAME: u32 = 30;
+/// The longest frame that tells what outlasts a loss of power, which a test pins.
+pub(super) const UPKEEP_FRAME: u32 = 33;
 
 /// The code of what is wrong with a channel; 0 when nothing is.
 fn cause(faults: &Faults, bit: u16) -> u8 {

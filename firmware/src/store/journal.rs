@@ -1,4 +1,5 @@
-//! What the device remembers beyond the life of a model: erasures, the newest release, revoked keys, carried-out orders.
+//! What the device remembers beyond the life of a model: erasures, the newest release, revoked keys, carried-out orders, and the alarm
+//! that stands.
 //!
 //! Before a slot is erased, what is to be remembered is written into the other slot's journal. So the latest entry is always in
 //! one of the two, whatever power does.
@@ -6,6 +7,7 @@
 use super::{Fault, SlotName, Store, Verifier};
 use embedded_storage::nor_flash::NorFlash;
 use jointwatch_shared::wire::slot::{ENTRY_LEN, ERASED, Entry, JOURNAL_OFFSET};
+use jointwatch_shared::wire::telemetry::KeptAlarm;
 
 /// Entries of a journal that are used at most: they are all read when one is wanted.
 const MOST_ENTRIES: usize = 2000;
@@ -41,7 +43,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
                 self.read(place, JOURNAL_OFFSET + number * ENTRY_LEN, &mut first)?;
                 if first != ERASED
                     && let Some(entry) = Entry::decode(&self.entry(place, number)?)
-                    && entry.number > latest.number
+                    // Of two with one number power failed on the first, which may read as whole now and then.
+                    && entry.number >= latest.number
                 {
                     latest = entry;
                 }
@@ -100,6 +103,22 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         }
         self.remember_anywhere(Entry {
             this_hour: 0,
+            ..entry
+        })
+    }
+
+    /// Keeps an alarm over a restart, until it is acknowledged; of several the first. So each acknowledgement, which its owner signs,
+    /// lets one entry be written.
+    ///
+    /// # Errors
+    /// As `remember`.
+    pub fn keep_alarm(&mut self, alarm: KeptAlarm) -> Result<(), Fault> {
+        let entry = self.remembered()?;
+        if entry.alarm.is_some() {
+            return Ok(());
+        }
+        self.remember_anywhere(Entry {
+            alarm: Some(alarm),
             ..entry
         })
     }

@@ -112,6 +112,11 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         &self.flash
     }
 
+    /// The same, for who plays the board that it is on.
+    pub fn flash_mut(&mut self) -> &mut F {
+        &mut self.flash
+    }
+
     /// Gives the flash driver back.
     pub fn into_flash(self) -> F {
         self.flash

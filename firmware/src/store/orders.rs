@@ -54,7 +54,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         let mut after = entry;
         let mut given_up = None;
         match order {
-            Order::Restart | Order::Acknowledge => {}
+            Order::Restart => {}
+            Order::Acknowledge => after.alarm = None,
             Order::RollBack => {
                 given_up = Some(self.replaceable(work).ok_or(Answered::Nothing)?);
                 after.newest = after.newest.max(self.release);

@@ -21,7 +21,7 @@ use jointwatch_shared::wire::blob;
 use jointwatch_shared::wire::rig::Rig;
 use jointwatch_shared::wire::rig_block;
 use jointwatch_shared::wire::slot::{
-    Header, MARKED, RIG_OFFSET, SEAL_LEN, SEAL_OFFSET, SEALED_OFFSET, SLOT_LEN, Seal,
+    ENTRY_LEN, Header, MARKED, RIG_OFFSET, SEAL_LEN, SEAL_OFFSET, SEALED_OFFSET, SLOT_LEN, Seal,
 };
 use jointwatch_shared::wire::telemetry::{
     Decoder, MAX_FRAME, Occasion, Report, Request, Restart, Signature, encode,
@@ -31,10 +31,10 @@ use std::convert::Infallible;
 /// Samples per second of the rig.
 pub(crate) const RATE_HZ: u64 = 32;
 /// A slot of the bench's flash.
-const SECTOR: usize = SLOT_LEN + 200 * 20;
+const SECTOR: usize = SLOT_LEN + 200 * ENTRY_LEN;
 
 /// Both slots.
-type Flash = flash::Flash<SECTOR>;
+pub(crate) type Flash = flash::Flash<SECTOR>;
 
 /// What a slot holds.
 #[derive(Clone)]
@@ -112,7 +112,8 @@ pub(crate) fn reference_rig(model: &Model, limits_for: Option<u32>) -> Rig {
     let axis = || AxisLimits {
         reversed: false,
         force_shift: 12,
-        force_power: 1,
+        // No force at rest is large beside it.
+        force_power: 1 << 46,
         state_power: [1, 1],
         per_octave: [0; 3],
         error: side,
@@ -193,7 +194,7 @@ impl Bench {
                 sector[..slot.len()].copy_from_slice(&slot);
             }
         }
-        Self::power(flash::Flash(bytes))
+        Self::power(Flash::new(bytes))
     }
 
     fn power(flash: Flash) -> Self {
@@ -245,7 +246,19 @@ impl Bench {
 
     /// Both slots, byte by byte.
     pub(crate) fn into_flash(self) -> Vec<u8> {
-        self.server.into_store().into_flash().0
+        self.server.into_store().into_flash().bytes
+    }
+
+    /// Does something to the flash while the device runs.
+    pub(crate) fn flash(&mut self, what: impl FnOnce(&mut Flash)) {
+        what(self.server.flash_mut());
+    }
+
+    /// Does something to the flash, and restarts.
+    pub(crate) fn restart_after(self, what: impl FnOnce(&mut Flash)) -> Self {
+        let mut flash = self.server.into_store().into_flash();
+        what(&mut flash);
+        Self::power(flash)
     }
 
     pub(crate) fn evaluates(&self) -> bool {

@@ -1,7 +1,7 @@
 //! A flash of two sectors whose power fails on command: in the middle of a word, of a write, of an erasure.
 //!
 //! A word that power failed on is in doubt: its bits were driven for too short a time, so that each reading of it may give
-//! another value, until it is programmed again or erased.
+//! another value, until it is programmed again or erased. A weak cell reads right as long as power lasts, and wrong afterwards.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -64,6 +64,8 @@ pub(crate) struct Flash {
     pub(crate) bytes: Vec<u8>,
     /// Bits in doubt, by the number of their byte.
     doubts: Vec<(usize, u8)>,
+    /// Bits that read right until power comes back, by the number of their byte.
+    weak: Vec<(usize, u8)>,
     cut: Option<Cut>,
     dead: bool,
     pub(crate) operations: Vec<Operation>,
@@ -77,6 +79,7 @@ impl Flash {
         Self {
             bytes: vec![0xFF; 2 * SECTOR],
             doubts: Vec::new(),
+            weak: Vec::new(),
             cut: None,
             dead: false,
             operations: Vec::new(),
@@ -89,9 +92,17 @@ impl Flash {
     pub(crate) fn power(&mut self, cut: Option<Cut>, seed: u64) {
         self.cut = cut;
         self.dead = false;
+        for (at, bits) in std::mem::take(&mut self.weak) {
+            self.bytes[at] ^= bits;
+        }
         self.operations.clear();
         self.after_erasure = None;
         self.random = (seed | 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    }
+
+    /// These cells hold what they hold until power fails, and then something else.
+    pub(crate) fn weaken(&mut self, at: usize, bits: u8) {
+        self.weak.push((at, bits));
     }
 
     /// Whether power has failed.
@@ -116,8 +127,40 @@ impl Flash {
     }
 
     fn settle(&mut self, from: usize, to: usize) {
+        self.weak.retain(|(at, _)| !(from..to).contains(at));
         self.doubts.retain(|(at, _)| !(from..to).contains(at));
     }
+}
+
+/// Every cut of a session that did these operations, or, with `few`, only the first and last bytes of long writes.
+pub(crate) fn cuts(operations: &[Operation], few: bool) -> Vec<Cut> {
+    let mut cuts = Vec::new();
+    for (operation, what) in operations.iter().enumerate() {
+        let mut add = |how| cuts.push(Cut { operation, how });
+        match *what {
+            Operation::Write(length) => {
+                for byte in 0..length {
+                    if !few || length <= 4 || byte < 5 || byte + 2 > length {
+                        add(How::Bytes(byte));
+                        add(How::Doubtful(byte));
+                    }
+                }
+            }
+            Operation::Erase => {
+                for count in [
+                    0, 1, 100, 4096, 4400, 8192, 8196, 8224, 8300, 8364, 8368, 8372, 8376, 8444,
+                    8448, 8468, 8500,
+                ] {
+                    add(How::ErasedFromFront(count));
+                    add(How::ErasedFromBack(SECTOR - count));
+                }
+                add(How::ErasureInDoubt);
+                add(How::Garbage);
+            }
+        }
+        add(How::After);
+    }
+    cuts
 }
 
 impl ErrorType for Flash {

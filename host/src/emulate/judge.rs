@@ -134,7 +134,11 @@ impl<'a> Judge<'a> {
                 Report::Upload(reply) => self.uploads.push(reply),
                 Report::Sample(sample) => self.sample(&sample),
                 Report::Snapshot(piece) => self.snapshots.push(piece),
-                Report::Answer(_) | Report::Health(_) | Report::Alarm(_) | Report::Capture(_) => {}
+                Report::Answer(_)
+                | Report::Health(_)
+                | Report::Alarm(_)
+                | Report::Capture(_)
+                | Report::Upkeep(_) => {}
             }
         }
     }

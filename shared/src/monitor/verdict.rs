@@ -288,6 +288,17 @@ mod tests {
     use std::format;
 
     #[test]
+    fn a_joint_that_is_not_judged_asks_for_more_than_one_that_is_well() {
+        let order = [
+            State::Healthy,
+            State::Unjudged,
+            State::Suspect,
+            State::Alarm,
+        ];
+        assert!(order.map(State::gravity).is_sorted_by(|a, b| a < b));
+    }
+
+    #[test]
     fn tags_are_what_they_always_were() {
         assert_eq!(State::ALL.map(State::tag), [0, 1, 2, 3]);
         let tags = Cause::ALL.map(Cause::tag);

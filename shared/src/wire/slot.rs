@@ -8,6 +8,7 @@
 
 use crate::wire::blob::{BLOB_LEN, CRC};
 use crate::wire::bytes::Bytes;
+use crate::wire::telemetry::{KeptAlarm, Verdict};
 use serde::{Deserialize, Serialize};
 
 /// Where the model blob begins.
@@ -134,16 +135,24 @@ pub struct Entry {
     pub revoked: u8,
     /// Erasures since an hour of running without one was over.
     pub this_hour: u8,
+    /// The first alarm that nobody has acknowledged.
+    pub alarm: Option<KeptAlarm>,
 }
 
 /// Bytes of an entry.
-pub const ENTRY_LEN: usize = 20;
+pub const ENTRY_LEN: usize = 32;
 
 impl Entry {
     /// The entry as it stands in flash.
     pub fn encode(&self) -> [u8; ENTRY_LEN] {
-        let flags = u32::from(self.revoked) | u32::from(self.this_hour) << 8;
-        let words = [self.number, self.erasures, self.newest, flags].map(u32::to_le_bytes);
+        let KeptAlarm { sample, verdict } = self.alarm.unwrap_or_default();
+        let flags = [self.revoked, self.this_hour, verdict.axis, verdict.channel];
+        let [low, high] = verdict.permille.to_le_bytes();
+        let [before, behind] = [sample as u32, (sample >> 32) as u32].map(u32::to_le_bytes);
+        let [number, erasures, newest] =
+            [self.number, self.erasures, self.newest].map(u32::to_le_bytes);
+        let said = [verdict.state, verdict.cause, low, high];
+        let words = [number, erasures, newest, flags, before, behind, said];
         let checksum = CRC.checksum(words.as_flattened()).to_le_bytes();
         let mut bytes = [0; ENTRY_LEN];
         let all = words.as_flattened().iter().chain(&checksum);
@@ -156,20 +165,44 @@ impl Entry {
     /// Reads an entry; `None` when it was never written to its end.
     pub fn decode(bytes: &[u8; ENTRY_LEN]) -> Option<Self> {
         let (words, _) = bytes.as_chunks::<4>();
-        let &[number, erasures, newest, flags, checksum] = words else {
+        let &[
+            number,
+            erasures,
+            newest,
+            flags,
+            before,
+            behind,
+            said,
+            checksum,
+        ] = words
+        else {
             return None;
         };
         let content = bytes.split_last_chunk::<4>()?.0;
         if CRC.checksum(content) != u32::from_le_bytes(checksum) {
             return None;
         }
-        let [revoked, this_hour, ..] = flags;
+        let [revoked, this_hour, axis, channel] = flags;
+        let [state, cause, low, high] = said;
+        let [before, behind] = [before, behind].map(|word| u64::from(u32::from_le_bytes(word)));
+        let alarm = KeptAlarm {
+            sample: before | behind << 32,
+            verdict: Verdict {
+                state,
+                cause,
+                axis,
+                channel,
+                permille: u16::from_le_bytes([low, high]),
+            },
+        };
         Some(Self {
             number: u32::from_le_bytes(number),
             erasures: u32::from_le_bytes(erasures),
             newest: u32::from_le_bytes(newest),
             revoked,
             this_hour,
+            // A state of 0 is that of a joint that is not judged, which is no alarm.
+            alarm: (state != 0).then_some(alarm),
         })
     }
 }
@@ -346,11 +379,32 @@ mod tests {
             newest: 0x0102_0304,
             revoked: 2,
             this_hour: 3,
+            alarm: None,
+        };
+        let without = entry.encode();
+        assert_eq!(
+            without[..16],
+            *b"\x07\0\0\0\x05\0\0\0\x04\x03\x02\x01\x02\x03\0\0"
+        );
+        assert_eq!(without[16..28], [0; 12]);
+        assert_eq!(Entry::decode(&without), Some(entry));
+        let entry = Entry {
+            alarm: Some(KeptAlarm {
+                sample: 0x0807_0605_0403_0201,
+                verdict: Verdict {
+                    state: 3,
+                    cause: 51,
+                    axis: 1,
+                    channel: 4,
+                    permille: 0x0A09,
+                },
+            }),
+            ..entry
         };
         let good = entry.encode();
         assert_eq!(
-            good[..16],
-            *b"\x07\0\0\0\x05\0\0\0\x04\x03\x02\x01\x02\x03\0\0"
+            good[12..28],
+            *b"\x02\x03\x01\x04\x01\x02\x03\x04\x05\x06\x07\x08\x03\x33\x09\x0a"
         );
         assert_eq!(Entry::decode(&good), Some(entry));
         for bit in 0..ENTRY_LEN * 8 {

@@ -9,10 +9,10 @@ use jointwatch_shared::wire::bytes::Bytes;
 use jointwatch_shared::wire::slot::{Header, Order};
 use jointwatch_shared::wire::telemetry::{
     Access, Alarm, Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, CAPTURE_PIECE,
-    CapturePiece, Counters, Event, Health, Hello, MAX_CHUNK, MAX_FRAME, Message, ModelIdentity,
-    Occasion, Quantity, Received, Refusal, Report, Request, RigIdentity, SNAPSHOT_PIECE, Sample,
-    SampleOutput, SensorStatus, Signature, Slot, Snapshot, Status, Text, UploadReply,
-    UploadRequest, Verdict, encode,
+    CapturePiece, Counters, Event, Health, Hello, KeptAlarm, MAX_CHUNK, MAX_FRAME, Message,
+    ModelIdentity, Occasion, Quantity, Received, Refusal, Report, Request, RigIdentity,
+    SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Signature, Slot, Snapshot, Status, Supply,
+    Text, Upkeep, UploadReply, UploadRequest, Verdict, encode,
 };
 
 /// The frame of a message.
@@ -172,6 +172,22 @@ pub(crate) fn reports() -> std::vec::Vec<Report> {
             pieces: 330,
             bytes: list(&[0xe8, 0x03, 0, 0]),
         }),
+        Report::Upkeep(Upkeep {
+            alarm: Some(KeptAlarm {
+                sample: 1000,
+                verdict: Verdict {
+                    state: 3,
+                    cause: 32,
+                    axis: 0,
+                    channel: 0,
+                    permille: 1200,
+                },
+            }),
+            supply: Supply {
+                reset_below_mv: Some(2830),
+                is_low: false,
+            },
+        }),
     ]
 }
 
@@ -328,6 +344,16 @@ pub(crate) fn longest_reports() -> std::vec::Vec<Report> {
             piece: u16::MAX,
             pieces: u16::MAX,
             bytes: list(&[1; CAPTURE_PIECE]),
+        }),
+        Report::Upkeep(Upkeep {
+            alarm: Some(KeptAlarm {
+                sample: u64::MAX,
+                verdict: LONGEST_VERDICT,
+            }),
+            supply: Supply {
+                reset_below_mv: Some(u16::MAX),
+                is_low: true,
+            },
         }),
     ]
 }

@@ -14,7 +14,7 @@ struct Asked {
     /// Only the few that tests/run tries.
     #[arg(long)]
     quick: bool,
-    /// Only those whose name has these words.
+    /// Only those whose name or file has these words.
     #[arg(long, value_name = "WORDS")]
     only: Option<String>,
 }
@@ -26,7 +26,8 @@ fn main() -> Result<ExitCode, String> {
         .map_err(|said| format!("the tests fail without any fault:\n{said}"))?;
     let (mut tried, mut unexplained) = (0, 0);
     for fault in list()? {
-        let named = asked.only.as_ref().is_none_or(|o| fault.name.contains(o));
+        let named = |words: &String| fault.name.contains(words) || fault.file.contains(words);
+        let named = asked.only.as_ref().is_none_or(named);
         if !named || asked.quick && !fault.quick {
             continue;
         }

@@ -89,3 +89,6 @@ impl NorFlash for SlotMemory {
         Ok(())
     }
 }
+
+/// Emulated: nothing is known of a supply.
+impl crate::app::Supplied for SlotMemory {}

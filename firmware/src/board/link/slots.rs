@@ -120,3 +120,6 @@ impl NorFlash for SlotFlash {
         Ok(())
     }
 }
+
+/// Emulated: nothing is known of a supply.
+impl crate::app::Supplied for SlotFlash {}

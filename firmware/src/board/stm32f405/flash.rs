@@ -3,9 +3,12 @@
 //! The processor fetches its program from the same flash: an erasure stops it for about a second (2 s at most, DS8626, “Flash
 //! memory characteristics”), a word for about 16 µs.
 
+use super::supply;
+use crate::app::Supplied;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use jointwatch_shared::wire::telemetry::Supply;
 use stm32f4::stm32f405::FLASH;
 
 unsafe extern "C" {
@@ -44,6 +47,8 @@ pub enum FlashFault {
     NotAligned,
     /// The flash refused, or did not come to an end.
     Refused,
+    /// The supply is too low for it to be programmed: nothing was done.
+    SupplyLow,
 }
 
 impl NorFlashError for FlashFault {
@@ -51,7 +56,7 @@ impl NorFlashError for FlashFault {
         match self {
             Self::OutOfBounds => NorFlashErrorKind::OutOfBounds,
             Self::NotAligned => NorFlashErrorKind::NotAligned,
-            Self::Refused => NorFlashErrorKind::Other,
+            Self::Refused | Self::SupplyLow => NorFlashErrorKind::Other,
         }
     }
 }
@@ -60,8 +65,9 @@ impl NorFlashError for FlashFault {
 #[derive(Debug)]
 pub struct SlotFlash(());
 
-/// The flash of the slots. To be called once.
+/// The flash of the slots, with the watch over the supply that it is written with. To be called once.
 pub fn slots() -> SlotFlash {
+    supply::watch();
     SlotFlash(())
 }
 
@@ -98,6 +104,9 @@ fn finish() -> Result<(), FlashFault> {
 
 /// Does something with the flash unlocked; what the data cache holds of it is thrown away afterwards.
 fn unlocked(what: impl FnOnce() -> Result<(), FlashFault>) -> Result<(), FlashFault> {
+    if supply::is_low() {
+        return Err(FlashFault::SupplyLow);
+    }
     let flash = registers();
     // SAFETY: the sequences are those of RM0090; the bits are those of their registers.
     unsafe {
@@ -117,6 +126,15 @@ fn unlocked(what: impl FnOnce() -> Result<(), FlashFault>) -> Result<(), FlashFa
     flash.acr().modify(|_, w| w.dcrst().no_reset());
     flash.acr().modify(|_, w| w.dcen().bit(cached));
     done
+}
+
+impl Supplied for SlotFlash {
+    fn supply(&self) -> Supply {
+        Supply {
+            reset_below_mv: Some(supply::reset_below_mv()),
+            is_low: supply::is_low(),
+        }
+    }
 }
 
 impl ErrorType for SlotFlash {

@@ -10,6 +10,8 @@ mod serial;
 #[cfg(not(feature = "semihosting-link"))]
 mod spi;
 #[cfg(not(feature = "semihosting-link"))]
+mod supply;
+#[cfg(not(feature = "semihosting-link"))]
 mod ticker;
 pub mod watchdog;
 #[cfg(not(feature = "semihosting-link"))]

@@ -289,6 +289,12 @@ impl LiveView {
                 let words = line.trim_start_matches("alarm").trim_start();
                 self.alarm = Some((plain(words), 0));
             }
+            Report::Upkeep(upkeep) => {
+                // An alarm of this run comes right behind it, and then stands in its place.
+                if let Some(alarm) = &upkeep.alarm {
+                    self.alarm = Some((plain(&self.reader.kept(alarm)), 0));
+                }
+            }
             Report::Hello(hello) => {
                 let line = self.reader.line(message);
                 self.introduced = Some(plain(&words::introduction(hello)));

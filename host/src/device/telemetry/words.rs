@@ -5,9 +5,9 @@ use crate::assess::where_it_fails::significant;
 use jointwatch_shared::chain::Output;
 use jointwatch_shared::monitor::{CHANNEL_NAMES, Cause};
 use jointwatch_shared::wire::telemetry::{
-    Access, Alarm, Answer, Answered, AxisHealth, Counters, Event, Health, Hello, Kind,
+    Access, Alarm, Answer, Answered, AxisHealth, Counters, Event, Health, Hello, KeptAlarm, Kind,
     ModelIdentity, Occasion, PROTOCOL_VERSION, Quantity, Report, Restart, RigIdentity, Sample,
-    SensorStatus, Slot, Snapshot, Status, UploadReply, Verdict,
+    SensorStatus, Slot, Snapshot, Status, Supply, Upkeep, UploadReply, Verdict,
 };
 use std::fmt::Write;
 
@@ -35,6 +35,7 @@ impl Reader {
             Report::Answer(answer) => format!("answer    {}", answered(answer)),
             Report::Health(health) => format!("health    {}", self.health(health)),
             Report::Alarm(alarm) => format!("alarm     {}", self.alarm(alarm)),
+            Report::Upkeep(upkeep) => format!("upkeep    {}", self.upkeep(upkeep)),
             Report::Capture(piece) => format!(
                 "capture   of the alarm at {}, piece {} of {}",
                 self.time(piece.alarm),
@@ -145,6 +146,21 @@ impl Reader {
         };
         format!(
             "not acknowledged: {} at {}{again}",
+            self.verdict(&alarm.verdict),
+            self.time(alarm.sample)
+        )
+    }
+
+    fn upkeep(&self, upkeep: &Upkeep) -> String {
+        let alarm = upkeep.alarm.as_ref().map(|alarm| self.kept(alarm));
+        let alarm = alarm.unwrap_or_else(|| "no alarm of an earlier run".into());
+        format!("{alarm}; {}", supply(&upkeep.supply))
+    }
+
+    /// An alarm that outlasted a restart.
+    pub(crate) fn kept(&self, alarm: &KeptAlarm) -> String {
+        format!(
+            "not acknowledged since an earlier run: {} at {} of that run",
             self.verdict(&alarm.verdict),
             self.time(alarm.sample)
         )
@@ -421,6 +437,19 @@ fn upload(reply: &UploadReply) -> String {
         }
         UploadReply::Aborted => "given up as asked".to_string(),
         UploadReply::Refused(why) => format!("refused: {why}"),
+    }
+}
+
+/// What a device says of its supply.
+fn supply(supply: &Supply) -> String {
+    let low = if supply.is_low {
+        "; the supply is too low to write the flash"
+    } else {
+        ""
+    };
+    match supply.reset_below_mv {
+        Some(mv) => format!("held in reset below {:.2} V{low}", f64::from(mv) / 1e3),
+        None => format!("nothing is known of the supply{low}"),
     }
 }
 

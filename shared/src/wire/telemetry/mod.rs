@@ -18,9 +18,9 @@ mod upload;
 pub use frame::{Counts, Damage, Decoder, Received, TooLong, encode};
 pub use report::{
     Access, Alarm, Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, CAPTURE_PIECE,
-    CapturePiece, Counters, Event, Health, Hello, MAX_CHANNELS, ModelIdentity, Occasion, Quantity,
-    Restart, RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Snapshot, Status,
-    Verdict,
+    CapturePiece, Counters, Event, Health, Hello, KeptAlarm, MAX_CHANNELS, ModelIdentity, Occasion,
+    Quantity, Restart, RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Snapshot,
+    Status, Supply, Upkeep, Verdict,
 };
 pub use request::Request;
 pub use upload::{
@@ -109,6 +109,8 @@ pub enum Report {
     Alarm(Alarm),
     /// A piece of the counts around an alarm.
     Capture(CapturePiece),
+    /// What outlasts a loss of power, with every status.
+    Upkeep(Upkeep),
 }
 
 impl Message for Report {
@@ -124,6 +126,7 @@ impl Message for Report {
             Self::Health(_) => 0x08,
             Self::Alarm(_) => 0x09,
             Self::Capture(_) => 0x0a,
+            Self::Upkeep(_) => 0x0b,
         }
     }
 
@@ -139,6 +142,7 @@ impl Message for Report {
             Self::Health(fields) => write(fields, place),
             Self::Alarm(fields) => write(fields, place),
             Self::Capture(fields) => write(fields, place),
+            Self::Upkeep(fields) => write(fields, place),
         }
     }
 
@@ -154,6 +158,7 @@ impl Message for Report {
             0x08 => read(fields).map(Self::Health),
             0x09 => read(fields).map(Self::Alarm),
             0x0a => read(fields).map(Self::Capture),
+            0x0b => read(fields).map(Self::Upkeep),
             _ => None,
         }
     }

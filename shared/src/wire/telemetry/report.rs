@@ -185,6 +185,33 @@ pub struct Alarm {
     pub alarms: u16,
 }
 
+/// An alarm of an earlier run that nobody has acknowledged: kept in flash, so that a restart does not take it back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KeptAlarm {
+    /// The sample, counted since the restart that began that run, at which it was raised.
+    pub sample: u64,
+    /// What was said then.
+    pub verdict: Verdict,
+}
+
+/// What outlasts a loss of power, and what would cause one: told with every status.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Upkeep {
+    /// The first alarm of an earlier run, until it is acknowledged.
+    pub alarm: Option<KeptAlarm>,
+    /// The supply.
+    pub supply: Supply,
+}
+
+/// What the device knows of its supply.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Supply {
+    /// Below this voltage in mV the chip holds itself in reset, as its option bytes set it; `None` where the board cannot tell.
+    pub reset_below_mv: Option<u16>,
+    /// The voltage is too low for the flash to be written: nothing is, meanwhile.
+    pub is_low: bool,
+}
+
 /// What the monitor says, in the codes that `docs/reference/telemetry.md` lists: codes, and not enums, so that a receiver that does
 /// not know a newer one still reads the rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
