@@ -1,11 +1,12 @@
 //! Reading a study: description, plan, logs, time, checks.
 
 use super::calibrated::Calibrated;
+use super::check::{self, Extent};
 use super::description::{Description, RecordEntry, Source};
 use super::log::{Log, MemoryLog, Request};
 use super::plan::{Plan, plan};
 use super::sampling::Sampling;
-use super::{Record, Role, Study, check, time};
+use super::{Record, Role, Study, time};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
 use rayon::prelude::*;
@@ -21,30 +22,10 @@ impl Study {
     /// One sentence of kind [`Data`](crate::text::error::Kind::Data) that names the file, the row (the line of a text file), the
     /// column and what to try; `docs/reference/study.md` lists what is refused.
     pub fn read(path: &Path) -> Result<Self> {
-        let path = if path.is_dir() {
-            path.join("study.toml")
-        } else {
-            path.to_owned()
-        };
-        let bytes = input::read(&path).map_err(|e| {
-            Error::data(format!(
-                "{} cannot be read ({e}); give the path of a study.toml or of the folder it is in",
-                path.display()
-            ))
-        })?;
-        let text = String::from_utf8(bytes).map_err(|e| {
-            let bytes = e.as_bytes();
-            let before = &bytes[..e.utf8_error().valid_up_to()];
-            Error::data(format!(
-                "{}, line {}: this is not UTF-8 text; save study.toml as UTF-8",
-                path.display(),
-                1 + before.iter().filter(|b| **b == b'\n').count()
-            ))
-        })?;
+        let (path, text) = description_text(path)?;
         let source = Source {
             path: &path,
-            // Some editors begin the file with a byte order mark, which TOML does not know.
-            text: text.strip_prefix('\u{feff}').unwrap_or(&text),
+            text: &text,
             written: true,
         };
         Self::described(&source, None)
@@ -54,11 +35,25 @@ impl Study {
     pub(super) fn described(source: &Source<'_>, memory: Option<&[MemoryLog]>) -> Result<Self> {
         let said = source.parse("reference/study.md")?;
         let (plan, axes) = plan(source, &said)?;
-        let folder = source.path.parent().unwrap_or(Path::new(".")).to_owned();
-        let mut notes = check_records(source, &said, &folder)?;
+        let folder = source.path.parent().unwrap_or(Path::new("."));
+        let mut notes = check_records(source, &said, folder)?;
         notes.extend(axis_notes(&plan, &axes));
-        let (sample_rate_hz, records, sources) =
-            read_records(&said, &plan, (&folder, memory), &mut notes)?;
+        let mut study = Self::of_records(source, &said, (&plan, axes), (folder, memory))?;
+        study.notes.splice(0..0, notes);
+        check::constant_channels(&study, &plan, Extent::Whole)?;
+        study.notes.extend(constant_inputs(&study));
+        Ok(study)
+    }
+
+    /// The study of the records that a description lists, in a folder or in memory, unchecked beside one another.
+    pub(super) fn of_records(
+        source: &Source<'_>,
+        said: &Description,
+        (plan, axes): (&Plan, Vec<super::Axis>),
+        logs: (&Path, Option<&[MemoryLog]>),
+    ) -> Result<Self> {
+        let mut notes = Vec::new();
+        let (sample_rate_hz, records, sources) = read_records(said, plan, logs, &mut notes)?;
         if let Some(band) = &said.band_hz
             && *band.get_ref() >= 0.5 * sample_rate_hz
         {
@@ -70,8 +65,8 @@ impl Study {
                 ),
             ));
         }
-        let study = Self {
-            name: said.name.clone().unwrap_or_else(|| folder_name(&folder)),
+        Ok(Self {
+            name: said.name.clone().unwrap_or_else(|| folder_name(logs.0)),
             sample_rate_hz,
             band_hz: said.band_hz.as_ref().map(|b| *b.get_ref()),
             axes,
@@ -93,14 +88,38 @@ impl Study {
                 .collect(),
             notes,
             path: source.path.to_owned(),
-        };
-        check::constant_channels(&study, &plan)?;
-        let notes = constant_inputs(&study);
-        Ok(Self {
-            notes: [study.notes.clone(), notes].concat(),
-            ..study
         })
     }
+}
+
+/// The path and the text of a `study.toml`, or of the one in a folder.
+pub(super) fn description_text(path: &Path) -> Result<(PathBuf, String)> {
+    let path = if path.is_dir() {
+        path.join("study.toml")
+    } else {
+        path.to_owned()
+    };
+    let bytes = input::read(&path).map_err(|e| {
+        Error::data(format!(
+            "{} cannot be read ({e}); give the path of a study.toml or of the folder it is in",
+            path.display()
+        ))
+    })?;
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let bytes = e.as_bytes();
+        let before = &bytes[..e.utf8_error().valid_up_to()];
+        Error::data(format!(
+            "{}, line {}: this is not UTF-8 text; save study.toml as UTF-8",
+            path.display(),
+            1 + before.iter().filter(|b| **b == b'\n').count()
+        ))
+    })?;
+    // Some editors begin the file with a byte order mark, which TOML does not know.
+    let text = match text.strip_prefix('\u{feff}') {
+        Some(rest) => rest.to_owned(),
+        None => text,
+    };
+    Ok((path, text))
 }
 
 /// A sentence for every input that is the same in all rows of all records.
