@@ -3,7 +3,7 @@
 use clap::Command;
 
 /// Per command its examples, one a line.
-pub(crate) const EXAMPLES: [(&str, [&str; 2]); 26] = [
+pub(crate) const EXAMPLES: [(&str, [&str; 2]); 28] = [
     (
         "demo",
         ["jointwatch demo", "jointwatch demo --out story --seed 4"],
@@ -48,6 +48,20 @@ pub(crate) const EXAMPLES: [(&str, [&str; 2]); 26] = [
         [
             "jointwatch identify study.toml --model physical",
             "jointwatch identify rig --model network -o net.json",
+        ],
+    ),
+    (
+        "accumulate",
+        [
+            "jointwatch accumulate study.toml",
+            "jointwatch accumulate study.toml july/1.parquet july/2.parquet -o july.acc",
+        ],
+    ),
+    (
+        "merge",
+        [
+            "jointwatch merge june.acc july.acc",
+            "jointwatch merge june.acc july.acc august.acc -o summer.acc",
         ],
     ),
     (

@@ -1,16 +1,19 @@
 //! `jointwatch identify`: learn a model from the training records of a study.
 
+use super::accumulate;
 use super::console::Console;
 use super::identify_network::{self, NetworkArguments};
+use super::merge;
 use super::report::Report;
 use crate::assess::compare;
-use crate::fit::identify::{self, Identified};
+use crate::fit::identify::{self, Identified, from_sums};
 use crate::fit::polynomial::{Method, PolynomialOptions};
 use crate::model::effects;
 use crate::model::file::ModelFile;
 use crate::simulate::refine::{self, Refinement};
 use crate::study::Study;
 use crate::text::error::{Error, Result};
+use crate::text::output;
 use crate::text::table::{Table, significant};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
@@ -61,7 +64,11 @@ struct Printed<'a> {
 #[derive(Args)]
 pub(crate) struct Identify {
     /// The study: its study.toml, or the folder that holds it.
-    study: PathBuf,
+    #[arg(required_unless_present = "from")]
+    study: Option<PathBuf>,
+    /// Learn from sums that `accumulate` or `merge` wrote; a study beside them is what the errors are measured on.
+    #[arg(long, value_name = "FILE")]
+    from: Option<PathBuf>,
     /// Which kind of model to learn.
     #[arg(long, value_enum)]
     model: Kind,
@@ -99,8 +106,13 @@ impl Identify {
                 self.refuse_polynomial_options("physical")?;
             }
         }
+        let study = match (&self.from, &self.study) {
+            (Some(sums), _) => return self.run_from(console, sums),
+            (None, Some(study)) => study,
+            (None, None) => return Err(Error::usage("name a study, or sums with --from")),
+        };
         let working = console.working("reading the records");
-        let study = Study::read(&self.study)?;
+        let study = Study::read(study)?;
         let written: Vec<&Path> = [self.output.as_path()]
             .into_iter()
             .chain(self.page.outputs())
@@ -144,6 +156,51 @@ impl Identify {
         })
     }
 
+    /// Learns from sums, with the errors on a study's records where one is given.
+    fn run_from(&self, console: &Console, sums: &Path) -> Result<()> {
+        if self.criterion == Criterion::Simulation {
+            return Err(Error::usage(
+                "--criterion simulation needs records, which sums are not; leave out --from",
+            ));
+        }
+        let part = merge::read(sums)?;
+        let study = self.study.as_deref().map(Study::read).transpose()?;
+        let written: Vec<&Path> = [self.output.as_path()]
+            .into_iter()
+            .chain(self.page.outputs())
+            .collect();
+        match &study {
+            Some(study) => console.check_outputs(&written, study, None)?,
+            None if written.len() > 1 => {
+                return Err(Error::usage(
+                    "--report draws records; name a study beside --from",
+                ));
+            }
+            None => output::check(&self.output)?,
+        }
+        let identified = match self.model {
+            Kind::Polynomial => {
+                from_sums::polynomial(&part, &self.polynomial_options(), study.as_ref())?
+            }
+            Kind::Physical => from_sums::physical(&part, study.as_ref())?,
+            Kind::Network => {
+                return Err(Error::usage(
+                    "a network is trained on records and not on sums; leave out --from, or learn a polynomial",
+                ));
+            }
+        };
+        let page = match &study {
+            Some(study) => self.page.of_model(study, &identified.model, None)?,
+            None => None,
+        };
+        identified.model.write(&self.output)?;
+        accumulate::say(console, &part)?;
+        report_model(console, &identified)?;
+        console.say(format!("\nModel written to {}.", self.output.display()))?;
+        self.page.write(console, page)?;
+        console.json(&identified.model)
+    }
+
     fn refuse_polynomial_options(&self, model: &str) -> Result<()> {
         let given = [
             ("--fit", self.fit.is_some()),
@@ -169,21 +226,20 @@ impl Identify {
             )));
         }
         working.set_message("fitting the polynomial");
-        let method = match self.fit {
-            None | Some(Fit::Ridge) => Method::Ridge,
-            Some(Fit::LeastSquares) => Method::LeastSquares,
-            Some(Fit::Select) => Method::Select,
-        };
-        identify::polynomial(
-            study,
-            &PolynomialOptions {
-                orders: self.order.clone(),
-                method,
+        identify::polynomial(study, &self.polynomial_options(), &|done| {
+            working.set_message(format!("fitting the polynomial, {:.0} %", 100.0 * done));
+        })
+    }
+
+    fn polynomial_options(&self) -> PolynomialOptions {
+        PolynomialOptions {
+            orders: self.order.clone(),
+            method: match self.fit {
+                None | Some(Fit::Ridge) => Method::Ridge,
+                Some(Fit::LeastSquares) => Method::LeastSquares,
+                Some(Fit::Select) => Method::Select,
             },
-            &|done| {
-                working.set_message(format!("fitting the polynomial, {:.0} %", 100.0 * done));
-            },
-        )
+        }
     }
 }
 
@@ -229,6 +285,12 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
     for note in &study.notes {
         console.say(format!("Note: {note}."))?;
     }
+    report_model(console, identified)
+}
+
+/// Prints what was learnt, and what to be wary of.
+fn report_model(console: &Console, identified: &Identified) -> Result<()> {
+    let model = &identified.model;
     for axis in &model.axes {
         if axis.inertia_identified {
             let (value, unit) = (significant(axis.inertia), axis.kind.inertia_unit());
@@ -250,14 +312,16 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
             effects::table(&model.effects)
         ))?,
     }
-    compare::say_summary(
-        &model.verification,
-        "Verification (training records)",
-        |text| console.say(text),
-    )?;
+    if !model.verification.is_empty() {
+        compare::say_summary(
+            &model.verification,
+            "Verification (training records)",
+            |text| console.say(text),
+        )?;
+    }
     if model.validation.is_empty() {
         console.say(
-            "Validation: the study has no record with role = \"validate\", so nothing says how well this model does on \
+            "Validation: there is no record with role = \"validate\", so nothing says how well this model does on \
              motions it has not seen.",
         )?;
     } else {

@@ -1,5 +1,6 @@
 //! The command line: its subcommands, its global options, its exit codes.
 
+mod accumulate;
 mod add;
 mod capture;
 mod changed;
@@ -17,6 +18,7 @@ mod init;
 mod inspect;
 mod keygen;
 mod lab;
+mod merge;
 mod monitor;
 mod order;
 mod outputs;
@@ -82,6 +84,10 @@ enum Command {
     Init(init::Init),
     /// Learn a model from the training records of a study.
     Identify(identify::Identify),
+    /// Sum records into a part: parts of any records merge exactly, and `identify --from` makes a model of them.
+    Accumulate(accumulate::Accumulate),
+    /// Add up parts that `accumulate` wrote; any order and any partition gives the same bytes.
+    Merge(merge::Merge),
     /// Compare a model with the records of a study, verification and validation apart, and say where it fails.
     Compare(compare::Compare),
     /// Say which physical effect a model lacks, how sure that is, and where it fails; or that nothing is missing, that it
@@ -155,6 +161,8 @@ fn perform(command: Command, console: &Console) -> Result<()> {
         Command::Simulate(command) => command.run(console),
         Command::Init(command) => command.run(console),
         Command::Identify(command) => command.run(console),
+        Command::Accumulate(command) => command.run(console),
+        Command::Merge(command) => command.run(console),
         Command::Compare(command) => command.run(console),
         Command::Diagnose(command) => command.run(console),
         Command::Changed(command) => command.run(console),

@@ -11,12 +11,27 @@ use faer::MatRef;
 /// Blocks that every record is cut into.
 pub const FOLDS: usize = 5;
 
-/// The moments of every block, its two edges apart.
+/// The moments of every block, its two edges apart: per fold the first rows of the blocks, the rows between, the last rows.
+pub struct Folds(Vec<[Moments; 3]>);
+
+/// [`Folds`] that records are added to.
 pub struct FoldedMoments {
-    /// Per fold: the first rows of the blocks, the rows between, the last rows.
-    parts: Vec<[Moments; 3]>,
+    folds: Folds,
     guard_rows: usize,
     summation: Summation,
+}
+
+/// Where the parts of a fold's block begin and end in a record of so many rows.
+pub(super) fn edges(fold: usize, rows: usize, guard_rows: usize) -> [usize; 4] {
+    let (start, end) = (fold * rows / FOLDS, (fold + 1) * rows / FOLDS);
+    let guard = guard_rows.min((end - start) / 4);
+    [start, start + guard, end - guard, end]
+}
+
+/// Rows on either side of a held-out block that are left out: a tenth of a second, more than a cycle of the slowest motions that
+/// matter, beside what the filters smear.
+pub(super) fn guard_rows(sample_rate_hz: f64, low_pass: &[f64]) -> usize {
+    (0.1 * sample_rate_hz) as usize + low_pass.len()
 }
 
 impl FoldedMoments {
@@ -24,7 +39,7 @@ impl FoldedMoments {
     pub fn new(ranges: &[InputRange], outputs: usize, guard_rows: usize) -> Self {
         let empty = || std::array::from_fn(|_| Moments::new(ranges.len() / 2, outputs));
         Self {
-            parts: (0..FOLDS).map(|_| empty()).collect(),
+            folds: Folds((0..FOLDS).map(|_| empty()).collect()),
             guard_rows,
             summation: Summation::new(ranges, outputs),
         }
@@ -36,16 +51,26 @@ impl FoldedMoments {
         fn cut<'a>(series: &[&'a [f64]], from: usize, to: usize) -> Vec<&'a [f64]> {
             series.iter().map(|s| &s[from..to]).collect()
         }
-        for (fold, parts) in self.parts.iter_mut().enumerate() {
-            let (start, end) = (fold * rows / FOLDS, (fold + 1) * rows / FOLDS);
-            let guard = self.guard_rows.min((end - start) / 4);
-            let edges = [start, start + guard, end - guard, end];
+        for (fold, parts) in self.folds.0.iter_mut().enumerate() {
+            let edges = edges(fold, rows, self.guard_rows);
             for (part, edge) in parts.iter_mut().zip(edges.windows(2)) {
                 let inputs = cut(inputs, edge[0], edge[1]);
                 let outputs = cut(outputs, edge[0], edge[1]);
                 self.summation.add(part, &inputs, &outputs);
             }
         }
+    }
+
+    /// The moments of what was added.
+    pub fn folds(&self) -> &Folds {
+        &self.folds
+    }
+}
+
+impl Folds {
+    /// Of the parts of every block in their order, three per fold.
+    pub(super) fn of_parts(parts: Vec<[Moments; 3]>) -> Self {
+        Self(parts)
     }
 
     /// The moments of all rows of all blocks.
@@ -69,7 +94,7 @@ impl FoldedMoments {
 
     fn sum(&self, take: impl Fn(usize, usize) -> bool) -> Moments {
         let mut sum: Option<Moments> = None;
-        for (block, parts) in self.parts.iter().enumerate() {
+        for (block, parts) in self.0.iter().enumerate() {
             for (part, moments) in parts.iter().enumerate() {
                 if take(block, part) {
                     match &mut sum {
@@ -124,6 +149,7 @@ mod tests {
         for r in &records {
             folded.add_record(&[&r[0], &r[1]], &[&r[2]]);
         }
+        let folded = folded.folds();
         let terms = exponents(&[3, 3]);
         let feature = |r: &Vec<Vec<f64>>, row: usize, t: usize| {
             r[0][row].powi(i32::from(terms[t][0])) * r[1][row].powi(i32::from(terms[t][1]))

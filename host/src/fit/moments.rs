@@ -6,7 +6,9 @@
 //! parts of the data add up to those of the whole.
 
 use crate::model::InputRange;
-use crate::model::powers::{CONSTANT, POSITION, SAMPLE, pair_products, pair_products_by_sample};
+use crate::model::powers::{
+    CONSTANT, PAIRS, POSITION, SAMPLE, pair_products, pair_products_by_sample,
+};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use std::ops::AddAssign;
@@ -38,6 +40,31 @@ impl Moments {
             cross: Mat::zeros(16 * outputs, low),
             squares: vec![0.0; outputs],
             rows: 0,
+        }
+    }
+
+    /// Of sums that are known: Σ of the product with these exponents, 0 to 6; Σ of an output times the product with these, 0 to 3;
+    /// Σ of an output's square.
+    pub(crate) fn of_sums(
+        axes: usize,
+        outputs: usize,
+        rows: usize,
+        power: impl Fn([usize; 4]) -> f64,
+        cross: impl Fn(usize, [usize; 4]) -> f64,
+        square: impl Fn(usize) -> f64,
+    ) -> Self {
+        let empty = Self::new(axes, outputs);
+        Self {
+            powers: Mat::from_fn(49, empty.powers.ncols(), |row, pair| {
+                let (c, d) = PAIRS[pair];
+                power([row / 7, row % 7, c, d])
+            }),
+            cross: Mat::from_fn(16 * outputs, empty.cross.ncols(), |row, pair| {
+                let (c, d) = PAIRS[pair];
+                cross(row / 16, [row % 16 / 4, row % 4, c, d])
+            }),
+            squares: (0..outputs).map(square).collect(),
+            rows,
         }
     }
 

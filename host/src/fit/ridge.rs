@@ -6,7 +6,7 @@
 //! interactions more than plain ones. The constant and the linear terms go free. λ has no unit and is the same
 //! for a study in newtons and in kilonewtons; cross-validation picks it for each axis.
 
-use super::cross_validation::{FOLDS, FoldedMoments, squared_error};
+use super::cross_validation::{FOLDS, Folds, squared_error};
 use super::legendre::{gram_to_legendre, rows_to_legendre, to_monomials};
 use super::moments::Moments;
 use super::normal_equations::Cholesky;
@@ -81,12 +81,7 @@ impl Equations {
 }
 
 /// Squared error on the held-out rows of one fold, per candidate and output; `None` where the matrix could not be factored.
-fn held_out_errors(
-    folded: &FoldedMoments,
-    fold: usize,
-    orders: &[u8],
-    outputs: usize,
-) -> Vec<Vec<f64>> {
+fn held_out_errors(folded: &Folds, fold: usize, orders: &[u8], outputs: usize) -> Vec<Vec<f64>> {
     let weights = weights(orders);
     let training = Equations::new(&folded.training(fold), orders);
     let held = folded.held_out(fold);
@@ -107,7 +102,7 @@ fn held_out_errors(
 }
 
 /// Fits every output with its own λ.
-pub(super) fn fit(folded: &FoldedMoments, orders: &[u8], outputs: usize) -> Result<Vec<RidgeFit>> {
+pub(super) fn fit(folded: &Folds, orders: &[u8], outputs: usize) -> Result<Vec<RidgeFit>> {
     let folds: Vec<_> = (0..FOLDS)
         .into_par_iter()
         .map(|fold| held_out_errors(folded, fold, orders, outputs))

@@ -6,7 +6,7 @@
 //! within one standard error of the best. Information criteria such as BIC count rows as independent, which the
 //! rows of a record are not, and pick far too many terms.
 
-use super::cross_validation::{FOLDS, FoldedMoments, squared_error};
+use super::cross_validation::{FOLDS, Folds, squared_error};
 use super::moments::Moments;
 use super::normal_equations;
 use crate::model::exponents;
@@ -104,7 +104,7 @@ fn held_out_errors(
 }
 
 /// Chooses and fits the terms of one output.
-pub(super) fn fit(folded: &FoldedMoments, orders: &[u8], output: usize) -> Result<Selection> {
+pub(super) fn fit(folded: &Folds, orders: &[u8], output: usize) -> Result<Selection> {
     let all = exponents(orders);
     let places: Vec<usize> = (0..all.len())
         .filter(|i| all[*i].iter().sum::<u8>() <= TOTAL_DEGREE)

@@ -144,7 +144,7 @@ impl WithSimd for BySample<'_> {
 
 /// The powers 0 to 6.
 #[inline(always)]
-fn powers(x: f64) -> [f64; 7] {
+pub(crate) fn powers(x: f64) -> [f64; 7] {
     let (x2, x3) = (x * x, x * x * x);
     [1.0, x, x2, x3, x2 * x2, x2 * x3, x3 * x3]
 }

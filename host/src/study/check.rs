@@ -29,8 +29,17 @@ impl Trace {
     }
 }
 
+/// Of what a study's records are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Extent {
+    /// All there are.
+    Whole,
+    /// One of more: what stands still in it may move in others.
+    Part,
+}
+
 /// Refuses constant channels as the head of this file says.
-pub(crate) fn constant_channels(study: &Study, plan: &Plan) -> Result<()> {
+pub(crate) fn constant_channels(study: &Study, plan: &Plan, extent: Extent) -> Result<()> {
     let axes: Vec<Vec<Trace>> = (0..study.axes.len())
         .map(|axis| traces(&plan.axes[axis], &study.records, axis))
         .collect();
@@ -40,7 +49,7 @@ pub(crate) fn constant_channels(study: &Study, plan: &Plan) -> Result<()> {
         for axis in &axes {
             let axis_moves = moves(axis, record);
             for trace in axis.iter().filter(|t| t.spans[record] == 0.0) {
-                let never = trace.spans.iter().all(|s| *s == 0.0);
+                let never = extent == Extent::Whole && trace.spans.iter().all(|s| *s == 0.0);
                 let reason = if never {
                     "in every record"
                 } else if axis_moves {

@@ -3,7 +3,6 @@
 use super::Study;
 use super::description::Source;
 use super::log::MemoryLog;
-use super::read::described;
 use crate::text::error::Result;
 use std::path::Path;
 
@@ -39,6 +38,6 @@ impl Study {
             text: description,
             written: false,
         };
-        described(&source, Some(logs), &[])
+        Self::described(&source, Some(logs), &[])
     }
 }

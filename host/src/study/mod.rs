@@ -7,6 +7,7 @@ mod calibrated;
 mod check;
 pub(crate) mod description;
 pub mod draft;
+pub mod further;
 mod kinematics;
 mod linear;
 mod log;
@@ -76,7 +77,7 @@ impl Convention {
 }
 
 /// One axis of the joint.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Axis {
     /// The name that stands behind the @ of an effect.
     pub name: String,

@@ -1,11 +1,12 @@
 //! Reading a study: description, plan, logs, time, checks.
 
 use super::calibrated::Calibrated;
+use super::check::{self, Extent};
 use super::description::{Description, RecordEntry, Source};
 use super::log::{Log, MemoryLog, Request};
 use super::plan::{Plan, plan};
 use super::sampling::Sampling;
-use super::{Record, Role, Study, check, time};
+use super::{Record, Role, Study, time};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
 use rayon::prelude::*;
@@ -23,10 +24,68 @@ impl Study {
     pub fn read(path: &Path) -> Result<Self> {
         Self::read_with(path, &[])
     }
+
+    /// The study that a description makes of its logs: of files beside it, or of those in `memory`; with further `columns` as inputs.
+    pub(super) fn described(
+        source: &Source<'_>,
+        memory: Option<&[MemoryLog]>,
+        columns: &[&str],
+    ) -> Result<Self> {
+        let mut said: Description = source.parse("reference/study.md")?;
+        said.take_columns(columns);
+        let (plan, axes) = plan(source, &said)?;
+        let folder = source.path.parent().unwrap_or(Path::new("."));
+        let mut notes = check_records(source, &said, folder)?;
+        notes.extend(axis_notes(&plan, &axes));
+        let mut study = Self::of_records(source, &said, (&plan, axes), (folder, memory))?;
+        study.notes.splice(0..0, notes);
+        check::constant_channels(&study, &plan, Extent::Whole)?;
+        study.notes.extend(constant_inputs(&study));
+        Ok(study)
+    }
+
+    /// The study of the records that a description lists, in a folder or in memory, unchecked beside one another.
+    pub(super) fn of_records(
+        source: &Source<'_>,
+        said: &Description,
+        (plan, axes): (&Plan, Vec<super::Axis>),
+        logs: (&Path, Option<&[MemoryLog]>),
+    ) -> Result<Self> {
+        let mut notes = Vec::new();
+        let (sample_rate_hz, records, sources) = read_records(said, plan, logs, &mut notes)?;
+        if let Some(band) = &said.band_hz
+            && *band.get_ref() >= 0.5 * sample_rate_hz
+        {
+            return Err(source.wrong(
+                band,
+                format!(
+                    "band_hz = {} is not below half the sample rate of {sample_rate_hz} Hz; lower it or leave it out",
+                    band.get_ref()
+                ),
+            ));
+        }
+        Ok(Self {
+            name: said.name.clone().unwrap_or_else(|| folder_name(logs.0)),
+            sample_rate_hz,
+            band_hz: said.band_hz.as_ref().map(|b| *b.get_ref()),
+            axes,
+            inputs: said.inputs(),
+            records,
+            sources,
+            base_terms: said
+                .base
+                .terms
+                .iter()
+                .map(|t| t.get_ref().clone())
+                .collect(),
+            notes,
+            path: source.path.to_owned(),
+        })
+    }
 }
 
-/// The path of a `study.toml` (of the one in the folder `path`), and its text.
-pub(super) fn text_of(path: &Path) -> Result<(PathBuf, String)> {
+/// The path and the text of a `study.toml`, or of the one in a folder.
+pub(super) fn description_text(path: &Path) -> Result<(PathBuf, String)> {
     let path = if path.is_dir() {
         path.join("study.toml")
     } else {
@@ -53,56 +112,6 @@ pub(super) fn text_of(path: &Path) -> Result<(PathBuf, String)> {
         None => text,
     };
     Ok((path, text))
-}
-
-/// The study that a description makes of its logs: of files beside it, or of those in `memory`; with further `columns` as inputs.
-pub(super) fn described(
-    source: &Source<'_>,
-    memory: Option<&[MemoryLog]>,
-    columns: &[&str],
-) -> Result<Study> {
-    let mut said: Description = source.parse("reference/study.md")?;
-    said.take_columns(columns);
-    let (plan, axes) = plan(source, &said)?;
-    let folder = source.path.parent().unwrap_or(Path::new(".")).to_owned();
-    let mut notes = check_records(source, &said, &folder)?;
-    notes.extend(axis_notes(&plan, &axes));
-    let (sample_rate_hz, records, sources) =
-        read_records(&said, &plan, (&folder, memory), &mut notes)?;
-    if let Some(band) = &said.band_hz
-        && *band.get_ref() >= 0.5 * sample_rate_hz
-    {
-        return Err(source.wrong(
-            band,
-            format!(
-                "band_hz = {} is not below half the sample rate of {sample_rate_hz} Hz; lower it or leave it out",
-                band.get_ref()
-            ),
-        ));
-    }
-    let study = Study {
-        name: said.name.clone().unwrap_or_else(|| folder_name(&folder)),
-        sample_rate_hz,
-        band_hz: said.band_hz.as_ref().map(|b| *b.get_ref()),
-        axes,
-        inputs: said.inputs(),
-        records,
-        sources,
-        base_terms: said
-            .base
-            .terms
-            .iter()
-            .map(|t| t.get_ref().clone())
-            .collect(),
-        notes,
-        path: source.path.to_owned(),
-    };
-    check::constant_channels(&study, &plan)?;
-    let notes = constant_inputs(&study);
-    Ok(Study {
-        notes: [study.notes.clone(), notes].concat(),
-        ..study
-    })
 }
 
 /// A sentence for every input that is the same in all rows of all records.

@@ -3,7 +3,7 @@
 use super::description::{Description, InputEntry, RecordEntry, Source};
 use super::log::Request;
 use super::plan::plan;
-use super::read::{described, text_of};
+use super::read::description_text;
 use super::{Input, Study};
 use crate::text::error::Result;
 use std::path::Path;
@@ -16,8 +16,8 @@ impl Study {
     /// # Errors
     /// As [`Study::read`], also for a column that a log lacks.
     pub fn read_with(path: &Path, columns: &[&str]) -> Result<Self> {
-        let (path, text) = text_of(path)?;
-        described(&written(&path, &text), None, columns)
+        let (path, text) = description_text(path)?;
+        Self::described(&written(&path, &text), None, columns)
     }
 
     /// Reads a study for effects that follow these inputs: columns of that name serve where the study names no such input.
@@ -38,7 +38,7 @@ impl Study {
         if !self.path.is_file() {
             return Ok(None);
         }
-        let (path, text) = text_of(&self.path)?;
+        let (path, text) = description_text(&self.path)?;
         let said: Description = written(&path, &text).parse("reference/study.md")?;
         let used = plan(&written(&path, &text), &said)?.0;
         if used.resample_hz.is_some() {
@@ -66,7 +66,7 @@ impl Study {
         if names.is_empty() {
             return Ok(None);
         }
-        described(&written(&path, &text), None, &names).map(Some)
+        Self::described(&written(&path, &text), None, &names).map(Some)
     }
 }
 

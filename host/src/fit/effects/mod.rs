@@ -210,7 +210,11 @@ fn columns_before(problem: &Problem<'_>, term: usize) -> usize {
 }
 
 /// The interval of a parameter that the force is proportional to, and what speaks against its value.
-fn of_linear(value: f64, positive: bool, error: Option<f64>) -> (Option<[f64; 2]>, Option<String>) {
+pub(in crate::fit) fn of_linear(
+    value: f64,
+    positive: bool,
+    error: Option<f64>,
+) -> (Option<[f64; 2]>, Option<String>) {
     let interval = error.map(|e| [value - QUANTILE * e, value + QUANTILE * e]);
     let doubt = (positive && value < 0.0).then(|| {
         format!(
@@ -280,7 +284,7 @@ fn out_of_order(bound: &Bound, values: &[f64], names: &[&str]) -> Vec<String> {
 }
 
 /// The inertia of an axis, stated or identified; `errors` are the standard errors of those identified that are left.
-fn found_inertia(
+pub(in crate::fit) fn found_inertia(
     axis: &Axis,
     identified: Option<f64>,
     errors: &mut impl Iterator<Item = f64>,

@@ -1,5 +1,6 @@
 //! From a study to a model: derivatives, restoring force, fit, and the errors on every record.
 
+pub mod from_sums;
 mod network;
 mod physical;
 mod polynomial;
@@ -19,7 +20,7 @@ use crate::model::corrections::missing_inertia;
 use crate::model::file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile};
 use crate::model::{EffectTerm, ModelAxis};
 use crate::signal::motion::{self, Filters, Motion};
-use crate::study::{Role, Study};
+use crate::study::{Axis, Role, Study};
 use crate::text::date;
 use crate::text::error::{Error, Result};
 
@@ -33,6 +34,21 @@ pub struct Identified {
 }
 
 impl Identified {
+    /// A model as the first entry of its history says it came about.
+    fn new(mut model: ModelFile, inertia: Vec<Inertia>, what: String) -> Result<Self> {
+        model.history.push(HistoryEntry {
+            what,
+            date: date::today()?,
+            change: None,
+            validation: model.validation.clone(),
+        });
+        Ok(Self {
+            model,
+            training: None,
+            inertia,
+        })
+    }
+
     /// Standard error of an identified inertia, kg or kg·m²; none for one that the study gave.
     pub fn inertia_error(&self, axis: &str) -> Option<f64> {
         let at = self.model.axes.iter().position(|a| a.name == axis);
@@ -171,50 +187,49 @@ impl Prepared {
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when a record cannot be compared.
-    pub fn finish(self, study: &Study, fit_result: FitResult) -> Result<Identified> {
-        let mut warnings = fit_result.warnings;
-        warnings.extend(coverage::validation_warnings(
+    pub fn finish(self, study: &Study, mut fit_result: FitResult) -> Result<Identified> {
+        fit_result.warnings.extend(coverage::validation_warnings(
             &study.axes,
             &self.training(study),
             &self.validation(study),
         ));
-        let axes = study.axes.iter().zip(&fit_result.inertia);
-        let axes = axes.map(|(axis, inertia)| ModelAxis {
-            name: axis.name.clone(),
-            kind: axis.kind,
-            inertia: inertia.value + missing_inertia(&fit_result.effects, &axis.name),
-            inertia_identified: inertia.identified,
-            restoring_force: axis.restoring_force,
-        });
-        let mut model = ModelFile {
-            format: FORMAT.into(),
-            study: study.name.clone(),
-            axes: axes.collect(),
-            base: fit_result.base,
-            effects: fit_result.effects,
-            fit: fit_result.fit,
-            fits: fit_result.fits,
-            warnings,
-            verification: Vec::new(),
-            validation: Vec::new(),
-            history: Vec::new(),
-            records: study.sources.clone(),
-            filters: self.filters,
-        };
+        let inertia = fit_result.inertia.clone();
+        let mut model = fit_result.model(&study.name, &study.axes, self.filters);
+        model.records.clone_from(&study.sources);
         let evaluated = Evaluated::as_logged(study, &model, &self.motions)?;
         let [verification, validation] = [Role::Train, Role::Validate].map(|r| evaluated.pooled(r));
         model.verification = verification;
         model.validation = validation;
-        model.history.push(HistoryEntry {
-            what: format!("identified: {}, {} fit", model.base.name(), model.fit),
-            date: date::today()?,
-            change: None,
-            validation: model.validation.clone(),
+        let what = format!("identified: {}, {} fit", model.base.name(), model.fit);
+        Identified::new(model, inertia, what)
+    }
+}
+
+impl FitResult {
+    /// The model file of it, without records, errors and history.
+    fn model(self, study: &str, axes: &[Axis], filters: Filters) -> ModelFile {
+        let axes = axes.iter().zip(&self.inertia);
+        let axes = axes.map(|(axis, inertia)| ModelAxis {
+            name: axis.name.clone(),
+            kind: axis.kind,
+            inertia: inertia.value + missing_inertia(&self.effects, &axis.name),
+            inertia_identified: inertia.identified,
+            restoring_force: axis.restoring_force,
         });
-        Ok(Identified {
-            model,
-            training: None,
-            inertia: fit_result.inertia,
-        })
+        ModelFile {
+            format: FORMAT.into(),
+            study: study.into(),
+            axes: axes.collect(),
+            base: self.base,
+            effects: self.effects,
+            fit: self.fit,
+            fits: self.fits,
+            warnings: self.warnings,
+            verification: Vec::new(),
+            validation: Vec::new(),
+            history: Vec::new(),
+            records: Vec::new(),
+            filters,
+        }
     }
 }

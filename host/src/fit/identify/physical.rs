@@ -156,7 +156,7 @@ pub(crate) fn base_terms(study: &Study) -> Result<(Vec<Bound>, Option<String>)> 
 }
 
 /// Parameters of the effects that act on an axis.
-fn parameters_on(fit: &EffectsFit, axis: usize) -> usize {
+pub(super) fn parameters_on(fit: &EffectsFit, axis: usize) -> usize {
     let acting = fit.terms.iter().filter(|t| t.bound.acts_on(axis));
     acting.map(|t| t.values.len()).sum()
 }

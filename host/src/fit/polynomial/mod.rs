@@ -1,7 +1,7 @@
 //! Fitting the paper's polynomial (Eqs. 10 and 11) to training records.
 
 use super::coverage::training_warnings;
-use super::cross_validation::{FOLDS, FoldedMoments, squared_error};
+use super::cross_validation::{FOLDS, FoldedMoments, Folds, guard_rows, squared_error};
 use super::inertia::{Inertia, inertias};
 use super::{normal_equations, ridge, select};
 use crate::model::{InputRange, Polynomial, exponents};
@@ -86,24 +86,35 @@ pub fn input_ranges(motions: &[&Motion]) -> Vec<InputRange> {
             let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
                 (v.min(low), v.max(high))
             });
-            let half_range = 0.5 * (high - low);
-            InputRange {
-                center: 0.5 * (high + low),
-                half_range: if half_range > 0.0 { half_range } else { 1.0 },
-            }
+            range(low, high)
         })
         .collect()
 }
 
-fn check(axes: &[Axis], motions: &[&Motion], orders: &[u8]) -> Result<()> {
-    check_records(axes, motions)?;
-    if orders.len() != 2 * axes.len() || orders.iter().any(|order| *order > 3) {
-        return Err(Error::usage(format!(
-            "--order takes {} numbers from 0 to 3, one per input (displacement and velocity of each axis), not {orders:?}",
-            2 * axes.len()
-        )));
+/// The range of an input that went from `low` to `high`.
+pub(super) fn range(low: f64, high: f64) -> InputRange {
+    let half_range = 0.5 * (high - low);
+    InputRange {
+        center: 0.5 * (high + low),
+        half_range: if half_range > 0.0 { half_range } else { 1.0 },
     }
-    Ok(())
+}
+
+impl PolynomialOptions {
+    /// The highest exponent of each input of these axes.
+    fn orders_for(&self, axes: &[Axis]) -> Result<Vec<u8>> {
+        let orders = self
+            .orders
+            .clone()
+            .unwrap_or_else(|| vec![3; 2 * axes.len()]);
+        if orders.len() != 2 * axes.len() || orders.iter().any(|order| *order > 3) {
+            return Err(Error::usage(format!(
+                "--order takes {} numbers from 0 to 3, one per input (displacement and velocity of each axis), not {orders:?}",
+                2 * axes.len()
+            )));
+        }
+        Ok(orders)
+    }
 }
 
 /// Whether the training records fit the axes, are long enough for any fit and hold only finite numbers.
@@ -176,16 +187,12 @@ pub fn fit_polynomial(
     options: &PolynomialOptions,
     progress: &dyn Fn(f64),
 ) -> Result<PolynomialFit> {
-    let orders = options
-        .orders
-        .clone()
-        .unwrap_or_else(|| vec![3; 2 * axes.len()]);
-    check(axes, motions, &orders)?;
+    check_records(axes, motions)?;
+    options.orders_for(axes)?;
     let ranges = input_ranges(motions);
     let inertia = inertias(axes, motions, &ranges, low_pass)?;
     progress(0.2);
-    // A tenth of a second: more than a cycle of the slowest motions that matter, beside what the filters smear.
-    let guard = (0.1 * motions[0].sample_rate_hz) as usize + low_pass.len();
+    let guard = guard_rows(motions[0].sample_rate_hz, low_pass);
     let mut folded = FoldedMoments::new(&ranges, axes.len(), guard);
     for motion in motions {
         let forces: Vec<Vec<f64>> = axes
@@ -201,18 +208,36 @@ pub fn fit_polynomial(
         folded.add_record(&states, &forces);
     }
     progress(0.4);
+    let warnings = |terms| training_warnings(axes, motions, terms);
+    let fit = fit_folds(axes, folded.folds(), options, (ranges, inertia), &warnings)?;
+    progress(1.0);
+    Ok(fit)
+}
+
+/// Fits the polynomial to moments of rows that were normalised by `ranges`; `training_warnings` are told the number of terms.
+///
+/// # Errors
+/// One sentence: orders that do not fit the axes, data that determine nothing.
+pub(super) fn fit_folds(
+    axes: &[Axis],
+    folds: &Folds,
+    options: &PolynomialOptions,
+    (ranges, inertia): (Vec<InputRange>, Vec<Inertia>),
+    training_warnings: &dyn Fn(usize) -> Vec<String>,
+) -> Result<PolynomialFit> {
+    let orders = options.orders_for(axes)?;
     let terms = exponents(&orders);
-    let total = folded.total();
+    let total = folds.total();
     let plain = normal_equations::solve(&total.gram(&terms), &total.cross(&terms))?;
-    let (coefficients, fits) = coefficients(&folded, &orders, &plain, options.method, axes.len())?;
-    let warnings = warnings(axes, motions, &inertia, &plain, terms.len());
+    let (coefficients, fits) = coefficients(folds, &orders, &plain, options.method, axes.len())?;
+    let mut warnings = training_warnings(terms.len());
+    warnings.extend(doubts(axes, &inertia, &plain, terms.len()));
     let polynomial = Polynomial {
         orders,
         inputs: ranges,
         coefficients,
     };
     polynomial.check()?;
-    progress(1.0);
     Ok(PolynomialFit {
         polynomial,
         inertia,
@@ -226,7 +251,7 @@ pub fn fit_polynomial(
 
 /// The coefficients of every axis by the chosen method, and how each came about; `plain` is the least-squares solution.
 fn coefficients(
-    folded: &FoldedMoments,
+    folded: &Folds,
     orders: &[u8],
     plain: &normal_equations::Solution,
     method: Method,
@@ -281,14 +306,13 @@ fn coefficients(
 }
 
 /// What to be wary of in a fit.
-fn warnings(
+fn doubts(
     axes: &[Axis],
-    motions: &[&Motion],
     inertia: &[Inertia],
     plain: &normal_equations::Solution,
     terms: usize,
 ) -> Vec<String> {
-    let mut warnings = training_warnings(axes, motions, terms);
+    let mut warnings = Vec::new();
     if plain.rank < terms {
         warnings.push(format!(
             "the training records determine only {} of {} terms (condition number {:.1e} over those): the rest is set by convention, not by data",
@@ -309,11 +333,7 @@ fn warnings(
 }
 
 /// NMSE of plain least squares over held-out blocks, percent, per output.
-fn plain_cross_validation(
-    folded: &FoldedMoments,
-    terms: &[[u8; 4]],
-    outputs: usize,
-) -> Result<Vec<f64>> {
+fn plain_cross_validation(folded: &Folds, terms: &[[u8; 4]], outputs: usize) -> Result<Vec<f64>> {
     let mut errors = vec![0.0; outputs];
     for fold in 0..FOLDS {
         let (training, held) = (folded.training(fold), folded.held_out(fold));

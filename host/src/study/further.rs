@@ -1,0 +1,108 @@
+//! Logs that a study does not list, read as records of it: there may be thousands, each of which is read alone and forgotten.
+
+use super::check::{self, Extent};
+use super::description::{Description, RecordEntry, Source};
+use super::plan::plan;
+use super::read::description_text;
+use super::{MemoryLog, Role, Study};
+use crate::text::error::{Error, Result};
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+/// What a `study.toml` says of every log: channels, units, axes.
+#[derive(Clone, Debug)]
+pub struct Template {
+    path: PathBuf,
+    text: String,
+    sample_rate_hz: f64,
+}
+
+impl Template {
+    /// The template of a study that was read, from its file.
+    ///
+    /// # Errors
+    /// One sentence when the file has gone.
+    pub fn of_study(study: &Study) -> Result<Self> {
+        let (path, text) = description_text(&study.path)?;
+        Ok(Self {
+            path,
+            text,
+            sample_rate_hz: study.sample_rate_hz,
+        })
+    }
+
+    /// The template in a text in the form of `study.toml`; `called` is what messages call it.
+    pub fn of_text(called: &str, text: String, sample_rate_hz: f64) -> Self {
+        Self {
+            path: called.into(),
+            text,
+            sample_rate_hz,
+        }
+    }
+
+    /// The text of the description.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The study of a log alone, the file at this path, as a record to learn from.
+    ///
+    /// # Errors
+    /// As [`Study::read`].
+    pub fn read(&self, file: &Path) -> Result<Study> {
+        self.of_one(&file.to_string_lossy(), None)
+    }
+
+    /// The same of a log in memory.
+    ///
+    /// # Errors
+    /// As [`Study::of_memory`].
+    pub fn read_memory(&self, log: &MemoryLog) -> Result<Study> {
+        self.of_one(&log.name, Some(std::slice::from_ref(log)))
+    }
+
+    fn of_one(&self, file: &str, memory: Option<&[MemoryLog]>) -> Result<Study> {
+        let source = Source {
+            path: &self.path,
+            text: &self.text,
+            written: true,
+        };
+        let mut said: Description = source.parse("reference/study.md")?;
+        let columns = said.record.iter().find_map(|entry| entry.columns.clone());
+        said.record = vec![RecordEntry {
+            file: Spanned::new(0..0, file.to_owned()),
+            role: Role::Train,
+            rows: None,
+            columns,
+        }];
+        // Rates that time columns show differ in their last digits; all records count as sampled at the study's.
+        said.sample_rate_hz = Some(Spanned::new(0..0, self.sample_rate_hz));
+        let (plan, axes) = plan(&source, &said)?;
+        let mut study = Study::of_records(&source, &said, (&plan, axes), (Path::new(""), memory))?;
+        check::constant_channels(&study, &plan, Extent::Part)?;
+        let name = Path::new(file).file_name();
+        let name = name.map_or(file.to_owned(), |n| n.to_string_lossy().into_owned());
+        for source in &mut study.sources {
+            source.file.clone_from(&name);
+        }
+        Ok(study)
+    }
+
+    /// SHA-256 of what is said of the logs: everything but the list of records, comments and layout.
+    ///
+    /// # Errors
+    /// One sentence when the text is not TOML.
+    pub fn sha256(&self) -> Result<String> {
+        let mut table: toml::Table = toml::from_str(&self.text).map_err(|e| {
+            Error::data(format!(
+                "{}: this is not TOML ({})",
+                self.path.display(),
+                e.message()
+            ))
+        })?;
+        table.remove("record");
+        let digest = Sha256::digest(table.to_string());
+        Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
+    }
+}
