@@ -303,3 +303,50 @@ fn the_checks_see_what_they_are_for() {
     assert!(of("nowhere.md").is_some() && of("#nothing").is_some());
     assert!(of("reference/study.md#nothing").is_some());
 }
+
+#[test]
+fn files_and_constants_that_pages_name_exist() {
+    let root = workspace();
+    let folders = [
+        "host/",
+        "shared/",
+        "firmware/",
+        "tests/",
+        "docs/",
+        ".cargo/",
+    ];
+    let mut sources = String::new();
+    for folder in ["host", "shared", "firmware", "tests", ".cargo"] {
+        gather_sources(&root.join(folder), &mut sources);
+    }
+    let is_missing = |span: &&str| {
+        let path = folders.iter().any(|folder| span.starts_with(folder))
+            && !span.contains(|c: char| c.is_whitespace() || "<>*{…".contains(c));
+        let of_constants = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_';
+        let constant = span.contains('_') && span.chars().all(of_constants);
+        (path && !root.join(span).exists()) || (constant && !sources.contains(*span))
+    };
+    let all = complaints(|_, text| {
+        let text = without_code(text);
+        let spans = text.split('`').skip(1).step_by(2);
+        let missing = spans.filter(is_missing);
+        missing.map(|span| format!("`{span}` is nowhere")).collect()
+    });
+    assert!(all.is_empty(), "{all}");
+}
+
+/// Every source file under a folder, one after the other.
+fn gather_sources(folder: &Path, into: &mut String) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if path.is_dir() && name != "target" && name != "node_modules" {
+            gather_sources(&path, into);
+        } else if [".rs", ".toml", ".py", ".x", ".h", ".sh"]
+            .iter()
+            .any(|end| name.ends_with(end))
+        {
+            into.push_str(&fs::read_to_string(&path).unwrap());
+        }
+    }
+}

@@ -66,7 +66,7 @@ fn unit_in_words(parameter: &Parameter) -> String {
     match units(parameter) {
         [a, b] if a == b && a == "–" => "no unit".into(),
         [a, b] if a == b => a,
-        [a, b] => format!("{a} or {b}"),
+        [a, b] => format!("{a}, {b}"),
     }
 }
 
@@ -285,7 +285,7 @@ pub fn markdown() -> String {
         };
         let _ = write!(
             text,
-            "{fate}- Source: {}.\n- Residual signature: {}.\n- Separated by: {}\n\n```\n{}\n{}\n```\n",
+            "{fate}- Source: {}.\n- Signature: {}.\n- Experiment: {}\n\n```\n{}\n{}\n```\n",
             about.source,
             about.residual_signature,
             about.separated_by,
