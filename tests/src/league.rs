@@ -278,7 +278,7 @@ pub fn silverbox(told: &dyn Fn(&str)) -> Result<Vec<Figure>, String> {
 }
 
 /// Figures as the page has them: three significant digits.
-fn digits(value: f64) -> String {
+pub(crate) fn digits(value: f64) -> String {
     if !value.is_finite() {
         return "diverges".into();
     }
@@ -307,16 +307,16 @@ pub fn table(figures: &[Figure]) -> String {
     text
 }
 
-/// A page with another table between its marks.
+/// A page with another table between two marks.
 ///
 /// # Errors
 /// One sentence when the marks are not there.
-pub fn with_table(page: &str, table: &str) -> Result<String, String> {
-    let missing = || format!("the page has no {} and {}", MARKS[0], MARKS[1]);
-    let (before, rest) = page.split_once(MARKS[0]).ok_or_else(missing)?;
-    let (_, after) = rest.split_once(MARKS[1]).ok_or_else(missing)?;
+pub fn with_table(page: &str, marks: [&str; 2], table: &str) -> Result<String, String> {
+    let missing = || format!("the page has no {} and {}", marks[0], marks[1]);
+    let (before, rest) = page.split_once(marks[0]).ok_or_else(missing)?;
+    let (_, after) = rest.split_once(marks[1]).ok_or_else(missing)?;
     Ok(format!(
         "{before}{}\n\n{table}\n{}{after}",
-        MARKS[0], MARKS[1]
+        marks[0], marks[1]
     ))
 }

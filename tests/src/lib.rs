@@ -9,6 +9,7 @@ pub mod false_alarms;
 pub mod faults;
 pub mod hidden;
 pub mod imports;
+pub mod joints;
 pub mod lab;
 pub mod league;
 pub mod log;

@@ -48,7 +48,7 @@ fn the_oscillator_does_as_the_page_says() {
 #[test]
 fn a_table_replaces_only_what_stands_between_the_marks() {
     let page = format!("before\n{}\nold\n{}\nafter\n", MARKS[0], MARKS[1]);
-    let new = with_table(&page, &table(&[])).unwrap();
+    let new = with_table(&page, MARKS, &table(&[])).unwrap();
     assert!(new.starts_with("before\n") && new.ends_with("\nafter\n") && !new.contains("old"));
-    assert!(with_table("no marks", "").is_err());
+    assert!(with_table("no marks", MARKS, "").is_err());
 }

@@ -42,7 +42,7 @@ pub(super) struct Search {
     pub(super) found: Vec<Bound>,
     /// One per axis.
     pub(super) decisions: Vec<Decision>,
-    /// What was found in the training records, but makes the error on rows that were not learnt from larger: the axis, and the errors without and with it.
+    /// What was found in the training records, but makes the error on validation records larger: the axis, and the errors without and with it.
     pub(super) refuted: Vec<(Bound, usize, [f64; 2])>,
     /// Per axis, by how much the zeros of force differ from record to record, N or N·m, where they do.
     pub(super) zeros: Vec<Option<f64>>,
@@ -298,7 +298,7 @@ fn spread_of_zeros(records: &Records<'_>, axis: usize, hypothesis: &Hypothesis) 
     most - least
 }
 
-/// Takes out of a model what makes the error on rows that were not learnt from larger: an error that rises is no effect.
+/// Takes out of a model what makes the error on validation records larger: an error that rises is no effect.
 fn refuted(
     given: &Given<'_>,
     records: &Records<'_>,
@@ -307,6 +307,9 @@ fn refuted(
     first: (&[Bound], &[Vec<f64>]),
 ) -> Result<Vec<(Bound, usize, [f64; 2])>> {
     let mut refuted = Vec::new();
+    if given.unseen.validation.is_none() {
+        return Ok(refuted);
+    }
     // The least important stands last.
     let mut at = last.terms.len();
     while at > kept {

@@ -19,7 +19,7 @@ use crate::fit::effects::are_enough;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
 use crate::model::effects::Bound;
-use crate::model::file::{AxisError, Base, JudgedOn, ModelFile};
+use crate::model::file::{AxisError, Base, ModelFile};
 use crate::model::time_history::with_lag;
 use crate::signal::mixed_acceleration;
 use crate::signal::motion::Motion;
@@ -80,12 +80,8 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     let training = judged.training(study);
     let validation = judged.validation(study);
     let (base, values) = base_of(study, model, &mut notes)?;
-    let motions = if validation.is_empty() {
-        &training
-    } else {
-        &validation
-    };
-    let held = Records::new(&study.axes, motions, &model.filters.band);
+    let held = [&validation, &training].into_iter().find(|m| !m.is_empty());
+    let held = Records::new(&study.axes, held.unwrap_or(&training), &model.filters.band);
     let logged = prepared.validation(study);
     let of_validation = Records::new(&study.axes, &logged, &model.filters.band);
     let as_logged = prepared.training(study);
@@ -109,21 +105,12 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
     let of = |m: &super::search::Model| unseen.errors(&m.terms, &m.solution);
     let (before, after) = (of(&search.first)?, of(&search.last)?);
-    let floors =
+    let [floors, as_logged] =
         [&judged.motions, &prepared.motions].map(|motions| floors(study, model, &search, motions));
-    let [floors, as_logged] = floors;
     notes.extend(never_rests(study, &floors));
     let learnt = Records::new(&study.axes, &training, &model.filters.band);
-    let unmeasured: Vec<f64> = (0..study.axes.len())
-        .map(|axis| unmeasured(&search, axis, (&floors[axis], &as_logged[axis]), &learnt))
-        .collect();
-    for decision in &mut search.decisions {
-        // No draw of blocks takes away what stands above the noise.
-        if unmeasured[decision.axis] > CRITERIA.unknown * decision.named() {
-            (decision.chances.unknown, decision.chances.nothing) = (1.0, 0.0);
-        }
-    }
-    notes.extend(refutations(&search, &names, unseen.judged_on()));
+    let unmeasured = unmeasured_forces(&mut search, (&floors, &as_logged), &learnt);
+    notes.extend(refutations(&search, &names));
     notes.extend(in_notes(&search, &names, &unmeasured, study));
     let found = in_words_found(&search.found, &names);
     let wrong = data_checks::check(study, &model.filters);
@@ -134,33 +121,17 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
         let pairs = names.iter().zip(values);
         pairs.map(|(name, v)| ((*name).to_string(), *v)).collect()
     };
-    let noise: Vec<f64> = as_logged
-        .iter()
-        .zip(&held.references.force)
-        .map(|(floor, force)| floor.rms / force)
-        .collect();
+    let noise = as_logged.iter().zip(&held.references.force);
+    let noise: Vec<f64> = noise.map(|(floor, force)| floor.rms / force).collect();
     let comparison = compare::compare_motions(study, model, &prepared.motions)?;
-    let new = search
-        .last
-        .terms
-        .iter()
-        .zip(&search.last.solution.solved.values);
-    let new: Vec<(Bound, Vec<f64>)> = new
-        .filter(|(term, _)| search.found.contains(term))
-        .map(|(term, values)| (*term, values.clone()))
-        .collect();
+    let new = added(&search);
     let (before, after) = match model.base {
         Base::None(_) => (before, after),
         _ => errors_of_the_model(study, &prepared, model, &new, &mut notes)?,
     };
     let absorbed = absorbed(study, &prepared, model, &new)?;
     notes.extend(absorbed.iter().map(|a| follows_already(model, a)));
-    let decisions = &search.decisions;
-    let first = (
-        &learnt,
-        base.as_slice(),
-        search.first.solution.solved.values.as_slice(),
-    );
+    let (decisions, values) = (&search.decisions, &search.first.solution.solved.values);
     Ok(Diagnosis {
         verdict,
         judged_on: unseen.judged_on(),
@@ -168,15 +139,11 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
         relative_error_after: per_axis(&after),
         absorbed,
         noise_floor: per_axis(&noise),
-        ranked: in_words_ranked(decisions, first, &found, study),
+        ranked: in_words_ranked(decisions, (&learnt, &base, values), &found, study),
         found,
         probabilities: in_words_probabilities(decisions, &names, f64::from(u8::from(serious))),
         remainder: in_words_remainder(decisions, &names),
-        looked_at: if asked.explain {
-            in_words_looked(decisions, &names)
-        } else {
-            Vec::new()
-        },
+        looked_at: in_words_looked(if asked.explain { decisions } else { &[] }, &names),
         places: comparison.places,
         data_problems: [data_checks::sentences(wrong), short].concat(),
         notes,
@@ -295,6 +262,34 @@ fn unmeasured(
     }
 }
 
+/// The same on every axis. No draw of blocks takes away what stands above the noise, so what is likely is put right as well.
+fn unmeasured_forces(
+    search: &mut Search,
+    (floors, as_logged): (&[Floor], &[Floor]),
+    learnt: &Records<'_>,
+) -> Vec<f64> {
+    let floors = floors.iter().zip(as_logged).enumerate();
+    let unmeasured: Vec<f64> = floors
+        .map(|(axis, floors)| unmeasured(search, axis, floors, learnt))
+        .collect();
+    for decision in &mut search.decisions {
+        if unmeasured[decision.axis] > CRITERIA.unknown * decision.named() {
+            (decision.chances.unknown, decision.chances.nothing) = (1.0, 0.0);
+        }
+    }
+    unmeasured
+}
+
+/// What was found, with its values.
+fn added(search: &Search) -> Vec<(Bound, Vec<f64>)> {
+    let last = search.last.terms.iter();
+    let last = last.zip(&search.last.solution.solved.values);
+    let found = last.filter(|(term, _)| search.found.contains(term));
+    found
+        .map(|(term, values)| (*term, values.clone()))
+        .collect()
+}
+
 /// The verdict: an effect where what has a name explains most of what can be explained.
 fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool) -> Verdict {
     let named: f64 = search.decisions.iter().map(Decision::named).sum();
@@ -313,14 +308,13 @@ fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool)
 }
 
 /// What an effect that was found makes worse, in a sentence each.
-fn refutations(search: &Search, names: &[&str], judged_on: JudgedOn) -> Vec<String> {
+fn refutations(search: &Search, names: &[&str]) -> Vec<String> {
     let refuted = search.refuted.iter();
     let sentence = |(bound, axis, errors): &(Bound, usize, [f64; 2])| {
         format!(
-            "{} explains the training records better, but on the {} the relative error of axis {} would go from {:.4} to {:.4} with it, so \
-             it is not added",
+            "{} explains the training records better, but on the validation records the relative error of axis {} would go from {:.4} \
+             to {:.4} with it, so it is not added",
             bound.name(names),
-            judged_on.words(),
             names[*axis],
             errors[0],
             errors[1]

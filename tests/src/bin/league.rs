@@ -3,7 +3,7 @@
 //! `cargo run --release -p jointwatch-tests --bin league` prints the table and writes it into docs/notebook/league.md. Sets that are
 //! not there are skipped, and then the page stays as it is.
 
-use jointwatch_tests::league::{emps, silverbox, table, with_table};
+use jointwatch_tests::league::{MARKS, emps, silverbox, table, with_table};
 use jointwatch_tests::program::workspace;
 use std::fs;
 
@@ -19,5 +19,6 @@ fn main() -> Result<(), String> {
     }
     let path = workspace().join("docs/notebook/league.md");
     let page = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    fs::write(&path, with_table(&page, &text)?).map_err(|e| format!("{}: {e}", path.display()))
+    fs::write(&path, with_table(&page, MARKS, &text)?)
+        .map_err(|e| format!("{}: {e}", path.display()))
 }
