@@ -4,8 +4,9 @@ use super::calibrated::Calibrated;
 use super::description::{Description, RecordEntry, Source};
 use super::log::{Log, MemoryLog, Request};
 use super::plan::{Plan, plan};
+use super::quasi_static::{ROWS_PER_SECOND, direction};
 use super::sampling::Sampling;
-use super::{Record, Role, Study, check, time};
+use super::{Record, Role, Study, check, second_logger, time};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
 use rayon::prelude::*;
@@ -70,7 +71,8 @@ impl Study {
                 ),
             ));
         }
-        let study = Self {
+        let mut study = Self {
+            quasi_static: said.is_quasi_static(),
             name: said.name.clone().unwrap_or_else(|| folder_name(&folder)),
             sample_rate_hz,
             band_hz: said.band_hz.as_ref().map(|b| *b.get_ref()),
@@ -95,11 +97,26 @@ impl Study {
             path: source.path.to_owned(),
         };
         check::constant_channels(&study, &plan)?;
+        if study.quasi_static {
+            study.direct();
+        }
         let notes = constant_inputs(&study);
         Ok(Self {
             notes: [study.notes.clone(), notes].concat(),
             ..study
         })
+    }
+}
+
+impl Study {
+    /// Puts the direction of travel in the place of every velocity.
+    fn direct(&mut self) {
+        for record in &mut self.records {
+            for (axis, channels) in self.axes.iter().zip(&mut record.axes) {
+                let path = channels.relative_displacement();
+                channels.velocity = Some(direction(&path, axis.encoder_step));
+            }
+        }
     }
 }
 
@@ -237,13 +254,14 @@ fn read_records(
         })
         .collect();
     let logs: Vec<(Log, Option<Sampling>)> = in_order(requests.par_iter().map(|request| {
-        let log = request.read()?;
+        let log = second_logger::read(request, plan, folder, memory)?;
         check_length(request, &log)?;
         let sampling = Sampling::of(request, &log, plan)?;
         Ok((log, sampling))
     }))?;
     note_unused(&requests, &logs, notes);
     let stated = said.sample_rate_hz.as_ref().map(|r| *r.get_ref());
+    let stated = stated.or(said.is_quasi_static().then_some(ROWS_PER_SECOND));
     let first = logs[0].1.as_ref().map(|t| t.rate_hz);
     let rate = stated
         .or(first)
@@ -358,6 +376,7 @@ fn records(
         rows: [first_row, first_row + rows_of(log)],
         sha256: log.sha256.clone(),
         time: sampling.done.clone(),
+        clocks: log.others.iter().map(|other| other.clock.clone()).collect(),
     };
     Ok(Read {
         records,
