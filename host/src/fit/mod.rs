@@ -14,5 +14,6 @@ pub mod normal_equations;
 pub mod polynomial;
 mod ridge;
 mod select;
+pub(crate) mod stretches;
 pub(crate) mod trees;
 pub(crate) mod with_base;
