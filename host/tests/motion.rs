@@ -85,6 +85,7 @@ fn study(convention: Convention, accelerometer: bool) -> Study {
                 force: series(&force),
             }],
         }],
+        quasi_static: false,
         sources: Vec::new(),
         base_terms: Vec::new(),
         notes: Vec::new(),

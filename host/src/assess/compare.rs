@@ -102,6 +102,8 @@ fn places(
             model.filters.band_hz,
         )
     })
+    // Without time only the state says where.
+    .filter(|place| !model.filters.quasi_static || place.kind == "state")
     .collect()
 }
 
@@ -113,10 +115,13 @@ fn state_names(model: &ModelFile, motions: &[&Motion]) -> Vec<StateName> {
     };
     let axes = model.axes.iter().enumerate();
     axes.flat_map(|(index, axis)| {
-        let velocity = format!("velocity of {}", axis.name);
+        let (motion, unit) = match model.filters.quasi_static {
+            true => ("direction", ""),
+            false => ("velocity", axis.kind.velocity_unit()),
+        };
         [
             (axis.name.clone(), axis.kind.displacement_unit()),
-            (velocity, axis.kind.velocity_unit()),
+            (format!("{motion} of {}", axis.name), unit),
         ]
         .into_iter()
         .enumerate()
@@ -176,10 +181,11 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
             continue;
         }
         let table = figures_table(&records, model);
-        text.push_str(&format!(
-            "{heading}, in the band up to {:.0} Hz:\n{table}\n\n",
-            model.filters.band_hz
-        ));
+        let band = match model.filters.quasi_static {
+            true => String::new(),
+            false => format!(", in the band up to {:.0} Hz", model.filters.band_hz),
+        };
+        text.push_str(&format!("{heading}{band}:\n{table}\n\n"));
     }
     if !comparison.places.is_empty() {
         let role = if comparison.validation.is_empty() {

@@ -5,12 +5,15 @@ use super::plots::Plots;
 use super::report::Report;
 use super::staircase;
 use crate::diagnose::apply::{self, Applied};
+use crate::diagnose::changed::{self, ParameterChange};
 use crate::diagnose::{self, Asked, Columns, Diagnosis, Ranked, Verdict};
 use crate::model::file::ModelFile;
 use crate::model::{EffectTerm, ParameterValue, corrections, effects};
+use crate::study::quasi_static::effects_in_time;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, quantity};
 use clap::Args;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Options of `jointwatch diagnose`.
@@ -55,7 +58,11 @@ impl Diagnose {
             .collect();
         console.check_outputs(&written, &study, Some(&self.model))?;
         working.set_message("searching for missing effects");
-        let asked = Asked::checked(self.without, self.explain)?;
+        let mut without = self.without;
+        if study.quasi_static {
+            without.extend(effects_in_time());
+        }
+        let asked = Asked::checked(without, self.explain)?;
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));
             let mut applied = apply::apply(&study, &model, &asked, &each)?;
@@ -71,15 +78,41 @@ impl Diagnose {
         }
         let mut diagnosis = diagnose::diagnose_asked(&study, &model, &asked)?;
         diagnosis.notes.extend(notes);
+        let moved = changed::moved(&study, &model)?;
         let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
         let page = self.report.of_diagnosis(&study, &model, &diagnosis)?;
         working.finish_and_clear();
         console.say_first_checks(&study)?;
+        say_moved(console, &moved)?;
         say(console, &diagnosis)?;
         self.plots.write(console, &drawings)?;
         self.report.write(console, page)?;
-        console.json(&diagnosis)
+        console.json(&Printed {
+            diagnosis: &diagnosis,
+            moved,
+        })
     }
+}
+
+/// What `--json` holds: the diagnosis, and what moved since the model was made.
+#[derive(Serialize)]
+struct Printed<'a> {
+    #[serde(flatten)]
+    diagnosis: &'a Diagnosis,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    moved: Vec<ParameterChange>,
+}
+
+/// Says which values of the model are others on these records.
+fn say_moved(console: &Console, moved: &[ParameterChange]) -> Result<()> {
+    if moved.is_empty() {
+        return Ok(());
+    }
+    let words: Vec<String> = moved.iter().map(ParameterChange::in_words).collect();
+    console.say(format!(
+        "Changed since the model was made: {}. The search uses the new values; `jointwatch changed` shows both.\n",
+        words.join("; ")
+    ))
 }
 
 /// Shows what was done and writes the model.

@@ -277,9 +277,12 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
         count => format!("{count} training records"),
     };
     console.say(format!(
-        "Study '{}': {records}, {rows} rows at {} Hz.\n{}",
+        "Study '{}': {records}, {rows} rows{}.\n{}",
         study.name,
-        study.sample_rate_hz,
+        match study.quasi_static {
+            true => String::new(),
+            false => format!(" at {} Hz", study.sample_rate_hz),
+        },
         sentence(&model.filters.reason)
     ))?;
     for note in &study.notes {

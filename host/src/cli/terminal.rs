@@ -111,6 +111,7 @@ fn keys() -> Result<String> {
             "channel",
         ),
         ("[[record]], one for each log:", "record"),
+        ("[[clock]], one for each second logger of a run:", "clock"),
         ("[base]:", "base"),
     ] {
         list(&mut text, heading, &definitions[name]);

@@ -79,6 +79,12 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
     let refuse = |e: jointwatch_shared::fault::Error| {
         Error::data(format!("this model cannot be exported: {e}"))
     };
+    if file.filters.quasi_static {
+        return Err(Error::data(
+            "this model was learnt without time (time = \"none\"), and a device judges a joint in time: learn one from records with \
+             time for export",
+        ));
+    }
     let header = header(file).map_err(refuse)?;
     let budgets: Vec<f64> = file
         .fits

@@ -384,6 +384,7 @@ impl SetUp {
 /// The filters for the bands that the model states, once study and model fit each other.
 fn filters(study: &Study, model: &Model) -> Result<Filters> {
     let header = model.header();
+    study.check_has_time("a device runs in time", "use compare")?;
     study.check_fits(
         "the blob",
         header.axes.iter().map(|a| (a.name.as_str(), a.kind.into())),

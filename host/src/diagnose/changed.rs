@@ -156,6 +156,24 @@ pub fn changed(study: &Study, old: &ModelFile, new: Option<&ModelFile>) -> Resul
     Ok((changed, now))
 }
 
+/// The parameters of a model that are others on records which it has not seen: what a diagnosis finds anew in silence. None where a record
+/// was seen, the model has no effects alone, or there is nothing to learn from.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`]: a study that is not the model's.
+pub fn moved(study: &Study, old: &ModelFile) -> Result<Vec<ParameterChange>> {
+    let seen = study.sources.iter().any(|s| seen_as(s, old).is_some());
+    let learns = study.records.iter().any(|r| r.role == Role::Train);
+    if seen || old.records.is_empty() || !learns || !matches!(old.base, Base::None(_)) {
+        return Ok(Vec::new());
+    }
+    old.check_fits(study)?;
+    let new = refitted(study, old)?;
+    let pairs = old.effects.iter().zip(&new.effects);
+    let all = pairs.flat_map(|(was, is)| parameters(&was.name(), was, is));
+    Ok(all.filter(|p| p.counts == Some(true)).collect())
+}
+
 /// What a model used a record for: the same file with rows in common.
 fn seen_as(source: &Source, old: &ModelFile) -> Option<Role> {
     let same = |known: &&Source| {
@@ -236,6 +254,18 @@ fn refitted(study: &Study, old: &ModelFile) -> Result<ModelFile> {
     Ok(prepared.physical(&study, fit)?.model)
 }
 
+impl ParameterChange {
+    /// “stiffness of stiffness@x by +40.0 %”.
+    pub fn in_words(&self) -> String {
+        format!(
+            "{} of {} by {:+.1} %",
+            self.name.replace('_', " "),
+            self.effect,
+            100.0 * self.difference / self.old.abs()
+        )
+    }
+}
+
 impl Changed {
     fn compare_effects(&mut self, old: &[EffectTerm], new: &ModelFile) {
         for was in old {
@@ -253,16 +283,7 @@ impl Changed {
     /// What changed, in a sentence.
     pub fn in_a_sentence(&self) -> String {
         let counted = self.parameters.iter().filter(|p| p.counts == Some(true));
-        let mut parts: Vec<String> = counted
-            .map(|p| {
-                format!(
-                    "{} of {} by {:+.1} %",
-                    p.name.replace('_', " "),
-                    p.effect,
-                    100.0 * p.difference / p.old.abs()
-                )
-            })
-            .collect();
+        let mut parts: Vec<String> = counted.map(ParameterChange::in_words).collect();
         parts.extend(self.came.iter().map(|e| format!("{e} has come")));
         parts.extend(self.went.iter().map(|e| format!("{e} has gone")));
         let grew = self.errors.iter().any(|e| e.grew);

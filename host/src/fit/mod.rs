@@ -14,6 +14,7 @@ pub mod normal_equations;
 pub mod polynomial;
 mod ridge;
 mod select;
+pub(crate) mod stretches;
 pub mod sums;
 pub(crate) mod trees;
 pub(crate) mod with_base;

@@ -367,6 +367,16 @@ impl ModelFile {
             self.axes.iter().map(|a| (a.name.as_str(), a.kind)),
             self.filters.sample_rate_hz,
         )?;
+        if study.quasi_static != self.filters.quasi_static {
+            let [has, lacks] = match study.quasi_static {
+                true => ["the model", "the study"],
+                false => ["the study", "the model"],
+            };
+            return Err(Error::data(format!(
+                "{}: {has} has time and {lacks} has none (time = \"none\"); learn a model from this study",
+                study.path.display()
+            )));
+        }
         check_inputs(&self.effects_in_si()?, |name| study.has_input(name))
     }
 }

@@ -25,6 +25,7 @@ use std::collections::HashSet;
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the model does not fit the study or gives numbers that are not finite.
 pub fn of_model(study: &Study, model: &ModelFile, comparison: &Comparison) -> Result<Vec<Drawing>> {
+    study.check_has_time("the pictures are drawn over it", "leave --plots out")?;
     let corrected = model.corrected(study)?;
     let motions = motion::motions(&corrected, &model.filters)?;
     let judged = if comparison.validation.is_empty() {

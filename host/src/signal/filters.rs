@@ -33,6 +33,9 @@ pub struct Filters {
     pub acceleration: Vec<f64>,
     /// Low-pass; symmetric, sum 1.
     pub band: Vec<f64>,
+    /// Whether the study has no time: then nothing is filtered, and no frequency here means anything.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub quasi_static: bool,
     /// Why these bands, for the user to read; one sentence without a full stop.
     pub reason: String,
 }
@@ -48,6 +51,9 @@ impl Filters {
     /// When the stated band does not fit below half the sample rate, or a record is shorter than the filters.
     pub fn design(study: &Study) -> Result<Self> {
         let rate = study.sample_rate_hz;
+        if study.quasi_static {
+            return Ok(Self::of_rows(rate));
+        }
         let most = WIDEST * rate;
         if let Some(stated) = study.band_hz
             && stated > most
@@ -114,8 +120,23 @@ impl Filters {
             velocity: edges.filter(Ideal::FirstDerivative, rate)?,
             acceleration: edges.filter(Ideal::SecondDerivative, rate)?,
             band: vec![1.0],
+            quasi_static: false,
             reason: String::new(),
         })
+    }
+
+    /// For a study without time: differences from row to row, and nothing is low-passed.
+    fn of_rows(rate: f64) -> Self {
+        Self {
+            sample_rate_hz: rate,
+            band_hz: 0.5 * rate,
+            state_band_hz: 0.5 * rate,
+            velocity: vec![0.5 * rate, 0.0, -0.5 * rate],
+            acceleration: vec![rate * rate, -2.0 * rate * rate, rate * rate],
+            band: vec![1.0],
+            quasi_static: true,
+            reason: "the logs have no time: rows are compared as they are, and velocity stands for the direction of travel".into(),
+        }
     }
 
     /// The filters for two given bands: the same numbers as [`Filters::design`] gives when it chooses these bands.

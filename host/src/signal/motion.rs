@@ -15,6 +15,7 @@ use crate::study::{Axis, Convention, Record, Study};
 use crate::text::error::{Error, Result, in_order};
 use rayon::prelude::*;
 use std::borrow::Cow;
+use std::ops::Range;
 
 pub use crate::signal::filters::Filters;
 
@@ -61,28 +62,30 @@ impl Motion {
         let all = self.rows();
         let count = rows.min(all);
         let start = (all - count) / 2;
+        self.cut(start..start + count)
+    }
+
+    /// Some of its rows.
+    pub(crate) fn cut(&self, rows: Range<usize>) -> Self {
         let cut = |series: &[Vec<f64>]| {
             let series = series.iter();
-            series.map(|s| s[start..start + count].to_vec()).collect()
+            series.map(|s| s[rows.clone()].to_vec()).collect()
         };
         Self {
             record: self.record,
-            first_row: self.first_row + start,
+            first_row: self.first_row + rows.start,
             sample_rate_hz: self.sample_rate_hz,
             states: cut(&self.states),
             acceleration: cut(&self.acceleration),
             force: cut(&self.force),
             inputs: {
                 let inputs = self.inputs.iter();
-                let cut = |(name, s): &(String, Vec<f64>)| {
-                    (name.clone(), s[start..start + count].to_vec())
-                };
+                let cut = |(name, s): &(String, Vec<f64>)| (name.clone(), s[rows.clone()].to_vec());
                 inputs.map(cut).collect()
             },
             ground: {
                 let ground = self.ground.iter();
-                let cut =
-                    |g: &Option<Vec<f64>>| g.as_ref().map(|g| g[start..start + count].to_vec());
+                let cut = |g: &Option<Vec<f64>>| g.as_ref().map(|g| g[rows.clone()].to_vec());
                 ground.map(cut).collect()
             },
         }

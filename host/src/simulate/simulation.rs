@@ -238,6 +238,7 @@ pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
             .map(|(run, columns)| record(run.file, run.role, columns, options.axes))
             .collect(),
         axes,
+        quasi_static: false,
         sources: Vec::new(),
         base_terms: base,
         notes: Vec::new(),

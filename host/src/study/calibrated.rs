@@ -46,14 +46,17 @@ impl Calibrated {
         let found = self.quantity.factor(unit, true);
         match (&self.stated, found) {
             (None, Ok(_)) => Ok(None),
-            (None, Err(what)) => Err(request.error(format!(
-                "states for column {:?}: {what}; or write the right unit into study.toml, {{ column = {:?}, unit = … }}",
-                self.column, self.column
+            (None, Err(what)) => Err(Error::data(format!(
+                "{} states for column {:?}: {what}; or write the right unit into study.toml, {{ column = {:?}, unit = … }}",
+                log.file(self.place, request.file),
+                self.column,
+                self.column
             ))),
             (Some((_, stated)), Ok(found)) if (found / stated - 1.0).abs() < 1e-9 => Ok(None),
             (Some((stated, _)), _) => Ok(Some(format!(
                 "{}: column {:?} is in {unit} as the file says and in {stated} as study.toml says; the latter was used",
-                request.file, self.column
+                log.file(self.place, request.file),
+                self.column
             ))),
         }
     }
@@ -68,7 +71,7 @@ pub(super) struct Columns {
 
 impl Columns {
     /// The place of a column among the wanted.
-    fn place(&mut self, column: &str, optional: bool) -> usize {
+    pub(super) fn place(&mut self, column: &str, optional: bool) -> usize {
         if let Some(place) = self.wanted.iter().position(|w| w.column == column) {
             self.wanted[place].optional &= optional;
             return place;

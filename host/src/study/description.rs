@@ -25,7 +25,16 @@ pub(crate) struct Description {
     #[serde(default)]
     pub(crate) record: Vec<RecordEntry>,
     #[serde(default)]
+    pub(crate) clock: Vec<ClockEntry>,
+    #[serde(default)]
     pub(crate) base: Base,
+}
+
+impl Description {
+    /// Whether it says that the logs have no time.
+    pub(crate) fn is_quasi_static(&self) -> bool {
+        self.time.as_ref().is_some_and(|time| time.get_ref().none)
+    }
 }
 
 /// One `[[axis]]`.
@@ -80,6 +89,21 @@ pub(crate) struct RecordEntry {
     pub(crate) columns: Option<Vec<String>>,
 }
 
+/// One `[[clock]]`: a second logger of a run.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ClockEntry {
+    pub(crate) file: Spanned<String>,
+    /// The file of the `[[record]]` whose run it logged.
+    pub(crate) record: Spanned<String>,
+    pub(crate) time: Spanned<Channel>,
+    /// A column of this file, and the one of the record's that logged the same.
+    pub(crate) common: Spanned<[String; 2]>,
+    /// How often the first is differentiated to be the second.
+    pub(crate) derivative: Option<Spanned<i8>>,
+    pub(crate) columns: Option<Vec<String>>,
+}
+
 /// `[base]`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -120,6 +144,8 @@ pub(crate) struct Time {
     pub(crate) channel: ChannelTable,
     /// The even rate to which all channels are brought, Hz.
     pub(crate) resample_hz: Option<f64>,
+    /// Whether there is none: `time = "none"`. (A column of that name is given as a table.)
+    pub(crate) none: bool,
 }
 
 /// A channel: a column's name or a table.
@@ -171,6 +197,7 @@ impl<'de> Visitor<'de> for TheTime {
         Ok(Time {
             channel: plain(column),
             resample_hz: None,
+            none: column == "none",
         })
     }
 
@@ -184,6 +211,7 @@ impl<'de> Visitor<'de> for TheTime {
                 ..plain(&table.column)
             },
             resample_hz: table.resample_hz,
+            none: false,
         })
     }
 }
@@ -347,7 +375,10 @@ fn explained(message: &str, page: &str) -> String {
     } else if message.starts_with("missing field") {
         let key = quoted.next().unwrap_or_default();
         return format!("the key {key:?} is missing here; add it, docs/{page} lists all keys");
-    } else if message.starts_with("invalid type") || message.starts_with("invalid value") {
+    } else if ["invalid type", "invalid value", "invalid length"]
+        .iter()
+        .any(|kind| message.starts_with(kind))
+    {
         return format!("{message}; docs/{page} shows how each key is written");
     } else {
         return format!("this is not TOML ({message}); compare with the example in docs/{page}");

@@ -81,6 +81,7 @@ impl Template {
         let (plan, axes) = plan(&source, &said)?;
         let mut study = Study::of_records(&source, &said, (&plan, axes), (Path::new(""), memory))?;
         check::constant_channels(&study, &plan, Extent::Part)?;
+        study.direct();
         let name = Path::new(file).file_name();
         let name = name.map_or(file.to_owned(), |n| n.to_string_lossy().into_owned());
         for source in &mut study.sources {

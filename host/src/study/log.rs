@@ -1,5 +1,6 @@
 //! A log file: the columns that a study uses, read from whichever format the file is in.
 
+use super::second_logger::Aligned;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use std::path::Path;
@@ -12,6 +13,7 @@ pub(crate) struct Wanted {
 }
 
 /// What to read from which file.
+#[derive(Clone, Copy)]
 pub(crate) struct Request<'a> {
     /// The file as study.toml names it, for messages.
     pub(crate) file: &'a str,
@@ -108,12 +110,22 @@ pub(crate) struct Log {
     pub(crate) numbering: Numbering,
     /// SHA-256 of the file, in hexadecimal.
     pub(crate) sha256: String,
+    /// Per wanted column the logger that it comes from: 0 for the file's, n for entry n − 1 of `others`.
+    pub(crate) logger: Vec<usize>,
+    /// Second loggers of the same run.
+    pub(crate) others: Vec<Aligned>,
 }
 
 impl Log {
     /// How many rows the wanted column at `place` has; 0 where it is absent.
     pub(crate) fn rows(&self, place: usize) -> usize {
         self.values[place].as_ref().map_or(0, Vec::len)
+    }
+
+    /// The file that the wanted column at `place` comes from; `own` for the log's.
+    pub(crate) fn file<'a>(&'a self, place: usize, own: &'a str) -> &'a str {
+        let other = self.logger[place].checked_sub(1);
+        other.map_or(own, |at| &self.others[at].clock.file)
     }
 
     /// “row 17 (line of the file)”.

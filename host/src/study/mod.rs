@@ -3,6 +3,7 @@
 //! [`Study::read`] is the way in, and [`Study::of_memory`] for logs that are no files. What a study may say, and every reason for which it is refused, stands in
 //! `docs/reference/study.md`.
 
+mod alignment;
 mod calibrated;
 mod check;
 pub(crate) mod description;
@@ -18,10 +19,12 @@ mod naming;
 mod open;
 mod pieces;
 mod plan;
+pub(crate) mod quasi_static;
 mod read;
 mod readers;
 pub(crate) mod resample;
 mod sampling;
+mod second_logger;
 mod spare;
 mod stretches;
 pub mod survey;
@@ -30,9 +33,11 @@ pub mod time;
 mod units;
 
 pub use log::MemoryLog;
+pub use second_logger::Clock;
 
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
+use jointwatch_shared::effect::Entry;
 use std::path::PathBuf;
 
 /// Translation (m, N, kg) or rotation (rad, N·m, kg·m²).
@@ -128,7 +133,7 @@ impl Channels {
 }
 
 /// What was read of one `[[record]]`, and how.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Source {
     /// The file as study.toml names it.
     pub file: String,
@@ -141,6 +146,9 @@ pub struct Source {
     /// What was done to its time: taken as even, bridged, split at gaps, resampled; one sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub time: Vec<String>,
+    /// Second loggers of the run, and how their clocks ran.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clocks: Vec<Clock>,
 }
 
 /// One log of one run, or one part of it between two gaps.
@@ -201,8 +209,10 @@ pub struct Study {
     pub name: String,
     /// Where its study.toml lies; for logs in memory what they are called in messages.
     pub path: PathBuf,
-    /// Sample rate of all records, Hz.
+    /// Sample rate of all records, Hz; without meaning where the study is quasi-static.
     pub sample_rate_hz: f64,
+    /// Whether its logs have no time (`time = "none"`): only the path counts, velocities are the direction of travel, 1 or −1.
+    pub quasi_static: bool,
     /// The common band of fits and error figures, when the study states one, Hz.
     pub band_hz: Option<f64>,
     /// One or two axes.
@@ -225,11 +235,19 @@ impl Study {
         self.inputs.iter().any(|input| input.name == name)
     }
 
-    /// Refuses an effect that follows an input which the study does not name.
+    /// Refuses an effect that follows an input which the study does not name, or time where it has none.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`], one sentence.
     pub(crate) fn check_input(&self, effect: &str, input: Option<&str>) -> Result<()> {
+        let name = effect.split(['*', '@']).next().and_then(Entry::named);
+        let in_time = name.is_some_and(|entry| !quasi_static::is_rate_independent(entry));
+        if in_time || input.is_some_and(|i| i.contains('~')) {
+            self.check_has_time(
+                &format!("{effect} follows time or velocity"),
+                "leave it out, or use one that depends on the path alone, such as coulomb, jenkins or bouc_wen",
+            )?;
+        }
         let input = input.and_then(|name| name.split('~').next());
         let Some(input) = input.filter(|name| !self.has_input(name)) else {
             return Ok(());

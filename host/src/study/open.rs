@@ -63,6 +63,8 @@ impl Request<'_> {
             unused,
             numbering: table.numbering,
             sha256,
+            logger: vec![0; places.len()],
+            others: Vec::new(),
         };
         self.check_finite(&log)?;
         Ok(log)
@@ -93,9 +95,12 @@ impl Request<'_> {
     /// column with values that stand alone.
     pub(crate) fn lone_values(&self, log: &Log, time: Option<&str>) -> Result<Vec<String>> {
         let mut notes = Vec::new();
-        for (wanted, values) in self.wanted.unwrap_or_default().iter().zip(&log.values) {
+        let wanted = self.wanted.unwrap_or_default().iter();
+        for ((wanted, values), logger) in wanted.zip(&log.values).zip(&log.logger) {
             let column = wanted.column.as_str();
-            let Some(values) = values.as_ref().filter(|_| Some(column) != time) else {
+            // Those of another logger were looked at with its file.
+            let looked_at = Some(column) != time && *logger == 0;
+            let Some(values) = values.as_ref().filter(|_| looked_at) else {
                 continue;
             };
             if let Some(row) = lone::impossible(values) {

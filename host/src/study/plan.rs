@@ -3,6 +3,7 @@
 use super::calibrated::{Calibrated, Columns, calibrate};
 use super::description::{AxisEntry, ChannelTable, Description, Force, Source};
 use super::log::{Log, Request, Wanted};
+use super::second_logger::{SecondLogger, second_loggers};
 use super::units::Quantity;
 use super::{Axis, Channels};
 use crate::text::error::{Error, Result};
@@ -28,6 +29,8 @@ pub(crate) struct Plan {
     /// Columns of time of channels that have their own.
     pub(crate) clocks: Vec<Calibrated>,
     pub(crate) axes: Vec<AxisPlan>,
+    /// Second loggers of single records.
+    pub(crate) loggers: Vec<SecondLogger>,
     /// With their names.
     pub(crate) inputs: Vec<(String, Calibrated)>,
 }
@@ -68,12 +71,12 @@ pub(crate) fn plan(source: &Source<'_>, said: &Description) -> Result<(Plan, Vec
     }
     let mut columns = Columns::default();
     let time = match &said.time {
-        Some(time) => {
+        Some(time) if !time.get_ref().none => {
             let tables = std::slice::from_ref(&time.get_ref().channel);
             let start = time.span().start;
             calibrate(source, start, "time", tables, Quantity::Time, &mut columns)?.pop()
         }
-        None => None,
+        _ => None,
     };
     let resample_hz = said.time.as_ref().and_then(|t| t.get_ref().resample_hz);
     let mut axes = Vec::new();
@@ -90,8 +93,11 @@ pub(crate) fn plan(source: &Source<'_>, said: &Description) -> Result<(Plan, Vec
                 ),
             ));
         }
+        if said.is_quasi_static() {
+            check_without_time(source, entry)?;
+        }
         plans.push(axis_plan(source, entry, &mut columns)?);
-        axes.push(axis(entry));
+        axes.push(axis(entry, said.is_quasi_static()));
     }
     check_terms(source, said, &axes)?;
     check_clocks(source, said, &columns.clocks)?;
@@ -102,6 +108,7 @@ pub(crate) fn plan(source: &Source<'_>, said: &Description) -> Result<(Plan, Vec
             time,
             resample_hz,
             clocks: columns.clocks,
+            loggers: second_loggers(source, said)?,
             axes: plans,
             inputs,
         },
@@ -125,13 +132,51 @@ fn check_rate(source: &Source<'_>, said: &Description) -> Result<()> {
             ),
         ));
     }
+    let per_second = [
+        ("sample_rate_hz", &said.sample_rate_hz),
+        ("band_hz", &said.band_hz),
+    ];
+    for (key, value) in per_second {
+        if let Some(value) = value.as_ref().filter(|_| said.is_quasi_static()) {
+            return Err(source.wrong(
+                value,
+                format!("{key} says nothing where time = \"none\"; leave one of them out"),
+            ));
+        }
+    }
     if said.time.is_none() && said.sample_rate_hz.is_none() {
         return Err(Error::data(format!(
-            "{}: neither time nor sample_rate_hz is given; name the column of time or state the rate",
+            "{}: neither time nor sample_rate_hz is given; name the column of time, state the rate, or write time = \"none\" where \
+             only the path counts",
             source.path.display()
         )));
     }
     Ok(())
+}
+
+/// Refuses what an axis says of velocity or acceleration where the logs have no time.
+fn check_without_time(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
+    let number = |value: &Option<Spanned<f64>>| {
+        let value = value.as_ref().filter(|v| *v.get_ref() != 0.0);
+        value.map(|v| v.span().start)
+    };
+    let said = [
+        ("velocity", entry.velocity.as_ref().map(|v| v.span().start)),
+        (
+            "acceleration",
+            entry.acceleration.as_ref().map(|v| v.span().start),
+        ),
+        ("inertia", number(&entry.inertia)),
+        ("ground_damping", number(&entry.ground_damping)),
+    ];
+    match said.into_iter().find_map(|(key, at)| Some((key, at?))) {
+        None => Ok(()),
+        Some((key, at)) => Err(Error::data(format!(
+            "{}: {key} says nothing where time = \"none\", because only the path counts then; leave it out, or name the column of \
+             time",
+            source.at(at)
+        ))),
+    }
 }
 
 /// Checks that channels with a time of their own can be put together.
@@ -174,12 +219,13 @@ fn check_clocks(source: &Source<'_>, said: &Description, clocks: &[Calibrated]) 
     }
 }
 
-/// What the description says of an axis.
-fn axis(entry: &AxisEntry) -> Axis {
+/// What the description says of an axis; without time nothing accelerates.
+fn axis(entry: &AxisEntry, quasi_static: bool) -> Axis {
+    let stated = entry.inertia.as_ref().map(|v| *v.get_ref());
     Axis {
         name: entry.name.get_ref().clone(),
         kind: entry.kind,
-        inertia: entry.inertia.as_ref().map(|v| *v.get_ref()),
+        inertia: stated.or(quasi_static.then_some(0.0)),
         restoring_force: entry.restoring_force,
         ground_stiffness: entry
             .ground_stiffness

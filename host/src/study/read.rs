@@ -5,8 +5,9 @@ use super::check::{self, Extent};
 use super::description::{Description, RecordEntry, Source};
 use super::log::{Log, MemoryLog, Request};
 use super::plan::{Plan, plan};
+use super::quasi_static::{ROWS_PER_SECOND, direction};
 use super::sampling::Sampling;
-use super::{Record, Role, Study, time};
+use super::{Record, Role, Study, second_logger, time};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
 use rayon::prelude::*;
@@ -40,6 +41,7 @@ impl Study {
         let mut study = Self::of_records(source, &said, (&plan, axes), (folder, memory))?;
         study.notes.splice(0..0, notes);
         check::constant_channels(&study, &plan, Extent::Whole)?;
+        study.direct();
         study.notes.extend(constant_inputs(&study));
         Ok(study)
     }
@@ -65,6 +67,7 @@ impl Study {
             ));
         }
         Ok(Self {
+            quasi_static: said.is_quasi_static(),
             name: said.name.clone().unwrap_or_else(|| folder_name(logs.0)),
             sample_rate_hz,
             band_hz: said.band_hz.as_ref().map(|b| *b.get_ref()),
@@ -81,6 +84,19 @@ impl Study {
             notes,
             path: source.path.to_owned(),
         })
+    }
+
+    /// Puts the direction of travel in the place of every velocity, where there is no time.
+    pub(super) fn direct(&mut self) {
+        if !self.quasi_static {
+            return;
+        }
+        for record in &mut self.records {
+            for (axis, channels) in self.axes.iter().zip(&mut record.axes) {
+                let path = channels.relative_displacement();
+                channels.velocity = Some(direction(&path, axis.encoder_step));
+            }
+        }
     }
 }
 
@@ -248,13 +264,14 @@ fn read_records(
         })
         .collect();
     let logs: Vec<(Log, Option<Sampling>)> = in_order(requests.par_iter().map(|request| {
-        let log = request.read()?;
+        let log = second_logger::read(request, plan, folder, memory)?;
         check_length(request, &log)?;
         let sampling = Sampling::of(request, &log, plan)?;
         Ok((log, sampling))
     }))?;
     note_unused(&requests, &logs, notes);
     let stated = said.sample_rate_hz.as_ref().map(|r| *r.get_ref());
+    let stated = stated.or(said.is_quasi_static().then_some(ROWS_PER_SECOND));
     let first = logs[0].1.as_ref().map(|t| t.rate_hz);
     let rate = stated
         .or(first)
@@ -369,6 +386,7 @@ fn records(
         rows: [first_row, first_row + rows_of(log)],
         sha256: log.sha256.clone(),
         time: sampling.done.clone(),
+        clocks: log.others.iter().map(|other| other.clock.clone()).collect(),
     };
     Ok(Read {
         records,

@@ -18,8 +18,10 @@ const MANY_DOUBLED: f64 = 0.1;
 /// The even parts of the time that all channels share.
 pub(super) struct Stretches {
     rate_hz: f64,
-    /// One entry per clock: the times of a log's rows, s.
+    /// One entry per clock: the times of a log's rows, s; those of second loggers last.
     clocks: Vec<Vec<f64>>,
+    /// How many of them belong to the log itself.
+    own: usize,
     parts: Vec<Stretch>,
 }
 
@@ -49,14 +51,15 @@ impl Stretches {
     /// One channel in one of the parts.
     pub(super) fn series(&self, part: usize, channel: &Calibrated, log: &Log) -> Option<Vec<f64>> {
         let stretch = &self.parts[part];
-        let clock = &self.clocks[channel.clock];
+        let number = clock_of(channel, log, self.own);
+        let clock = &self.clocks[number];
         let logged = channel.series(log, 0..clock.len())?;
         let (values, seconds) = sampled(&logged, clock);
         let resampler = || {
             let seconds = even_where_rounded(&seconds);
             Resampler::new(&seconds, stretch.start_s, self.rate_hz, stretch.points)
         };
-        Some(match channel.clock == 0 && values.len() == clock.len() {
+        Some(match number == 0 && values.len() == clock.len() {
             true => stretch.whole.get_or_init(resampler).apply(&values),
             false => resampler().apply(&values),
         })
@@ -75,10 +78,12 @@ impl Stretches {
             let seconds = clock.series(log, 0..log.rows(clock.place));
             clocks.push(seconds.expect("a column of time is not optional and was located before"));
         }
+        let own = clocks.len();
+        clocks.extend(log.others.iter().map(|other| other.seconds.clone()));
         let mut looked_at: Vec<Stamps> = Vec::new();
         let mut facts: Vec<(String, Vec<String>)> = Vec::new();
         for channel in plan.channels() {
-            let clock = &clocks[channel.clock];
+            let clock = &clocks[clock_of(channel, log, own)];
             let Some(logged) = channel.series(log, 0..log.rows(channel.place)) else {
                 continue;
             };
@@ -107,13 +112,23 @@ impl Stretches {
         )];
         let facts = facts.into_iter().filter(|(fact, _)| !fact.is_empty());
         done.extend(facts.map(|(fact, names)| format!("{} {fact}", names.join(", "))));
+        done.extend(log.others.iter().map(|other| other.sentence.clone()));
         let parts = parts(request, &looked_at, rate_hz, &mut done)?;
         let stretches = Self {
             rate_hz,
             clocks,
+            own,
             parts,
         };
         Ok((stretches, done))
+    }
+}
+
+/// The number of the clock by which a channel was sampled, where `own` of them belong to the log itself.
+fn clock_of(channel: &Calibrated, log: &Log, own: usize) -> usize {
+    match log.logger[channel.place] {
+        0 => channel.clock,
+        other => own + other - 1,
     }
 }
 
@@ -124,13 +139,13 @@ fn hertz(rate: f64) -> String {
 }
 
 /// The values that are there, and their times.
-fn sampled(logged: &[f64], clock: &[f64]) -> (Vec<f64>, Vec<f64>) {
+pub(super) fn sampled(logged: &[f64], clock: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let rows = logged.iter().zip(clock).map(|(v, t)| (*v, *t));
     rows.filter(|(v, t)| v.is_finite() && t.is_finite()).unzip()
 }
 
 /// The grid's own times where the stamps are rounded so coarsely that many are alike.
-fn even_where_rounded(seconds: &[f64]) -> Cow<'_, [f64]> {
+pub(super) fn even_where_rounded(seconds: &[f64]) -> Cow<'_, [f64]> {
     let doubled = seconds.windows(2).filter(|w| w[1] == w[0]).count();
     if (doubled as f64) < MANY_DOUBLED * seconds.len() as f64 {
         return Cow::Borrowed(seconds);

@@ -320,8 +320,16 @@ pub(crate) fn cost(records: &Records<'_>, residual: &[f64], weights: &[f64]) -> 
         .sum()
 }
 
+/// Entries of a product from which on threads share it. They share its columns: of a narrow one each has next to nothing to do, and they
+/// wait for each other, spinning.
+const SHARED: usize = 1 << 12;
+
 /// AᵀB.
 pub(crate) fn product(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
+    let par = match a.ncols() * b.ncols() < SHARED {
+        true => Par::Seq,
+        false => Par::rayon(0),
+    };
     let mut out = Mat::zeros(a.ncols(), b.ncols());
     faer::linalg::matmul::matmul(
         out.as_mut(),
@@ -329,7 +337,7 @@ pub(crate) fn product(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
         a.transpose(),
         b.as_ref(),
         1.0,
-        Par::rayon(0),
+        par,
     );
     out
 }

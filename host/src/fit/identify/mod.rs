@@ -20,6 +20,7 @@ use crate::model::corrections::missing_inertia;
 use crate::model::file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile};
 use crate::model::{EffectTerm, ModelAxis};
 use crate::signal::motion::{self, Filters, Motion};
+use crate::study::quasi_static::is_without_meaning;
 use crate::study::{Axis, Role, Study};
 use crate::text::date;
 use crate::text::error::{Error, Result};
@@ -188,6 +189,9 @@ impl Prepared {
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when a record cannot be compared.
     pub fn finish(self, study: &Study, mut fit_result: FitResult) -> Result<Identified> {
+        if self.filters.quasi_static {
+            without_time(&mut fit_result.effects);
+        }
         fit_result.warnings.extend(coverage::validation_warnings(
             &study.axes,
             &self.training(study),
@@ -231,5 +235,14 @@ impl FitResult {
             records: Vec::new(),
             filters,
         }
+    }
+}
+
+/// Takes unit and interval off the parameters that say nothing where there is no time.
+fn without_time(effects: &mut [EffectTerm]) {
+    let parameters = effects.iter_mut().flat_map(|e| &mut e.parameters);
+    for parameter in parameters.filter(|p| is_without_meaning(&p.name)) {
+        parameter.unit = "–".into();
+        parameter.interval = None;
     }
 }

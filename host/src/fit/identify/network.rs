@@ -32,6 +32,7 @@ pub fn network(
     options: &NetworkOptions,
     watch: &TrainingObserver<'_>,
 ) -> Result<Identified> {
+    study.check_has_time("a network follows velocities", "use --model physical")?;
     let prepared = Prepared::new(study)?;
     let training = prepared.training(study);
     let band = &prepared.filters.band;

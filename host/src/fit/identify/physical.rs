@@ -3,6 +3,7 @@
 use super::{FitResult, Identified, Prepared};
 use crate::fit::effects::{AnotherStart, EffectsFit, FoundTerm, fit_effects_also_from};
 use crate::fit::polynomial::input_ranges;
+use crate::fit::stretches::Stretches;
 use crate::model::EffectTerm;
 use crate::model::corrections::Corrections;
 use crate::model::effects::Bound;
@@ -17,6 +18,8 @@ use jointwatch_shared::base::corrections::ForceCorrection;
 const SHIFTS: usize = 2;
 /// What is believed of an axis when the study says nothing.
 const DEFAULT_TERMS: [&str; 3] = ["stiffness", "viscous", "preload"];
+/// The same where there is no time.
+const QUASI_STATIC_TERMS: [&str; 3] = ["stiffness", "coulomb", "preload"];
 
 /// Learns the values of the study's `[base] terms`, or of a spring, a damper and a constant force where it names none.
 ///
@@ -89,7 +92,8 @@ pub(crate) fn fit_alone(
     Ok(fit_in_time(study, prepared, fit)?.0)
 }
 
-/// Fits by `fit` to the training records; where force channels may be late, again with the channels put in time.
+/// Fits by `fit` to the training records; where force channels may be late, again with the channels put in time. Of very many rows
+/// some stretches are enough.
 ///
 /// The law of a delay is the first order of a shift. What the second order leaves would be taken for a wrong gain, so the
 /// channels are shifted by what was found and the rest is found anew (Gauss–Newton).
@@ -98,9 +102,21 @@ pub(crate) fn fit_in_time<T>(
     prepared: &Prepared,
     fit_to: impl Fn(&[&Motion]) -> Result<(EffectsFit, T)>,
 ) -> Result<(EffectsFit, T)> {
-    let (mut fit, mut more) = fit_to(&prepared.training(study))?;
+    let training = prepared.training(study);
+    let rows: Vec<usize> = training.iter().map(|motion| motion.rows()).collect();
+    let stretches = Stretches::of(&rows);
+    let (mut fit, mut more) = match &stretches {
+        None => fit_to(&training)?,
+        Some(stretches) => {
+            let motions = training.iter().enumerate();
+            let motions: Vec<Motion> = motions.flat_map(|(n, m)| stretches.cut(n, m)).collect();
+            fit_to(&motions.iter().collect::<Vec<_>>())?
+        }
+    };
+    let said = stretches.as_ref().map(|s| s.in_words(rows.iter().sum()));
     let late = |term: &FoundTerm| term.bound.entry.about.name == "time_delay";
     if !fit.terms.iter().any(late) {
+        fit.warnings.extend(said);
         return Ok((fit, more));
     }
     let mut delays = Corrections {
@@ -111,15 +127,23 @@ pub(crate) fn fit_in_time<T>(
         for term in fit.terms.iter().filter(|term| late(term)) {
             delays.force[term.bound.axis].delay_s += term.values[0];
         }
-        let training = prepared.training(study);
-        let in_time = |motion: &&Motion| {
+        let in_time = |(n, motion): (usize, &&Motion)| {
             let record = delays.record(&study.records[motion.record], study.sample_rate_hz);
-            motion::motion(study, motion.record, &record, &prepared.filters)
+            let motion = motion::motion(study, motion.record, &record, &prepared.filters)?;
+            Ok(match &stretches {
+                None => vec![motion],
+                Some(stretches) => stretches.cut(n, &motion),
+            })
         };
-        let motions: Vec<Motion> = training.iter().map(in_time).collect::<Result<_>>()?;
-        let training: Vec<&Motion> = motions.iter().collect();
-        (fit, more) = fit_to(&training)?;
+        let motions: Vec<Vec<Motion>> = training
+            .iter()
+            .enumerate()
+            .map(in_time)
+            .collect::<Result<_>>()?;
+        let motions: Vec<&Motion> = motions.iter().flatten().collect();
+        (fit, more) = fit_to(&motions)?;
     }
+    fit.warnings.extend(said);
     for term in fit.terms.iter_mut().filter(|term| late(term)) {
         let shifted = delays.force[term.bound.axis].delay_s;
         term.values[0] += shifted;
@@ -136,8 +160,12 @@ pub(crate) fn base_terms(study: &Study) -> Result<(Vec<Bound>, Option<String>)> 
     let mut terms = study.base_terms.clone();
     let mut proposed = None;
     if terms.is_empty() {
+        let default = match study.quasi_static {
+            true => QUASI_STATIC_TERMS,
+            false => DEFAULT_TERMS,
+        };
         for axis in &axes {
-            terms.extend(DEFAULT_TERMS.map(|effect| format!("{effect}@{axis}")));
+            terms.extend(default.map(|effect| format!("{effect}@{axis}")));
         }
         let quoted: Vec<String> = terms.iter().map(|t| format!("\"{t}\"")).collect();
         proposed = Some(format!(

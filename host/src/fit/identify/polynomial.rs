@@ -16,6 +16,7 @@ pub fn polynomial(
     options: &PolynomialOptions,
     progress: &dyn Fn(f64),
 ) -> Result<Identified> {
+    study.check_has_time("a polynomial follows velocities", "use --model physical")?;
     let prepared = Prepared::new(study)?;
     let training = prepared.training(study);
     let fit = fit_polynomial(

@@ -19,7 +19,7 @@ export async function showDraft(state, page) {
 function drop(state) {
   const pick = element("input", { type: "file", id: "pick", multiple: true, class: "unseen", onchange: () => take(pick.files) });
   const zone = element("section", { class: "drop" }, element("h2", {}, state.drafted ? "Another log" : "Drop a log of the rig"),
-    element("p", {}, "CSV, Excel, MATLAB v5, NumPy, TDMS or UFF 58: force and displacement over time, one file per run."),
+    element("p", {}, "CSV, Excel, Parquet, Arrow, MATLAB, HDF5, MDF 4, NumPy, TDMS, UFF 58 or JSON: force and displacement over time, one file per run."),
     element("p", {}, element("label", { for: "pick", class: "button primary" }, "Choose files"), pick),
     element("p", { class: "hint" }, `Logs are copied to ${state.folder}.`));
   zone.addEventListener("dragover", (event) => {

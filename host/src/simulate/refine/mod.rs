@@ -73,6 +73,10 @@ struct Trial {
 /// [`crate::text::error::Kind::Data`], one sentence: a model that cannot be refined so, nothing to integrate, a simulation that
 /// diverges within the shortest stretches already. A network is wrong use.
 pub fn refine(study: &Study, model: &ModelFile, told: &dyn Fn(&str)) -> Result<Refined> {
+    study.check_has_time(
+        "a simulation runs in time",
+        "leave --criterion simulation out",
+    )?;
     model.check_fits(study)?;
     let logged = study;
     let study = model.corrected(logged)?.into_owned();

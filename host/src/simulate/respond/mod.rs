@@ -90,6 +90,7 @@ pub fn respond_with<L: JointLaw + Clone + Sync>(
     law: &L,
     options: &Options,
 ) -> Result<Response> {
+    study.check_has_time("a response runs in time", "use compare")?;
     model.check_fits(study)?;
     let chosen = chosen(study, options.record.as_deref())?;
     let restart_rows = restart_rows(study, options.restart_s)?;

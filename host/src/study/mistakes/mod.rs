@@ -202,6 +202,10 @@ impl Axis<'_> {
     }
 
     fn velocity(&self) -> Option<String> {
+        // Without time there is a direction and no velocity.
+        if self.study.quasi_static {
+            return None;
+        }
         let channels = *self.moving().first()?;
         let logged = channels.velocity.as_ref()?;
         let found = derivative_likeness(

@@ -30,13 +30,19 @@ function percent(ratio, digits = 3) {
   return `${significant(100 * ratio, digits)} %`;
 }
 
-/** About `count` round numbers between two values. */
+/** About `count` round numbers between two values; at least two, without which an axis has no scale. */
 function ticks(low, high, count) {
   const rough = (high - low) / Math.max(1, count);
   const decade = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].map((s) => s * decade).find((s) => s >= rough) || rough;
-  const made = [];
-  for (let n = Math.ceil(low / step - 1e-9); n * step <= high + 1e-9 * step; n += 1) made.push(n * step);
+  const steps = [10, 5, 2, 1, 0.5, 0.2].map((s) => s * decade);
+  const coarse = Math.max(0, steps.filter((s) => s >= rough).length - 1);
+  let made = [];
+  let step = rough;
+  for (let finer = coarse; finer < steps.length && made.length < 2; finer += 1) {
+    step = steps[finer];
+    made = [];
+    for (let n = Math.ceil(low / step - 1e-9); n * step <= high + 1e-9 * step; n += 1) made.push(n * step);
+  }
   return { values: made, decimals: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
 }
 

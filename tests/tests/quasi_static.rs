@@ -1,0 +1,252 @@
+//! Logs without time: laws of the path alone come back from them, whatever the rows, and nothing is reported per second.
+
+use jointwatch::fit::identify;
+use jointwatch::model::file::ModelFile;
+use jointwatch::study::{MemoryLog, Study};
+use jointwatch_tests::program::{fail, succeed};
+use std::fmt::Write as _;
+use std::fs;
+use tempfile::TempDir;
+
+const STIFFNESS: f64 = 4.0e4;
+const FRICTION: f64 = 25.0;
+const SLIP: f64 = 2.0e-4;
+
+/// Even noise from −1 to 1.
+fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
+    }
+}
+
+/// Loops of many sizes: reversals at random places, steps of up to `step` metres between them.
+fn path(seed: u64, step: f64) -> Vec<f64> {
+    let mut noise = noise(seed);
+    let mut x = 0.0_f64;
+    let mut path = vec![x];
+    for turn in 0..40 {
+        let side = if turn % 2 == 0 { 1.0 } else { -1.0 };
+        let target = side * 1e-3 * (0.55 + 0.45 * noise());
+        let steps = ((target - x).abs() / step).ceil();
+        let from = x;
+        for at in 1..=steps as usize {
+            x = from + (target - from) * at as f64 / steps;
+            path.push(x);
+        }
+    }
+    path
+}
+
+/// Spring and dry friction along a path; behind a spring of its own where `elastic`.
+fn force(path: &[f64], elastic: bool) -> Vec<f64> {
+    let mut z = 0.0_f64;
+    let mut before = path[0];
+    let mut force = Vec::new();
+    for x in path {
+        let change = x - before;
+        before = *x;
+        z = match elastic {
+            true => (z + change / SLIP).clamp(-1.0, 1.0),
+            false if change == 0.0 => z,
+            false => change.signum(),
+        };
+        force.push(STIFFNESS * x + FRICTION * z);
+    }
+    force
+}
+
+fn logs(step: f64, elastic: bool) -> [MemoryLog; 2] {
+    ["train", "valid"].map(|name| {
+        let seed = name.len() as u64 + u64::from(name == "valid") * 70;
+        let path = path(seed, step);
+        let mut noise = noise(seed + 5);
+        let force = force(&path, elastic).into_iter();
+        MemoryLog {
+            name: name.into(),
+            columns: vec![
+                ("F".into(), force.map(|f| f + 0.1 * noise()).collect()),
+                (
+                    "x".into(),
+                    path.into_iter().map(|x| x + 2e-7 * noise()).collect(),
+                ),
+            ],
+        }
+    })
+}
+
+fn text(terms: &str, top: &str, axis: &str) -> String {
+    format!(
+        "{top}\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\n{axis}\n[[record]]\nfile = \
+         \"train\"\nrole = \"train\"\n[[record]]\nfile = \"valid\"\nrole = \"validate\"\n[base]\nterms = [{terms}]\n"
+    )
+}
+
+const NONE: &str = "time = \"none\"";
+
+fn learnt(terms: &str, logs: &[MemoryLog]) -> ModelFile {
+    let study = Study::of_memory("memory", &text(terms, NONE, ""), logs).unwrap();
+    identify::physical(&study).unwrap().model
+}
+
+fn value(model: &ModelFile, name: &str) -> f64 {
+    let mut all = model.effects.iter().flat_map(|e| &e.parameters);
+    all.find(|p| p.name == name).unwrap().value
+}
+
+#[test]
+fn spring_and_friction_come_back_from_the_path_alone() {
+    for step in [1e-5, 2.3e-5, 6e-5] {
+        let model = learnt("\"stiffness@x\", \"coulomb@x\"", &logs(step, false));
+        let found = [value(&model, "stiffness"), value(&model, "friction")];
+        println!("steps of {step}: {found:?}, error {:?}", model.validation);
+        assert!((found[0] / STIFFNESS - 1.0).abs() < 2e-3, "{found:?}");
+        assert!((found[1] / FRICTION - 1.0).abs() < 5e-3, "{found:?}");
+        assert!(
+            model.validation[0].relative_error < 0.01,
+            "{:?}",
+            model.validation
+        );
+    }
+    for step in [1e-5, 4e-5] {
+        let model = learnt("\"stiffness@x\", \"jenkins@x\"", &logs(step, true));
+        let found = [
+            value(&model, "stiffness"),
+            value(&model, "slip_force"),
+            value(&model, "slip_displacement"),
+        ];
+        println!("steps of {step}: {found:?}, error {:?}", model.validation);
+        assert!((found[0] / STIFFNESS - 1.0).abs() < 5e-3, "{found:?}");
+        assert!((found[1] / FRICTION - 1.0).abs() < 1e-2, "{found:?}");
+        assert!((found[2] / SLIP - 1.0).abs() < 2e-2, "{found:?}");
+    }
+}
+
+/// The study as files; gives its folder.
+fn folder(terms: &str, elastic: bool) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    for log in logs(2e-5, elastic) {
+        let mut csv = String::from("F,x\n");
+        for (f, x) in log.columns[0].1.iter().zip(&log.columns[1].1) {
+            let _ = writeln!(csv, "{f},{x}");
+        }
+        fs::write(folder.path().join(&log.name), csv).unwrap();
+    }
+    fs::write(folder.path().join("study.toml"), text(terms, NONE, "")).unwrap();
+    folder
+}
+
+/// Whether a text says anything of seconds or hertz.
+fn speaks_of_time(text: &str) -> bool {
+    let words = text.split(|c: char| c.is_whitespace() || ",;:()".contains(c));
+    let mut words = words.map(|w| w.trim_end_matches('.'));
+    words.any(|w| w.ends_with("Hz") || w.ends_with("/s") || ["s", "ms", "µs"].contains(&w))
+}
+
+#[test]
+fn nothing_is_reported_per_second_and_the_missing_friction_is_named() {
+    let folder = folder("\"stiffness@x\"", true);
+    let folder = folder.path();
+    let said = succeed(folder, &["identify", ".", "--model", "physical"]);
+    assert!(
+        said.contains("have no time") && !speaks_of_time(&said),
+        "{said}"
+    );
+    let said = succeed(folder, &["compare", ".", "model.json"]);
+    assert!(!speaks_of_time(&said), "{said}");
+    let said = succeed(folder, &["diagnose", ".", "model.json"]);
+    println!("{said}");
+    assert!(
+        said.contains("jenkins@x") && !speaks_of_time(&said),
+        "{said}"
+    );
+    let said = succeed(
+        folder,
+        &["add", ".", "model.json", "jenkins@x", "-o", "more.json"],
+    );
+    assert!(!speaks_of_time(&said), "{said}");
+    let more = ModelFile::read(&folder.join("more.json")).unwrap();
+    assert!((value(&more, "slip_displacement") / SLIP - 1.0).abs() < 2e-2);
+    assert!(more.filters.quasi_static);
+}
+
+#[test]
+fn dry_friction_has_no_velocity_of_transition() {
+    let folder = folder("\"stiffness@x\", \"coulomb@x\"", false);
+    let said = succeed(folder.path(), &["identify", ".", "--model", "physical"]);
+    assert!(!speaks_of_time(&said), "{said}");
+}
+
+#[test]
+fn what_needs_time_is_refused_with_what_to_do() {
+    let folder = folder("\"stiffness@x\", \"coulomb@x\"", false);
+    let folder = folder.path();
+    succeed(folder, &["identify", ".", "--model", "physical"]);
+    let refused = |arguments: &[&str], words: &[&str]| {
+        let said = fail(folder, arguments, 3);
+        for word in words {
+            assert!(said.contains(word), "{arguments:?}: {said}");
+        }
+    };
+    refused(
+        &["identify", ".", "--model", "polynomial"],
+        &["--model physical"],
+    );
+    refused(
+        &["identify", ".", "--model", "network"],
+        &["--model physical"],
+    );
+    refused(
+        &["add", ".", "model.json", "viscous@x"],
+        &["viscous@x", "coulomb"],
+    );
+    refused(
+        &["compare", ".", "model.json", "--report", "r.html"],
+        &["--report"],
+    );
+    refused(
+        &["compare", ".", "model.json", "--plots", "p"],
+        &["--plots"],
+    );
+    refused(&["respond", ".", "model.json"], &["compare"]);
+    refused(&["export", "model.json"], &["without time"]);
+    let refused = |top: &str, axis: &str, terms: &str, words: &[&str]| {
+        let text = text(terms, top, axis);
+        fs::write(folder.join("study.toml"), text).unwrap();
+        let said = fail(folder, &["identify", ".", "--model", "physical"], 3);
+        for word in words {
+            assert!(said.contains(word), "{said}");
+        }
+    };
+    let spring = "\"stiffness@x\"";
+    refused(
+        &format!("{NONE}\nband_hz = 3"),
+        "",
+        spring,
+        &["line 2", "band_hz"],
+    );
+    refused(
+        &format!("{NONE}\nsample_rate_hz = 3"),
+        "",
+        spring,
+        &["line 2", "sample_rate_hz"],
+    );
+    refused(NONE, "inertia = 2", spring, &["line 7", "inertia"]);
+    refused(NONE, "velocity = \"F\"", spring, &["line 7", "velocity"]);
+    refused(NONE, "", "\"viscous@x\"", &["viscous@x", "jenkins"]);
+    refused("", "", spring, &["time = \"none\""]);
+    // With time the model of the path does not fit, and says so.
+    fs::write(
+        folder.join("study.toml"),
+        text(spring, "sample_rate_hz = 1000", "inertia = 0"),
+    )
+    .unwrap();
+    let said = fail(folder, &["compare", ".", "model.json"], 3);
+    assert!(said.contains("the study has time"), "{said}");
+    // A column may be called none.
+    let column = "time = { column = \"none\" }";
+    refused(column, "", spring, &["no column \"none\""]);
+}
