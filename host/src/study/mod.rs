@@ -27,6 +27,7 @@ pub mod survey;
 pub(crate) mod symbols;
 pub mod time;
 mod units;
+pub(crate) mod written;
 
 pub use log::MemoryLog;
 
