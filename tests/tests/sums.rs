@@ -246,9 +246,7 @@ fn sums_give_the_model_that_the_records_give() {
 #[test]
 fn strengths_of_effects_are_those_of_the_records_and_their_intervals_hold_the_truth() {
     for inertia in [", inertia = 0.0", ""] {
-        let description = DESCRIPTION
-            .replace("inertia = 0.0", inertia)
-            .replace(", }", " }");
+        let description = DESCRIPTION.replace(", inertia = 0.0", inertia);
         let logs = [log("pilot", 6000, 1.0, 1)];
         let study = Study::of_memory("fleet", &description, &logs);
         let study = study.unwrap();

@@ -202,15 +202,18 @@ def check(here: Path) -> None:
     print("score: the figures of compare")
 
     bad = here / "bad.parquet"
-    whole = Path(files[0]).read_bytes()
-    bad.write_bytes(whole[: len(whole) // 2] + bytes(64) + whole[len(whole) // 2 + 64 :])
+    # Where a page of the second group of rows begins, nothing is.
+    pq.write_table(pq.read_table(files[0]), bad, row_group_size=50_000)
+    at = pq.ParquetFile(bad).metadata.row_group(1).column(1).data_page_offset
+    whole = bad.read_bytes()
+    bad.write_bytes(whole[:at] + bytes(16) + whole[at + 16 :])
     mixed = engine.createDataFrame([(path,) for path in [*files, str(bad)]], "path string").repartition(4)
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         left = spark.accumulate(mixed, study, path="path", on_bad="skip")
     assert bytes(left) == one, "a corrupt file changes the sums of the others"
     sentences = [str(warning.message) for warning in told if "left out" in str(warning.message)]
-    assert len(sentences) == 1 and "bad.parquet" in sentences[0], sentences
+    assert len(sentences) == 1 and "bad.parquet" in sentences[0] and "row group 2" in sentences[0], sentences
     print(f"a corrupt file: {sentences[0]}")
     try:
         spark.accumulate(mixed, study, path="path")
