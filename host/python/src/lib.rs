@@ -8,6 +8,7 @@ mod follow;
 mod model;
 mod results;
 mod study;
+mod sums;
 
 use pyo3::prelude::*;
 
@@ -15,6 +16,10 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<sums::Plan>()?;
+    module.add_function(wrap_pyfunction!(sums::merge_sums, module)?)?;
+    module.add_function(wrap_pyfunction!(sums::describe_sums, module)?)?;
+    module.add_function(wrap_pyfunction!(sums::identify_sums, module)?)?;
     module.add_class::<study::Study>()?;
     module.add_class::<model::Model>()?;
     module.add_class::<results::Comparison>()?;

@@ -20,7 +20,7 @@ use std::sync::Arc;
 pub(crate) struct Study(pub(crate) Arc<jointwatch::Study>);
 
 /// A log: its name, and its columns with their names.
-type Log<'py> = (String, Vec<(String, PyReadonlyArray1<'py, f64>)>);
+pub(crate) type Log<'py> = (String, Vec<(String, PyReadonlyArray1<'py, f64>)>);
 
 /// What a model is learnt with.
 #[derive(FromPyObject)]
@@ -52,17 +52,7 @@ impl Study {
         description: &str,
         logs: Vec<Log<'_>>,
     ) -> PyResult<Self> {
-        let taken: Vec<MemoryLog> = logs
-            .into_iter()
-            .map(|(name, columns)| {
-                let columns = columns.into_iter();
-                let columns = columns.map(|(name, values)| (name, values.as_array().to_vec()));
-                MemoryLog {
-                    name,
-                    columns: columns.collect(),
-                }
-            })
-            .collect();
+        let taken: Vec<MemoryLog> = logs.into_iter().map(log_in_memory).collect();
         let made = py.allow_threads(|| jointwatch::Study::of_memory(called, description, &taken));
         Ok(Self(Arc::new(raised(py, made)?)))
     }
@@ -119,6 +109,16 @@ impl Study {
     }
 }
 
+/// A log as the library takes it.
+pub(crate) fn log_in_memory((name, columns): Log<'_>) -> MemoryLog {
+    let columns = columns.into_iter();
+    let columns = columns.map(|(name, values)| (name, values.as_array().to_vec()));
+    MemoryLog {
+        name,
+        columns: columns.collect(),
+    }
+}
+
 fn physical(
     study: &jointwatch::Study,
     terms: Option<Vec<String>>,
@@ -140,7 +140,16 @@ fn polynomial(
     options: &Options,
     watch: &Watch,
 ) -> jointwatch::Result<ModelFile> {
-    let method = match options.fit.as_deref() {
+    let options = polynomial_options(options.fit.as_deref())?;
+    let learnt = identify::polynomial(study, &options, &|done| {
+        watch.say("fitting the polynomial", Some(done));
+    });
+    Ok(learnt?.model)
+}
+
+/// The options that a name of a fit stands for.
+pub(crate) fn polynomial_options(fit: Option<&str>) -> jointwatch::Result<PolynomialOptions> {
+    let method = match fit {
         None | Some("ridge") => Method::Ridge,
         Some("least-squares") => Method::LeastSquares,
         Some("select") => Method::Select,
@@ -150,14 +159,10 @@ fn polynomial(
             )));
         }
     };
-    let options = PolynomialOptions {
+    Ok(PolynomialOptions {
         orders: None,
         method,
-    };
-    let learnt = identify::polynomial(study, &options, &|done| {
-        watch.say("fitting the polynomial", Some(done));
-    });
-    Ok(learnt?.model)
+    })
 }
 
 fn network(

@@ -1,6 +1,7 @@
 //! `jointwatch accumulate`: sum records into a part, from which and others a model is made without the records.
 
 use super::console::Console;
+use super::outputs::keep;
 use crate::fit::sums::{Part, Plan};
 use crate::study::Study;
 use crate::study::further::Template;
@@ -31,6 +32,7 @@ impl Accumulate {
         let working = console.working("reading the study");
         let study = Study::read(&self.study)?;
         console.check_outputs(&[&self.output], &study, None)?;
+        keep(&self.output, &self.records)?;
         let template = Template::of_study(&study)?;
         let plan = Plan::of(&study, &template)?;
         let part = if self.records.is_empty() {

@@ -3,7 +3,7 @@
 use clap::Command;
 
 /// Per command its examples, one a line.
-pub(crate) const EXAMPLES: [(&str, [&str; 2]); 28] = [
+pub(crate) const EXAMPLES: [(&str, [&str; 2]); 29] = [
     (
         "demo",
         ["jointwatch demo", "jointwatch demo --out story --seed 4"],
@@ -55,6 +55,13 @@ pub(crate) const EXAMPLES: [(&str, [&str; 2]); 28] = [
         [
             "jointwatch accumulate study.toml",
             "jointwatch accumulate study.toml july/1.parquet july/2.parquet -o july.acc",
+        ],
+    ),
+    (
+        "select",
+        [
+            "jointwatch select study.toml july/1.parquet july/2.parquet --segments 60",
+            "jointwatch select study.toml june july -o summer",
         ],
     ),
     (

@@ -4,6 +4,7 @@ use super::accumulate;
 use super::console::Console;
 use super::identify_network::{self, NetworkArguments};
 use super::merge;
+use super::outputs::keep;
 use super::report::Report;
 use crate::assess::compare;
 use crate::fit::identify::{self, Identified, from_sums};
@@ -13,7 +14,6 @@ use crate::model::file::ModelFile;
 use crate::simulate::refine::{self, Refinement};
 use crate::study::Study;
 use crate::text::error::{Error, Result};
-use crate::text::output;
 use crate::text::table::{Table, significant};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
@@ -63,8 +63,7 @@ struct Printed<'a> {
 /// Options of `jointwatch identify`.
 #[derive(Args)]
 pub(crate) struct Identify {
-    /// The study: its study.toml, or the folder that holds it.
-    #[arg(required_unless_present = "from")]
+    /// The study: its study.toml, or the folder that holds it; may be left out with --from.
     study: Option<PathBuf>,
     /// Learn from sums that `accumulate` or `merge` wrote; a study beside them is what the errors are measured on.
     #[arg(long, value_name = "FILE")]
@@ -109,7 +108,11 @@ impl Identify {
         let study = match (&self.from, &self.study) {
             (Some(sums), _) => return self.run_from(console, sums),
             (None, Some(study)) => study,
-            (None, None) => return Err(Error::usage("name a study, or sums with --from")),
+            (None, None) => {
+                return Err(Error::usage(
+                    "there is nothing to learn from; name a study, or sums with --from",
+                ));
+            }
         };
         let working = console.working("reading the records");
         let study = Study::read(study)?;
@@ -163,6 +166,7 @@ impl Identify {
                 "--criterion simulation needs records, which sums are not; leave out --from",
             ));
         }
+        keep(&self.output, &[sums.to_owned()])?;
         let part = merge::read(sums)?;
         let study = self.study.as_deref().map(Study::read).transpose()?;
         let written: Vec<&Path> = [self.output.as_path()]
@@ -176,7 +180,7 @@ impl Identify {
                     "--report draws records; name a study beside --from",
                 ));
             }
-            None => output::check(&self.output)?,
+            None => {}
         }
         let identified = match self.model {
             Kind::Polynomial => {

@@ -2,6 +2,7 @@
 
 use super::accumulate::{as_json, say};
 use super::console::Console;
+use super::outputs::keep;
 use crate::fit::sums::Part;
 use crate::text::error::{Error, Result};
 use crate::text::{input, output};
@@ -21,7 +22,7 @@ pub(crate) struct Merge {
 
 impl Merge {
     pub(super) fn run(self, console: &Console) -> Result<()> {
-        output::check(&self.output)?;
+        keep(&self.output, &self.parts)?;
         let working = console.working("merging");
         let mut whole = read(&self.parts[0])?;
         for path in &self.parts[1..] {

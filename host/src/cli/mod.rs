@@ -28,6 +28,7 @@ mod progress_lines;
 mod replay;
 mod report;
 mod respond;
+mod select;
 mod serve;
 mod sign;
 mod simulate;
@@ -88,6 +89,8 @@ enum Command {
     Accumulate(accumulate::Accumulate),
     /// Add up parts that `accumulate` wrote; any order and any partition gives the same bytes.
     Merge(merge::Merge),
+    /// Make a smaller study of many records: segments that cover state space, amplitude and time, the same ones in any order.
+    Select(select::Select),
     /// Compare a model with the records of a study, verification and validation apart, and say where it fails.
     Compare(compare::Compare),
     /// Say which physical effect a model lacks, how sure that is, and where it fails; or that nothing is missing, that it
@@ -163,6 +166,7 @@ fn perform(command: Command, console: &Console) -> Result<()> {
         Command::Identify(command) => command.run(console),
         Command::Accumulate(command) => command.run(console),
         Command::Merge(command) => command.run(console),
+        Command::Select(command) => command.run(console),
         Command::Compare(command) => command.run(console),
         Command::Diagnose(command) => command.run(console),
         Command::Changed(command) => command.run(console),

@@ -48,6 +48,22 @@ impl Console {
     }
 }
 
+/// Refuses an output that the command reads.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Failed`] where it could not be written, [`crate::text::error::Kind::Usage`] where it would be written
+/// over what is read; one sentence.
+pub(super) fn keep(output: &Path, read: &[PathBuf]) -> Result<()> {
+    output::check(output)?;
+    match read.iter().any(|path| same(output, path)) {
+        false => Ok(()),
+        true => Err(Error::usage(format!(
+            "{}: this is read, and would be written over; name another file",
+            output.display()
+        ))),
+    }
+}
+
 /// Whether two paths lead to one file, by whatever way, there already or yet to be written.
 fn same(a: &Path, b: &Path) -> bool {
     let whole = |path: &Path| {

@@ -41,6 +41,30 @@ impl Template {
         }
     }
 
+    /// The columns that it reads of a log, and which of them is the time.
+    ///
+    /// # Errors
+    /// As [`Study::read`], of the description.
+    pub fn columns(&self) -> Result<(Vec<String>, Option<String>)> {
+        let source = self.source();
+        let (plan, _) = plan(&source, &source.parse("reference/study.md")?)?;
+        let wanted = plan.wanted.into_iter().map(|wanted| wanted.column);
+        Ok((wanted.collect(), plan.time.map(|time| time.column)))
+    }
+
+    fn source(&self) -> Source<'_> {
+        Source {
+            path: &self.path,
+            text: &self.text,
+            written: true,
+        }
+    }
+
+    /// The sample rate of the study that it is of, Hz.
+    pub fn sample_rate_hz(&self) -> f64 {
+        self.sample_rate_hz
+    }
+
     /// The text of the description.
     pub fn text(&self) -> &str {
         &self.text
@@ -63,11 +87,7 @@ impl Template {
     }
 
     fn of_one(&self, file: &str, memory: Option<&[MemoryLog]>) -> Result<Study> {
-        let source = Source {
-            path: &self.path,
-            text: &self.text,
-            written: true,
-        };
+        let source = self.source();
         let mut said: Description = source.parse("reference/study.md")?;
         let columns = said.record.iter().find_map(|entry| entry.columns.clone());
         said.record = vec![RecordEntry {
@@ -82,11 +102,6 @@ impl Template {
         let mut study = Study::of_records(&source, &said, (&plan, axes), (Path::new(""), memory))?;
         check::constant_channels(&study, &plan, Extent::Part)?;
         study.direct();
-        let name = Path::new(file).file_name();
-        let name = name.map_or(file.to_owned(), |n| n.to_string_lossy().into_owned());
-        for source in &mut study.sources {
-            source.file.clone_from(&name);
-        }
         Ok(study)
     }
 

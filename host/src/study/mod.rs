@@ -31,6 +31,7 @@ pub mod survey;
 pub(crate) mod symbols;
 pub mod time;
 mod units;
+pub(crate) mod written;
 
 pub use log::MemoryLog;
 pub use second_logger::Clock;

@@ -17,6 +17,7 @@ from ._model import Model
 from ._native import __version__
 from ._results import Added, Comparison, Diagnosis, Exported, Response
 from ._study import Study
+from ._sums import Sums
 
 __all__ = [
     "Added",
@@ -30,6 +31,7 @@ __all__ = [
     "Record",
     "Response",
     "Study",
+    "Sums",
     "UsageError",
     "__version__",
 ]

@@ -9,6 +9,8 @@ mod physical;
 mod plan;
 mod polynomial;
 pub(crate) mod products;
+mod segments;
 
 pub use part::Part;
 pub use plan::Plan;
+pub use segments::{Choice, Selection};

@@ -12,6 +12,7 @@ use crate::study::{Role, Source, Study};
 use crate::text::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::path::Path;
 
 /// What every file of a part begins with.
 const MAGIC: &[u8; 8] = b"JWSUMS1\n";
@@ -91,8 +92,8 @@ impl Part {
                 ..e
             })?;
         }
-        let sources = study.sources.iter();
-        part.head.records = sources.filter(|s| s.role == Role::Train).cloned().collect();
+        let sources = study.sources.iter().filter(|s| s.role == Role::Train);
+        part.head.records = sources.map(by_name).collect();
         part.sort_records("the study")?;
         Ok(part)
     }
@@ -347,6 +348,15 @@ impl Part {
             )),
             None => physical::solve(plan, &self.physical, self.head.thinned),
         }
+    }
+}
+
+/// A source under its file's own name: the same record is the same wherever it lies.
+fn by_name(source: &Source) -> Source {
+    let name = Path::new(&source.file).file_name();
+    Source {
+        file: name.map_or(source.file.clone(), |n| n.to_string_lossy().into_owned()),
+        ..source.clone()
     }
 }
 

@@ -95,6 +95,18 @@ impl Plan {
         })
     }
 
+    /// The plan that a text holds, as `serde_json` writes it; `called` names it in messages.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`]: no plan, or one of another version.
+    pub fn parse(called: &str, text: &str) -> Result<Self> {
+        let plan: Self = serde_json::from_str(text)
+            .map_err(|e| Error::data(format!("{called}: this is no plan of sums ({e})")))?;
+        plan.check()
+            .map_err(|what| Error::data(format!("{called}: {what}")))?;
+        Ok(plan)
+    }
+
     /// The effects, bound to their axes.
     pub(super) fn bound(&self) -> Result<Vec<Bound>> {
         let names: Vec<&str> = self.axes.iter().map(|a| a.name.as_str()).collect();

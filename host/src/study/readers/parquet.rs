@@ -79,11 +79,14 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
         let column = &mut columns[column];
         let values = column.values.get_or_insert_default();
         let mut origin = None;
-        for group in groups {
+        for (number, group) in groups.iter().enumerate() {
             let read = append(&bytes, left, group, place, kind, &mut origin, values);
             read.map_err(|e| match e {
                 ParquetError::NeedMoreData(_) => request.error(packed::too_large()),
-                e => broken(request, format!("column {:?}: {e}", column.name)),
+                e => broken(
+                    request,
+                    format!("column {:?}, row group {}: {e}", column.name, number + 1),
+                ),
             })?;
         }
     }
