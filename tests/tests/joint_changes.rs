@@ -1,0 +1,231 @@
+//! The whole way round, as a user goes it: a joint changes, the device under QEMU raises its alarm, the counts that it kept become a study,
+//! `changed` and `diagnose` name what changed, a new model is learnt, signed and uploaded, and the alarm is gone.
+
+use jointwatch::simulate::{SimulationOptions, write_study};
+use jointwatch_shared::monitor::State;
+use jointwatch_tests::program::{jointwatch, succeed};
+use jointwatch_tests::watched::{RATE_HZ, STUDY_LEVEL};
+use serde_json::Value;
+use std::fs;
+use std::io::{BufRead, BufReader, Lines, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
+use tempfile::TempDir;
+
+/// The sensors of the board; the acceleration is derived from the counts.
+const RIG: &str = r#"
+[wiring]
+oversampling = 1024
+counters = [{ quadrature = 4 }, { quadrature = 4 }]
+
+[[axis]]
+name = "x"
+far = "+0"
+near = "+1"
+body = "+1"
+counts_per_m = 500000.0
+bridge = "+0"
+gain = 32
+sensitivity = 25000.0
+excitation_V = 3.0
+"#;
+/// How much stiffer the joint becomes.
+const STIFFER: f64 = 1.4;
+/// Samples of the changed joint from which the new limits are set.
+const STREAMED: usize = 12_000;
+
+/// A program that is ended with the test.
+struct Running {
+    child: Child,
+    lines: Lines<BufReader<ChildStdout>>,
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Whether it has ended by itself does not matter any more.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Running {
+    fn start(folder: &Path, arguments: &[&str]) -> Self {
+        let mut child = Command::new(jointwatch())
+            .current_dir(folder)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        Self { child, lines }
+    }
+
+    fn say(&mut self, words: &str) {
+        let input = self.child.stdin.as_mut().unwrap();
+        writeln!(input, "{words}").unwrap();
+    }
+
+    /// Reads until a line fits, and gives it.
+    fn until(&mut self, what: &str, fits: impl Fn(&str) -> bool) -> String {
+        let mut last = String::new();
+        for line in self.lines.by_ref().map_while(Result::ok) {
+            if fits(&line) {
+                return line;
+            }
+            last = line;
+        }
+        panic!("{what} never came; the last line: {last}");
+    }
+
+    /// Reads messages of a monitor until the axis is in this state; gives the states on the way.
+    fn until_state(&mut self, wanted: State) -> Vec<u64> {
+        let mut seen = Vec::new();
+        for line in self.lines.by_ref().map_while(Result::ok) {
+            let Some(state) = state(&line) else { continue };
+            if seen.last() != Some(&state) {
+                seen.push(state);
+            }
+            if state == u64::from(wanted.tag()) {
+                return seen;
+            }
+        }
+        panic!("{wanted:?} never came: {seen:?}");
+    }
+}
+
+/// The state of x in a message on health.
+fn state(line: &str) -> Option<u64> {
+    let json: Value = serde_json::from_str(line).ok()?;
+    let health = json["message"] == "health";
+    json["axes"][0]["verdict"]["state"]
+        .as_u64()
+        .filter(|_| health)
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let said = succeed(folder, &[arguments, &["--json", "-"]].concat());
+    serde_json::from_str(&said).unwrap_or_else(|e| panic!("{e}: {said}"))
+}
+
+/// Learns a model of a study and exports it with its rig block.
+fn exported(folder: &Path, study: &str, name: &str) {
+    let run = |arguments: &[&str]| succeed(folder, arguments);
+    let [model, blob, rig] = ["json", "bin", "rig"].map(|end| format!("{name}.{end}"));
+    run(&["identify", study, "--model", "physical", "-o", &model]);
+    run(&["export", &model, "-o", &blob]);
+    run(&[
+        "export", &model, "--rig", "rig.toml", "--study", study, "-o", &rig,
+    ]);
+}
+
+/// What the device kept and streamed as a study: learnt from the one, validated on the other.
+fn study_of_the_changed_joint(folder: &Path) {
+    let from = |frames: &str, out: &str| {
+        json(
+            folder,
+            &["study-from", frames, "--rig", "old.rig", "-o", out],
+        )
+    };
+    let kept = from("capture.bin", "now");
+    assert_eq!(kept["records"][1]["in_study"], true, "{kept}");
+    let streamed = from("stream.bin", "later");
+    assert_eq!(streamed["records"][0]["gaps"], 0, "{streamed}");
+    let file = folder.join("now/study.toml");
+    let text = fs::read_to_string(&file).unwrap();
+    let (records, _) = text.split_once("[base]").unwrap();
+    let own = fs::read_to_string(folder.join("rig/study.toml")).unwrap();
+    let (_, base) = own.split_once("[base]").unwrap();
+    let more = "[[record]]\nfile = \"../later/run_1.csv\"\nrole = \"validate\"\n";
+    fs::write(file, format!("{records}{more}[base]{base}")).unwrap();
+}
+
+#[test]
+fn a_change_is_found_named_learnt_and_no_alarm_any_more() {
+    let home = TempDir::new().unwrap();
+    let folder = home.path();
+    let options = SimulationOptions {
+        axes: 1,
+        seed: 1,
+        duration_s: 20.0,
+        sample_rate_hz: RATE_HZ,
+        validation_level: STUDY_LEVEL,
+        ..SimulationOptions::default()
+    };
+    write_study(&folder.join("rig"), &options).unwrap();
+    fs::write(folder.join("rig.toml"), RIG).unwrap();
+    exported(folder, "rig", "old");
+    let served = [
+        "emulate", "old.bin", "rig", "--rig", "old.rig", "--serve", "0",
+    ];
+    let mut device = Running::start(folder, &served);
+    let told = device.until("the address", |line| line.contains("--tcp"));
+    let address = told.split_whitespace().last().unwrap().to_string();
+    let port = format!("tcp:{address}");
+    let listen = ["monitor", "--tcp", &address, "--json", "-"];
+
+    let mut monitor = Running::start(folder, &listen);
+    monitor.until_state(State::Healthy);
+    device.say(&format!("change stiffness@x*{STIFFER}"));
+    device.until("the change", |line| line.contains("the joint changed"));
+    println!(
+        "states until the alarm: {:?}",
+        monitor.until_state(State::Alarm)
+    );
+    drop(monitor);
+    // What the device streams after that says how well the new model does; by then the counts behind the alarm are there as well.
+    let stream = ["--stream", "1", "--record", "stream.bin"];
+    let mut monitor = Running::start(folder, &[&listen[..], &stream].concat());
+    for _ in 0..STREAMED {
+        monitor.until("a sample", |line| line.contains("\"measured\""));
+    }
+    drop(monitor);
+    succeed(folder, &["capture", "--port", &port, "-o", "capture.bin"]);
+    study_of_the_changed_joint(folder);
+
+    let changed = json(folder, &["changed", "old.json", "now"]);
+    let parameters = changed["parameters"].as_array().unwrap();
+    let counts: Vec<&Value> = parameters.iter().filter(|p| p["counts"] == true).collect();
+    println!("{counts:?}");
+    let [stiffness] = counts[..] else {
+        panic!("the stiffness alone: {changed}");
+    };
+    assert_eq!(stiffness["effect"], "stiffness@x");
+    let grew = stiffness["new"].as_f64().unwrap() / stiffness["old"].as_f64().unwrap();
+    assert!((grew / STIFFER - 1.0).abs() < 0.02, "{grew}");
+    let said = succeed(folder, &["diagnose", "now", "old.json"]);
+    assert!(
+        said.contains("Changed since the model was made: stiffness of stiffness@x by +"),
+        "{said}"
+    );
+    assert!(said.contains("Nothing is missing"), "{said}");
+
+    exported(folder, "now", "new");
+    let sign = [
+        "sign",
+        "new.bin",
+        "--rig",
+        "new.rig",
+        "--development-key",
+        "-o",
+        "new.signed",
+    ];
+    succeed(folder, &sign);
+    succeed(folder, &["upload", "new.signed", "--port", &port]);
+    let mut monitor = Running::start(folder, &listen);
+    monitor.until("the restart", |line| {
+        line.contains("\"occasion\":\"restart\"")
+    });
+    let seen = monitor.until_state(State::Healthy);
+    println!("states after the restart: {seen:?}");
+    assert!(!seen.contains(&u64::from(State::Alarm.tag())), "{seen:?}");
+    // The trial ends well, and no alarm comes meanwhile.
+    let kept = monitor.until("the end of the trial", |line| {
+        let alarm = state(line) == Some(u64::from(State::Alarm.tag()));
+        assert!(!alarm, "an alarm under the new model: {line}");
+        line.contains("model_confirmed")
+    });
+    println!("{kept}");
+    device.say("quit");
+    device.until("the end", |line| line.contains("switched off"));
+}
