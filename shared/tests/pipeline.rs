@@ -523,10 +523,7 @@ fn a_wrong_count_changes_as_many_outputs_as_the_chain_says() {
         let said = |o: &Output| (o.state, o.measured, o.predicted);
         said(&sound[*n]) != said(&wrong[*n])
     };
-    let last = (0..sound.len())
-        .filter(differs)
-        .last()
-        .expect("it changes some");
+    let last = (0..sound.len()).rfind(differs).expect("it changes some");
     let changed = last + 1 - first;
     let said = usize::from(chain.invalidated_by_fault());
     assert!(changed <= said && 2 * changed > said, "{changed}, {said}");
