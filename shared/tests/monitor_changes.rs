@@ -413,12 +413,12 @@ fn what_a_gap_spoils_is_not_judged() {
     };
     let mut watched = Watched::new();
     watched.run(10.0, [WELL; 2], 0);
-    for _ in 0..60 {
+    for _ in 0..300 {
         watched.sample([garbage; 2], 0, 1);
         for _ in 1..spoilt() {
             watched.sample([garbage; 2], 0, 0);
         }
-        watched.run(0.5, [WELL; 2], 0);
+        watched.run(0.08, [WELL; 2], 0);
     }
     let mut seen = watched.seen.iter().flatten();
     let damage = seen.find(|(_, v)| v.cause.is_damage());

@@ -139,7 +139,7 @@ mod tests {
         }
         assert_eq!((judged.permille(), judged.since()), (1000, 0));
         let mut blocks = 0;
-        while judged.is_healthy() {
+        while judged.is_healthy() && blocks < 1000 {
             judged.end(1, Some(Reason::Gentle), true);
             blocks += 1;
         }

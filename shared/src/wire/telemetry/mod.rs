@@ -14,18 +14,20 @@ mod frame;
 mod report;
 mod request;
 mod upload;
+mod verdict;
 
 pub use frame::{Counts, Damage, Decoder, Received, TooLong, encode};
 pub use report::{
     Access, Alarm, Answer, Answered, AxisHealth, AxisIdentity, AxisStatus, CAPTURE_PIECE,
-    CapturePiece, Counters, Event, Health, Hello, KeptAlarm, MAX_CHANNELS, ModelIdentity, Occasion,
-    Quantity, Restart, RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Snapshot,
-    Status, Supply, Upkeep, Verdict,
+    CapturePiece, Counters, Event, Health, Hello, MAX_CHANNELS, ModelIdentity, Occasion, Quantity,
+    Restart, RigIdentity, SNAPSHOT_PIECE, Sample, SampleOutput, SensorStatus, Snapshot, Status,
+    Supply, Upkeep,
 };
 pub use request::Request;
 pub use upload::{
     Kind, MAX_CHUNK, ModelFault, Refusal, Signature, Slot, UploadReply, UploadRequest,
 };
+pub use verdict::{KeptAlarm, Verdict};
 
 use heapless::String;
 use serde::{Deserialize, Serialize};

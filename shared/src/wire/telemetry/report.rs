@@ -2,10 +2,11 @@
 
 use super::Text;
 use super::upload::{ModelFault, Slot};
+use super::verdict::{KeptAlarm, Verdict};
 use crate::base::Model;
 use crate::base::axis::AxisKind;
 use crate::chain::{Chain, Output, RawSample};
-use crate::monitor::{self, Cause, State};
+use crate::monitor;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -185,15 +186,6 @@ pub struct Alarm {
     pub alarms: u16,
 }
 
-/// An alarm of an earlier run that nobody has acknowledged: kept in flash, so that a restart does not take it back.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct KeptAlarm {
-    /// The sample, counted since the restart that began that run, at which it was raised.
-    pub sample: u64,
-    /// What was said then.
-    pub verdict: Verdict,
-}
-
 /// What outlasts a loss of power, and what would cause one: told with every status.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Upkeep {
@@ -210,47 +202,6 @@ pub struct Supply {
     pub reset_below_mv: Option<u16>,
     /// The voltage is too low for the flash to be written: nothing is, meanwhile.
     pub is_low: bool,
-}
-
-/// What the monitor says, in the codes that `docs/reference/telemetry.md` lists: codes, and not enums, so that a receiver that does
-/// not know a newer one still reads the rest.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Verdict {
-    /// The state's code.
-    pub state: u8,
-    /// The code of the reason for it.
-    pub cause: u8,
-    /// The axis that it is about, from 0.
-    pub axis: u8,
-    /// The channel of that axis, from 0, when a sensor is meant.
-    pub channel: u8,
-    /// How far it is, in 1/1000: of the threshold for a change of the joint, of the time for everything else.
-    pub permille: u16,
-}
-
-impl From<monitor::Verdict> for Verdict {
-    fn from(verdict: monitor::Verdict) -> Self {
-        Self {
-            state: verdict.state.tag(),
-            cause: verdict.cause.tag(),
-            axis: verdict.axis,
-            channel: verdict.channel,
-            permille: verdict.permille,
-        }
-    }
-}
-
-impl Verdict {
-    /// What the monitor said; `None` when a code is newer than this program.
-    pub fn read(&self) -> Option<monitor::Verdict> {
-        Some(monitor::Verdict {
-            state: State::from_tag(self.state)?,
-            cause: Cause::from_tag(self.cause)?,
-            axis: self.axis,
-            channel: self.channel,
-            permille: self.permille,
-        })
-    }
 }
 
 /// The sliding error of one axis: an NMSE, 100·Σ(r−r̂)²/(N·var r) in percent, here in 1/1000 %, from
