@@ -434,8 +434,9 @@ mod tests {
                 found.drift - drift,
             ];
             worst = worst.max(off[0].abs());
-            for at in 0..2 {
-                outside[at] += usize::from(off[at].abs() > found.within[at]);
+            let pairs = off.iter().zip(found.within);
+            for (outside, (off, within)) in outside.iter_mut().zip(pairs) {
+                *outside += usize::from(off.abs() > within);
             }
         }
         println!("of 60: outside the 95 % interval {outside:?}, worst {worst:.1e} of a row");

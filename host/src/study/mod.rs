@@ -6,6 +6,7 @@
 mod alignment;
 mod calibrated;
 mod check;
+mod clock;
 pub(crate) mod description;
 pub mod draft;
 pub mod further;
@@ -33,8 +34,8 @@ pub mod time;
 mod units;
 pub(crate) mod written;
 
+pub use clock::Clock;
 pub use log::MemoryLog;
-pub use second_logger::Clock;
 
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
@@ -234,6 +235,20 @@ impl Study {
     /// Whether it names an input.
     pub fn has_input(&self, name: &str) -> bool {
         self.inputs.iter().any(|input| input.name == name)
+    }
+
+    /// Refuses what needs time where the study has none; `what` needs it, and `cure` is what to do in its place.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`], one sentence.
+    pub(crate) fn check_has_time(&self, what: &str, cure: &str) -> Result<()> {
+        if !self.quasi_static {
+            return Ok(());
+        }
+        Err(Error::data(format!(
+            "{}: time = \"none\" says that the logs have no time, but {what}; {cure}",
+            self.path.display()
+        )))
     }
 
     /// Refuses an effect that follows an input which the study does not name, or time where it has none.

@@ -3,9 +3,7 @@
 //! Only the path counts then. A law that depends on it alone gives the same force however fast the path is run through, so rows stand
 //! in for time, and the velocity is replaced by its sign: the direction of travel. Everything that has a second in its unit is refused.
 
-use super::Study;
 use super::time::median;
-use crate::text::error::{Error, Result};
 use jointwatch_shared::effect::{EFFECTS, Entry};
 
 /// Rows that count as one second, for what is measured in rows inside: the length of blocks and of guards between them. No number
@@ -34,22 +32,6 @@ pub(crate) fn is_without_meaning(parameter: &str) -> bool {
 pub(crate) fn effects_in_time() -> impl Iterator<Item = String> {
     let effects = EFFECTS.iter().filter(|entry| !is_rate_independent(entry));
     effects.map(|entry| entry.about.name.to_owned())
-}
-
-impl Study {
-    /// Refuses what needs time where the study has none; `what` needs it, and `cure` is what to do in its place.
-    ///
-    /// # Errors
-    /// [`crate::text::error::Kind::Data`], one sentence.
-    pub(crate) fn check_has_time(&self, what: &str, cure: &str) -> Result<()> {
-        if !self.quasi_static {
-            return Ok(());
-        }
-        Err(Error::data(format!(
-            "{}: time = \"none\" says that the logs have no time, but {what}; {cure}",
-            self.path.display()
-        )))
-    }
 }
 
 /// The direction of travel in each row, 1 or −1: that of the step to it, reversals within the noise or one count left out; 0 before
@@ -110,11 +92,17 @@ mod tests {
 
     #[test]
     fn the_direction_is_that_of_the_step_to_each_row() {
-        let there_and_back = [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 1.0, 2.0];
-        assert_eq!(
-            direction(&there_and_back, None),
-            [0.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, 1.0]
-        );
+        let up = (0..20).map(f64::from);
+        let down = (0..20).rev().map(f64::from);
+        let path: Vec<f64> = up.clone().chain(down).chain([0.0; 3]).chain(up).collect();
+        let wanted = |row: usize| match row {
+            0 => 0.0,
+            // Where it turns round, two rows are at the same place.
+            1..=20 | 44.. => 1.0,
+            _ => -1.0,
+        };
+        let wanted: Vec<f64> = (0..path.len()).map(wanted).collect();
+        assert_eq!(direction(&path, None), wanted);
         assert_eq!(direction(&[1.0; 4], None), [0.0; 4]);
     }
 

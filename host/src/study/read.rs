@@ -7,6 +7,7 @@ use super::log::{Log, MemoryLog, Request};
 use super::plan::{Plan, plan};
 use super::quasi_static::{ROWS_PER_SECOND, direction};
 use super::sampling::Sampling;
+use super::second_logger::Wants;
 use super::{Record, Role, Study, second_logger, time};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
@@ -263,8 +264,14 @@ fn read_records(
             sparse: plan.resample_hz.is_some(),
         })
         .collect();
+    let wants = Wants {
+        wanted: &plan.wanted,
+        time: plan.time.as_ref(),
+        clocks: &plan.clocks,
+        loggers: &plan.loggers,
+    };
     let logs: Vec<(Log, Option<Sampling>)> = in_order(requests.par_iter().map(|request| {
-        let log = second_logger::read(request, plan, folder, memory)?;
+        let log = second_logger::read(request, wants, folder, memory)?;
         check_length(request, &log)?;
         let sampling = Sampling::of(request, &log, plan)?;
         Ok((log, sampling))

@@ -3,13 +3,13 @@
 
 use super::alignment::{Alignment, Unaligned};
 use super::calibrated::{Calibrated, Columns, calibrate};
+use super::clock::{Aligned, Clock};
 use super::description::{ClockEntry, Description, Source};
 use super::kinematics::{alike, clear_lag, motion};
 use super::log::{Log, MemoryLog, Request, Wanted};
 use super::pieces::density;
-use super::plan::Plan;
 use super::resample::Resampler;
-use super::stretches::{even_where_rounded, sampled};
+use super::time::{even_where_rounded, sampled};
 use super::units::Quantity;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
@@ -27,34 +27,14 @@ pub(crate) struct SecondLogger {
     derivative: i8,
 }
 
-/// How a second logger's clock ran against that of the record.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Clock {
-    /// The second logger's file as study.toml names it.
-    pub file: String,
-    /// SHA-256 of that file.
-    pub sha256: String,
-    /// A time of its own clock, s.
-    pub at_s: f64,
-    /// What is added to that time to have the record's, s.
-    pub offset_s: f64,
-    /// Half the width of its 95 % interval, s.
-    pub offset_within_s: f64,
-    /// By how much the offset grows, in millionths of the time.
-    pub drift_ppm: f64,
-    /// Half the width of its 95 % interval.
-    pub drift_within_ppm: f64,
-    /// Of what both loggers recorded, once aligned.
-    pub correlation: f64,
-}
-
-/// What was read of a second logger.
-pub(crate) struct Aligned {
-    pub(crate) clock: Clock,
-    /// The times of its rows by the record's clock, s.
-    pub(crate) seconds: Vec<f64>,
-    /// What was done, for the user.
-    pub(crate) sentence: String,
+/// What of a plan a second logger may serve.
+#[derive(Clone, Copy)]
+pub(super) struct Wants<'a> {
+    pub(super) wanted: &'a [Wanted],
+    pub(super) time: Option<&'a Calibrated>,
+    /// Columns of time of single channels.
+    pub(super) clocks: &'a [Calibrated],
+    pub(super) loggers: &'a [SecondLogger],
 }
 
 /// The second loggers of a description, checked.
@@ -139,7 +119,7 @@ fn check(source: &Source<'_>, said: &Description, entry: &ClockEntry) -> Result<
 /// Reads a record with what its second loggers add to it.
 pub(super) fn read(
     request: &Request<'_>,
-    plan: &Plan,
+    plan: Wants<'_>,
     folder: &Path,
     memory: Option<&[MemoryLog]>,
 ) -> Result<Log> {
@@ -147,8 +127,8 @@ pub(super) fn read(
     if loggers().next().is_none() {
         return request.read();
     }
-    let time = plan.time.as_ref().map_or(0, |time| time.place);
-    let mut wanted = plan.wanted.clone();
+    let time = plan.time.map_or(0, |time| time.place);
+    let mut wanted = plan.wanted.to_vec();
     for (place, column) in wanted.iter_mut().enumerate() {
         column.optional |= place != time;
     }
@@ -201,7 +181,7 @@ impl SecondLogger {
         &self,
         log: &mut Log,
         record: &Request<'_>,
-        (plan, of_record): (&Plan, &[Wanted]),
+        (plan, of_record): (Wants<'_>, &[Wanted]),
         (folder, memory): (&Path, Option<&[MemoryLog]>),
     ) -> Result<()> {
         let mut wanted = self.wanted.clone();
@@ -256,7 +236,7 @@ impl SecondLogger {
         &self,
         log: &Log,
         record: &Request<'_>,
-        (plan, of_record): (&Plan, &[Wanted]),
+        (plan, of_record): (Wants<'_>, &[Wanted]),
         other: &Log,
         request: &Request<'_>,
     ) -> Result<Aligned> {
@@ -272,7 +252,6 @@ impl SecondLogger {
         };
         let time = plan
             .time
-            .as_ref()
             .ok_or_else(|| request.error("needs a record with a column of time"))?;
         let theirs = seconds_of(time, log)?;
         let mine = seconds_of(&self.time, other)?;
@@ -329,14 +308,14 @@ impl SecondLogger {
 
     fn in_words(&self, clock: &Clock, record: &Request<'_>) -> String {
         format!(
-            "the clock of {} was put right by its column {:?} and {:?} of {}: offset {:.6} s ± {:.2} ms at {:.3} s of its own, drift \
+            "the clock of {} was put right by its column {:?} and {:?} of {}: offset {:.7} s ± {:.1} µs at {:.3} s of its own, drift \
              {:.2} ± {:.2} ppm (95 %), correlation {:.3}",
             self.file,
             self.common[0],
             self.common[1],
             record.file,
             clock.offset_s,
-            1e3 * clock.offset_within_s,
+            1e6 * clock.offset_within_s,
             clock.at_s,
             clock.drift_ppm,
             clock.drift_within_ppm,

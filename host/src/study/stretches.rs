@@ -5,15 +5,12 @@ use super::log::{Log, Request};
 use super::pieces::{Density, SHORTEST_PIECE, density, said_of_gaps};
 use super::plan::Plan;
 use super::resample::Resampler;
-use super::time::{Grid, quantum, round_rate};
+use super::time::{even_where_rounded, round_rate, sampled};
 use crate::text::error::Result;
-use std::borrow::Cow;
 use std::sync::OnceLock;
 
 /// A channel sampled less often than this part of the wanted rate leaves a part of the band empty.
 const TOO_FINE: f64 = 0.8;
-/// Share of stamps equal to the one before from which on they are rounded, and the rows were even.
-const MANY_DOUBLED: f64 = 0.1;
 
 /// The even parts of the time that all channels share.
 pub(super) struct Stretches {
@@ -136,26 +133,6 @@ fn clock_of(channel: &Calibrated, log: &Log, own: usize) -> usize {
 fn hertz(rate: f64) -> String {
     let text = format!("{:.3}", round_rate(rate, 1e-3));
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
-/// The values that are there, and their times.
-pub(super) fn sampled(logged: &[f64], clock: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let rows = logged.iter().zip(clock).map(|(v, t)| (*v, *t));
-    rows.filter(|(v, t)| v.is_finite() && t.is_finite()).unzip()
-}
-
-/// The grid's own times where the stamps are rounded so coarsely that many are alike.
-pub(super) fn even_where_rounded(seconds: &[f64]) -> Cow<'_, [f64]> {
-    let doubled = seconds.windows(2).filter(|w| w[1] == w[0]).count();
-    if (doubled as f64) < MANY_DOUBLED * seconds.len() as f64 {
-        return Cow::Borrowed(seconds);
-    }
-    match (Grid::of(seconds), quantum(seconds)) {
-        (Some(grid), Some(rounded)) if grid.is_even(rounded) => (0..seconds.len())
-            .map(|row| grid.start_s + row as f64 / grid.rate_hz)
-            .collect(),
-        _ => Cow::Borrowed(seconds),
-    }
 }
 
 impl Stamps {

@@ -1,11 +1,15 @@
 //! Time stamps: the even grid nearest to them, what they are rounded to, and how missing samples are bridged.
 
+use std::borrow::Cow;
+
 /// Missing samples in a row that may be bridged.
 pub const LONGEST_GAP: usize = 5;
 /// Share of a record's rows that may be bridged in all; five rows may be in any record.
 pub const BRIDGED_SHARE: f64 = 1e-3;
 /// How far the time column may be from the stated sample rate, relative.
 pub const RATE_TOLERANCE: f64 = 1e-3;
+/// Share of stamps equal to the one before from which on they are rounded, and the rows were even.
+const MANY_DOUBLED: f64 = 0.1;
 /// Samples that are missing after a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Gap {
@@ -79,6 +83,26 @@ pub(crate) fn quantum(time: &[f64]) -> Option<f64> {
     // A log whose steps are all alike is not rounded but even.
     let differ = steps().any(|s| s > 1.5 * least || s < 0.5 * least);
     (least.is_finite() && differ && steps().all(whole)).then_some(least)
+}
+
+/// The values that are there, and their times.
+pub(super) fn sampled(logged: &[f64], clock: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let rows = logged.iter().zip(clock).map(|(v, t)| (*v, *t));
+    rows.filter(|(v, t)| v.is_finite() && t.is_finite()).unzip()
+}
+
+/// The grid's own times where the stamps are rounded so coarsely that many are alike.
+pub(super) fn even_where_rounded(seconds: &[f64]) -> Cow<'_, [f64]> {
+    let doubled = seconds.windows(2).filter(|w| w[1] == w[0]).count();
+    if (doubled as f64) < MANY_DOUBLED * seconds.len() as f64 {
+        return Cow::Borrowed(seconds);
+    }
+    match (Grid::of(seconds), quantum(seconds)) {
+        (Some(grid), Some(rounded)) if grid.is_even(rounded) => (0..seconds.len())
+            .map(|row| grid.start_s + row as f64 / grid.rate_hz)
+            .collect(),
+        _ => Cow::Borrowed(seconds),
+    }
 }
 
 /// The roundest rate within a relative tolerance, or within 1e-7 of a whole thousandth: that is what was meant.
