@@ -227,6 +227,7 @@ def check(here: Path) -> None:
         assert "counted already" in str(problem), problem
     else:
         raise AssertionError("files that are there twice were counted twice")
+    print("a corrupt file without skip, and files given twice: refused")
     engine.stop()
 
 

@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any, Callable, Optional
+from importlib import import_module
+from typing import Any, Callable, Optional
 
 import numpy as np
 
@@ -25,15 +26,13 @@ from ._model import Model
 from ._study import Study
 from ._sums import Sums, merge_bytes, plan_of
 
-if TYPE_CHECKING:
-    import pyarrow
-
 SUMMED = "name string, part binary, problem string"
 SCORED = (
     "record string, axis string, rows bigint, nmse_percent double, relative_error double, rms_error double, "
     "peak_error double, outside_range double, problem string"
 )
-Batches = Iterator["pyarrow.RecordBatch"]
+Batches = Iterator[Any]
+"""Record batches of Arrow."""
 
 
 def accumulate(
@@ -212,8 +211,7 @@ def _worker(
             yield {"name": whole[-1][0], "part": bytes(merge_bytes(whole))}
 
     def work(batches: Batches) -> Batches:
-        import pyarrow as pa
-
+        pa: Any = import_module("pyarrow")
         fields = _fields(SUMMED if merged else SCORED)
         for row in results(batches):
             yield pa.RecordBatch.from_pylist([{key: row.get(key) for key, _ in fields}], schema=pa.schema(fields))
@@ -222,8 +220,7 @@ def _worker(
 
 
 def _fields(schema: str) -> list[tuple[str, Any]]:
-    import pyarrow as pa
-
+    pa: Any = import_module("pyarrow")
     kinds = {"string": pa.string(), "binary": pa.binary(), "bigint": pa.int64(), "double": pa.float64()}
     pairs: Iterable[list[str]] = (field.split() for field in schema.split(", "))
     return [(name, kinds[kind]) for name, kind in pairs]
