@@ -8,7 +8,7 @@ use stm32f4::stm32f405::{FLASH, PWR, RCC};
 // PWR_CR, RM0090, “PWR power control register”.
 const DETECTOR: u32 = 1 << 4;
 const LEVELS: u32 = 7 << 5;
-/// Falls at 2.76 to 2.90 V (DS8626, “Embedded reset and power control block characteristics”, PLS = 110).
+/// Falls at 2.85 to 2.99 V (DS8626, “Embedded reset and power control block characteristics”, PLS = 110).
 const LEVEL: u32 = 6 << 5;
 /// PWR_CSR: the supply is below that level.
 const BELOW: u32 = 1 << 2;
