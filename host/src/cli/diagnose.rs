@@ -9,7 +9,6 @@ use crate::diagnose::changed::{self, ParameterChange};
 use crate::diagnose::{self, Asked, Columns, Diagnosis, Ranked, Verdict};
 use crate::model::file::ModelFile;
 use crate::model::{EffectTerm, ParameterValue, corrections, effects};
-use crate::study::quasi_static::effects_in_time;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, quantity};
 use clap::Args;
@@ -58,11 +57,7 @@ impl Diagnose {
             .collect();
         console.check_outputs(&written, &study, Some(&self.model))?;
         working.set_message("searching for missing effects");
-        let mut without = self.without;
-        if study.quasi_static {
-            without.extend(effects_in_time());
-        }
-        let asked = Asked::checked(without, self.explain)?;
+        let asked = Asked::checked(self.without, self.explain)?;
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));
             let mut applied = apply::apply(&study, &model, &asked, &each)?;

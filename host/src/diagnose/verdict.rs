@@ -23,6 +23,7 @@ use crate::model::file::{AxisError, Base, ModelFile};
 use crate::model::time_history::with_lag;
 use crate::signal::mixed_acceleration;
 use crate::signal::motion::Motion;
+use crate::study::quasi_static::effects_in_time;
 use crate::study::{AxisKind, Study};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::effect::{EFFECTS, Entry};
@@ -91,15 +92,15 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
         training: &as_logged,
         validation: (!logged.is_empty()).then_some(&of_validation),
     };
-    if logged.is_empty() {
-        notes.push(NO_VALIDATION.into());
-    }
+    notes.extend(logged.is_empty().then(|| NO_VALIDATION.to_owned()));
+    let in_time = effects_in_time().filter(|_| study.quasi_static);
+    let without: Vec<String> = asked.without.iter().cloned().chain(in_time).collect();
     let given = Given {
         axes: &study.axes,
         motions: &training,
         unseen: &unseen,
         low_pass: &model.filters.band,
-        without: &asked.without,
+        without: &without,
     };
     let mut search = search(&given, &base, values)?;
     let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
