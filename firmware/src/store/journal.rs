@@ -73,16 +73,17 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         let number = entry.number.checked_add(1).ok_or(Fault::Worn)?;
         let entry = Entry { number, ..entry };
         let bytes = entry.encode();
-        // Behind the last that is not blank: power may have failed on one, which then reads as anything.
-        let mut free = Self::ENTRIES;
-        while let Some(before) = free.checked_sub(1)
-            && self.entry(place, before)? == [0xFF; ENTRY_LEN]
-        {
-            free = before;
+        // Behind the last that is not blank: power may have failed on one, which then reads as anything. Where the last of all is not blank, in
+        // front of that: one bad cell there fills no journal.
+        let mut free = None;
+        for number in (0..Self::ENTRIES).rev() {
+            if self.entry(place, number)? == [0xFF; ENTRY_LEN] {
+                free = Some(number);
+            } else if free.is_some() {
+                break;
+            }
         }
-        if free == Self::ENTRIES {
-            return Err(Fault::Worn);
-        }
+        let free = free.ok_or(Fault::Worn)?;
         self.write(place, JOURNAL_OFFSET + free * ENTRY_LEN, &bytes)?;
         if self.entry(place, free)? == bytes {
             self.latest = Some(entry);
