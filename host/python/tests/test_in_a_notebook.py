@@ -110,6 +110,8 @@ def test_progress_as_a_bar(capsys) -> None:
 
 
 def test_ctrl_c_ends_long_work() -> None:
+    # Python leaves Ctrl-C alone where whoever started it has it ignored, as a shell does with what runs behind it.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     study, model = long_work()
     for work in (
         lambda progress: model.diagnose(study, progress=progress),
@@ -126,6 +128,7 @@ def test_ctrl_c_ends_long_work() -> None:
         with pytest.raises(KeyboardInterrupt):
             work(press)
         assert pressed and time.monotonic() - pressed[0] < 20.0
+    signal.signal(signal.SIGINT, before)
     # Nothing is left behind: the same work gives the same afterwards.
     assert model.diagnose(study).verdict == "effect"
 
