@@ -51,7 +51,7 @@ const TESTS: [(&str, &[&str]); 6] = [
     ("shared/src/wire/blob", &["--lib", "--test", "blob"]),
 ];
 /// Those that have to notice one that shows only when power fails.
-const OF_POWER: [&str; 7] = [
+const OF_POWER: [&str; 8] = [
     "--test",
     "power_cuts",
     "--test",
@@ -59,6 +59,7 @@ const OF_POWER: [&str; 7] = [
     "--",
     "one_cut_anywhere_from",
     "an_alarm",
+    "one_weak_cell",
 ];
 const OF_FIRMWARE: [&str; 2] = ["-p", "jointwatch-firmware"];
 const OF_SHARED: [&str; 4] = ["-p", "jointwatch-shared", "--features", "fit"];
