@@ -361,8 +361,8 @@ fn one_cut_anywhere_from_which_a_model_that_counted_as_proven_goes_on() {
     }
 }
 
-#[test]
-fn every_pair_of_cuts() {
+/// Tries something on a device that was updated before, so that both of its slots hold a model.
+fn on_two_models(test: impl FnOnce(&Campaign<'_, Remembering<'_>>, &Flash)) {
     let (old, new) = (old(), new());
     let older = package(1, reference_network(), &[]);
     let known = RwLock::default();
@@ -376,39 +376,46 @@ fn every_pair_of_cuts() {
         old: Some(&old),
         new: &new,
     };
-    let first_cuts = cuts(&operations(&campaign, &full), true);
-    // After a sector was erased whole, what happened before is forgotten: the same flash is gone through once.
-    let seen = Mutex::new(HashSet::new());
-    let (pairs, run) = (AtomicU64::new(0), AtomicU64::new(0));
-    on_all_cores(&first_cuts, |number, &first| {
-        let mut flash = full.clone();
-        flash.power(Some(first), number as u64);
-        let mut broken = campaign.update(flash);
-        // What the recovery does, when nothing disturbs it.
-        broken.power(None, number as u64 + 11);
-        let undisturbed = campaign.update(broken.clone());
-        let second_cuts = cuts(&undisturbed.operations, false);
-        let fresh = undisturbed
-            .after_erasure
-            .map(|(at, state)| (at, seen.lock().unwrap().insert(state)));
-        for (second_number, &second) in second_cuts.iter().enumerate() {
-            pairs.fetch_add(1, Ordering::Relaxed);
-            if matches!(fresh, Some((at, false)) if second.operation >= at) {
-                continue;
+    test(&campaign, &full);
+}
+
+#[test]
+fn every_pair_of_cuts() {
+    on_two_models(|campaign, full| {
+        let first_cuts = cuts(&operations(campaign, full), true);
+        // After a sector was erased whole, what happened before is forgotten: the same flash is gone through once.
+        let seen = Mutex::new(HashSet::new());
+        let (pairs, run) = (AtomicU64::new(0), AtomicU64::new(0));
+        on_all_cores(&first_cuts, |number, &first| {
+            let mut flash = full.clone();
+            flash.power(Some(first), number as u64);
+            let mut broken = campaign.update(flash);
+            // What the recovery does, when nothing disturbs it.
+            broken.power(None, number as u64 + 11);
+            let undisturbed = campaign.update(broken.clone());
+            let second_cuts = cuts(&undisturbed.operations, false);
+            let fresh = undisturbed
+                .after_erasure
+                .map(|(at, state)| (at, seen.lock().unwrap().insert(state)));
+            for (second_number, &second) in second_cuts.iter().enumerate() {
+                pairs.fetch_add(1, Ordering::Relaxed);
+                if matches!(fresh, Some((at, false)) if second.operation >= at) {
+                    continue;
+                }
+                run.fetch_add(1, Ordering::Relaxed);
+                let mut flash = broken.clone();
+                flash.power(Some(second), number as u64 + 11);
+                let flash = campaign.update(flash);
+                campaign.survives(&flash, second_number as u64 + 7);
             }
-            run.fetch_add(1, Ordering::Relaxed);
-            let mut flash = broken.clone();
-            flash.power(Some(second), number as u64 + 11);
-            let flash = campaign.update(flash);
-            campaign.survives(&flash, second_number as u64 + 7);
-        }
+        });
+        println!(
+            "{} first cuts, {} pairs, {} of them run, the others from a flash that was gone through: 0 bad states",
+            first_cuts.len(),
+            pairs.into_inner(),
+            run.into_inner()
+        );
     });
-    println!(
-        "{} first cuts, {} pairs, {} of them run, the others from a flash that was gone through: 0 bad states",
-        first_cuts.len(),
-        pairs.into_inner(),
-        run.into_inner()
-    );
 }
 
 /// The bytes of a sector of which one cell is weak: all where a bit decides something by itself, and some of the others.
@@ -421,51 +428,40 @@ fn weak_places() -> impl Iterator<Item = usize> {
 
 #[test]
 fn one_weak_cell_anywhere_that_reads_right_until_power_comes_back() {
-    let (old, new) = (old(), new());
-    let older = package(1, reference_network(), &[]);
-    let known = RwLock::default();
-    let verifier = Remembering {
-        key: key(),
-        known: &known,
-    };
-    let full = after(verifier, &[&older, &old]);
-    let campaign = Campaign {
-        verifier,
-        old: Some(&old),
-        new: &new,
-    };
-    let operations = operations(&campaign, &full).len();
-    // Before it is sealed, sealed, tried, confirmed.
-    let states: Vec<Flash> = (operations - 4..operations)
-        .map(|operation| {
-            let mut flash = full.clone();
-            let how = How::After;
-            flash.power(Some(Cut { operation, how }), 21);
-            campaign.update(flash)
-        })
-        .collect();
-    let weak: Vec<(usize, usize)> = (0..states.len())
-        .flat_map(|state| weak_places().map(move |place| (state, place)))
-        .flat_map(|(state, place)| [(state, place), (state, SECTOR + place)])
-        // Before the new model is sealed there is one model, and no other copy of it.
-        .filter(|&(state, place)| state > 0 || !(SECTOR..SECTOR + SLOT_LEN).contains(&place))
-        .collect();
-    on_all_cores(&weak, |number, &(state, place)| {
-        let mut flash = states[state].clone();
-        // A single bit, and the whole byte.
-        flash.weaken(
-            place,
-            if number % 3 == 0 {
-                0xFF
-            } else {
-                1 << (number % 8)
-            },
+    on_two_models(|campaign, full| {
+        let operations = operations(campaign, full).len();
+        // Before it is sealed, sealed, tried, confirmed.
+        let states: Vec<Flash> = (operations - 4..operations)
+            .map(|operation| {
+                let mut flash = full.clone();
+                let how = How::After;
+                flash.power(Some(Cut { operation, how }), 21);
+                campaign.update(flash)
+            })
+            .collect();
+        let weak: Vec<(usize, usize)> = (0..states.len())
+            .flat_map(|state| weak_places().map(move |place| (state, place)))
+            .flat_map(|(state, place)| [(state, place), (state, SECTOR + place)])
+            // Before the new model is sealed there is one model, and no other copy of it.
+            .filter(|&(state, place)| state > 0 || !(SECTOR..SECTOR + SLOT_LEN).contains(&place))
+            .collect();
+        on_all_cores(&weak, |number, &(state, place)| {
+            let mut flash = states[state].clone();
+            // A single bit, and the whole byte.
+            flash.weaken(
+                place,
+                if number % 3 == 0 {
+                    0xFF
+                } else {
+                    1 << (number % 8)
+                },
+            );
+            campaign.survives(&flash, number as u64 + 7);
+        });
+        println!(
+            "{} weak cells in {} states: 0 bad ones",
+            weak.len(),
+            states.len()
         );
-        campaign.survives(&flash, number as u64 + 7);
     });
-    println!(
-        "{} weak cells in {} states: 0 bad ones",
-        weak.len(),
-        states.len()
-    );
 }

@@ -57,6 +57,7 @@ fn study(convention: Convention, accelerometer: bool) -> Study {
     };
     Study {
         inputs: Vec::new(),
+        unused: Vec::new(),
         name: "analytic".to_owned(),
         path: PathBuf::from("study.toml"),
         sample_rate_hz: RATE,

@@ -65,6 +65,9 @@ const SETS: [Set; 8] = [
     ),
 ];
 
+/// How many sets there are.
+pub const COUNT: usize = SETS.len();
+
 /// What came of a set.
 #[derive(Clone, Debug)]
 pub struct Outcome {

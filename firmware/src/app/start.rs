@@ -147,7 +147,6 @@ pub fn begin<F: NorFlash, V: Verifier>(
             }
         }
     }
-    let samples = begun.rate.samples(TRIAL_S);
     let places = Places::of(&begun.wiring);
     begun
         .watch
@@ -156,13 +155,20 @@ pub fn begin<F: NorFlash, V: Verifier>(
         begun.watch.stands(alarm);
     }
     if let Some(of) = confirming {
-        let within = begun.rate.samples(TRIAL_WITHIN_S);
-        begun.watch.try_out(Trial::over(samples, within), of);
-        if of.evaluates && begun.evaluator.is_none() {
-            begun.watch.give_up();
-        }
+        begun.try_out(of);
     }
     begun
+}
+
+impl Begun {
+    /// Begins the trial of a model, which ends at once where nothing evaluates it.
+    fn try_out(&mut self, of: OnTrial) {
+        let [samples, within] = [TRIAL_S, TRIAL_WITHIN_S].map(|s| self.rate.samples(s));
+        self.watch.try_out(Trial::over(samples, within), of);
+        if of.evaluates && self.evaluator.is_none() {
+            self.watch.give_up();
+        }
+    }
 }
 
 /// How a device introduces itself that has no model and was not asked whom it trusts.

@@ -20,7 +20,7 @@ const SHAPES_MOVE: f64 = 0.3;
 /// Force that an added effect may have, beside the largest force of the base's terms or the measured one: two that cancel are one too many.
 const MAX_FORCE: f64 = 3.0;
 /// Error power that counts as none, beside that of the force.
-const NO_POWER: f64 = 1e-7;
+pub(super) const NO_POWER: f64 = 1e-7;
 /// Without an applied force there is no second channel whose gain, zero or lateness could pass for a force: then so much less is explained
 /// at least.
 const ONE_CHANNEL: f64 = 0.1;

@@ -25,6 +25,12 @@ pub(super) fn mean_and_error(values: &[f64]) -> (f64, f64) {
     (mean, (square / (count - 1.0).max(1.0) / count).sqrt())
 }
 
+/// Whether log error power is gained by more than chance, from the gain of each block.
+pub(super) fn is_gained(gains: &[f64]) -> bool {
+    let (mean, error) = mean_and_error(gains);
+    mean > error.max(CRITERIA.least_difference)
+}
+
 /// Sets of effects that are held against each other, the base among them.
 pub(super) struct Rivals<'a> {
     sets: Vec<&'a [Bound]>,
@@ -136,7 +142,7 @@ impl Chances {
     ) -> Self {
         let mut chances = Self::default();
         let mut rng = StdRng::seed_from_u64(0);
-        let gains: Vec<f64> = taken.gains().collect();
+        let gains = taken.gains();
         let each = 1.0 / DRAWS as f64;
         for _ in 0..DRAWS {
             let mut drawn = vec![0.0; count];

@@ -5,8 +5,7 @@
 
 use super::base::base_of;
 use super::bench::Bench;
-use super::chances::mean_and_error;
-use super::criteria::CRITERIA;
+use super::chances::is_gained;
 use super::errors::shapes_of;
 use super::hypothesis::{Column, Hypothesis};
 use super::learner::{Inputs, Knows, Taken};
@@ -168,13 +167,8 @@ impl Axis<'_> {
 
 /// Whether a learner that knows more takes away more, by more than chance, and more than every model of a real joint is wrong by.
 fn takes_more(before: &Taken, after: &Taken) -> bool {
-    let pairs = before.after.iter().zip(&after.after);
-    let gains: Vec<f64> = pairs
-        .map(|(before, after)| ((before + 1e-7) / (after + 1e-7)).ln())
-        .collect();
-    let (mean, error) = mean_and_error(&gains);
     let power = before.power[1] - after.power[1];
-    mean > error.max(CRITERIA.least_difference) && power > before.least_share.powi(2)
+    is_gained(&after.gains_beside(before)) && power > before.least_share.powi(2)
 }
 
 /// Whether a column is more than the study's channels say already.

@@ -1,10 +1,10 @@
 //! The decision on one axis: the simplest hypothesis that no other beats by more than chance, how likely each effect is, and what is left.
 
 use super::bench::Bench;
-use super::chances::{Chances, Rivals, mean_and_error};
+use super::chances::{Chances, Rivals, is_gained, mean_and_error};
 use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
-use super::learner::{Inputs, Knows, Taken};
+use super::learner::{Inputs, Knows, Left, Taken};
 use super::rank::{Field, Looked, look, rank};
 use crate::model::effects::Bound;
 
@@ -75,21 +75,12 @@ impl Taken {
     /// Power that the learner takes away, where it is more than chance; beside the power of the force.
     fn surely(&self) -> f64 {
         let [before, after] = self.power;
-        let differences: Vec<f64> = self.gains().collect();
-        let (mean, error) = mean_and_error(&differences);
-        let sure = mean > error.max(CRITERIA.least_difference);
         let power = (before - after).max(0.0);
-        if sure && power.sqrt() > self.least_share {
+        if is_gained(&self.gains()) && power.sqrt() > self.least_share {
             power
         } else {
             0.0
         }
-    }
-
-    /// Log error power that the learner gains, block by block.
-    pub(super) fn gains(&self) -> impl Iterator<Item = f64> + '_ {
-        let pairs = self.before.iter().zip(&self.after);
-        pairs.map(|(before, after)| ((before + 1e-7) / (after + 1e-7)).ln())
     }
 }
 
@@ -165,16 +156,21 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     );
     if decision.unnamed() > 0.0 {
         let left = inputs.left(full, &design, true);
-        let powers = Knows::ALL.map(|knows| {
-            let taken = inputs.taken(full, &left, knows);
-            (knows, taken.power[0] - taken.power[1])
-        });
-        let most = powers.iter().map(|p| p.1).fold(0.0, f64::max);
-        let step = powers.iter().find(|p| p.1 > 0.7 * most);
-        decision.follows = step.map(|p| p.0);
+        decision.follows = follows(full, &inputs, &left);
     }
     decision.looked = looked;
     decision
+}
+
+/// The first step at which the learner takes most of what it can of what is left.
+fn follows(bench: &Bench<'_>, inputs: &Inputs, left: &Left) -> Option<Knows> {
+    let powers = Knows::ALL.map(|knows| {
+        let taken = inputs.taken(bench, left, knows);
+        (knows, taken.power[0] - taken.power[1])
+    });
+    let most = powers.iter().map(|p| p.1).fold(0.0, f64::max);
+    let step = powers.iter().find(|p| p.1 > 0.7 * most);
+    step.map(|p| p.0)
 }
 
 /// The simplest of the sets that no other one beats by more than chance, without what explains next to nothing.
@@ -214,9 +210,8 @@ impl<'a> Choice<'a> {
 fn helps(looked: &Looked, base: &Looked, least_share: f64) -> bool {
     let pairs = base.score.log_errors.iter().zip(&looked.score.log_errors);
     let gains: Vec<f64> = pairs.map(|(before, after)| before - after).collect();
-    let (mean, error) = mean_and_error(&gains);
     let explained = base.score.error.powi(2) - looked.score.error.powi(2);
-    mean > error.max(CRITERIA.least_difference) && explained > least_share.powi(2)
+    is_gained(&gains) && explained > least_share.powi(2)
 }
 
 /// Takes out what explains next to nothing, and of several effects what explains less than what has no name: it cannot be told from that.

@@ -5,7 +5,7 @@
 //! excursion); then states of moments ago; then the inputs of the study; then the time in the record. The step at which the error falls is the kind of what is missing,
 //! whatever its law.
 
-use super::bench::Bench;
+use super::bench::{Bench, NO_POWER};
 use super::hypothesis::Column;
 use super::smooth::Smooth;
 use crate::fit::trees::{Binned, SIZE, Trees};
@@ -73,6 +73,25 @@ pub(super) struct Taken {
     pub(super) power: [f64; 2],
     /// RMS beside the RMS force that counts at least.
     pub(super) least_share: f64,
+}
+
+impl Taken {
+    /// Log error power that the learner gains, block by block.
+    pub(super) fn gains(&self) -> Vec<f64> {
+        gains(&self.before, &self.after)
+    }
+
+    /// The same beside what another one leaves.
+    pub(super) fn gains_beside(&self, other: &Self) -> Vec<f64> {
+        gains(&other.after, &self.after)
+    }
+}
+
+fn gains(before: &[f64], after: &[f64]) -> Vec<f64> {
+    let pairs = before.iter().zip(after);
+    pairs
+        .map(|(before, after)| ((before + NO_POWER) / (after + NO_POWER)).ln())
+        .collect()
 }
 
 /// What a design leaves, fold after fold, at the rows that the learner looks at.

@@ -2,8 +2,9 @@
 
 use super::sensors::COLUMNS;
 use super::simulation::{Simulation, SimulationOptions, simulate};
-use crate::study::{AxisKind, Role};
+use crate::study::AxisKind;
 use crate::text::error::{Error, Result};
+use crate::text::output;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{BufWriter, Write};
@@ -22,17 +23,7 @@ pub fn write_study(dir: &Path, options: &SimulationOptions) -> Result<Simulation
             dir.display()
         ))
     };
-    let occupied = match fs::read_dir(dir) {
-        Ok(mut entries) => entries.next().is_some(),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => false,
-        Err(error) => return Err(failed(error)),
-    };
-    if occupied {
-        return Err(Error::failed(format!(
-            "{} exists and is not empty: name another folder, or remove it first",
-            dir.display()
-        )));
-    }
+    output::check_free(dir).map_err(failed)??;
     let simulation = simulate(options)?;
     let parent = match dir.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -147,10 +138,7 @@ fn study_toml(simulation: &Simulation) -> String {
         }
     }
     for record in &study.records {
-        let role = match record.role {
-            Role::Train => "train",
-            Role::Validate => "validate",
-        };
+        let role = record.role.name();
         let _ = write!(
             text,
             "\n[[record]]\nfile = \"{}\"\nrole = \"{role}\"\n",

@@ -241,6 +241,7 @@ pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
         quasi_static: false,
         sources: Vec::new(),
         base_terms: base,
+        unused: Vec::new(),
         notes: Vec::new(),
     };
     Ok(Simulation {

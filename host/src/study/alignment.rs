@@ -380,18 +380,8 @@ fn line(blocks: &[Block]) -> Alignment {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::noise::noise;
     use std::f64::consts::TAU;
-
-    /// Even noise from −1 to 1.
-    fn noise(seed: u64) -> impl FnMut() -> f64 {
-        let mut state = seed;
-        move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
-        }
-    }
 
     /// A motion that never repeats itself: tones up to a twentieth of the rate, at frequencies of no common measure.
     fn motion(seed: u64) -> impl Fn(f64) -> f64 {

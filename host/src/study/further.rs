@@ -6,6 +6,7 @@ use super::plan::plan;
 use super::read::description_text;
 use super::{MemoryLog, Role, Study};
 use crate::text::error::{Error, Result};
+use crate::text::hexadecimal::hexadecimal;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -119,6 +120,6 @@ impl Template {
         })?;
         table.remove("record");
         let digest = Sha256::digest(table.to_string());
-        Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
+        Ok(hexadecimal(&digest))
     }
 }

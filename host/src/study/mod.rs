@@ -17,6 +17,8 @@ pub(crate) mod lone;
 mod memory;
 pub mod mistakes;
 mod naming;
+#[cfg(test)]
+mod noise;
 mod open;
 mod pieces;
 mod plan;
@@ -204,6 +206,12 @@ pub struct Input {
     pub named: bool,
 }
 
+/// A file's own name, without its folders.
+pub(crate) fn own_name(file: &str) -> String {
+    let name = std::path::Path::new(file).file_name();
+    name.map_or(file.to_owned(), |n| n.to_string_lossy().into_owned())
+}
+
 /// A study, read and checked.
 #[derive(Clone, Debug)]
 pub struct Study {
@@ -227,6 +235,8 @@ pub struct Study {
     pub sources: Vec<Source>,
     /// `[base] terms`, as written.
     pub base_terms: Vec<String>,
+    /// Columns that every log has and no channel uses.
+    pub unused: Vec<String>,
     /// What the reader wants the user to know: bridged gaps, columns left unused, …; one sentence each.
     pub notes: Vec<String>,
 }

@@ -4,6 +4,7 @@ use super::log::{Column, Log, MemoryLog, Numbering, Request, Table};
 use super::lone;
 use super::readers;
 use crate::text::error::Result;
+use crate::text::hexadecimal::hexadecimal;
 use crate::text::input;
 use sha2::Digest;
 
@@ -169,9 +170,4 @@ impl MemoryLog {
         }
         hexadecimal(&digest.finalize())
     }
-}
-
-/// A digest as `sha256sum` prints it.
-fn hexadecimal(digest: &[u8]) -> String {
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -108,13 +108,7 @@ mod tests {
 
     #[test]
     fn noise_turns_nothing_round() {
-        let mut state = 3_u64;
-        let mut noise = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
-        };
+        let mut noise = crate::study::noise::noise(3);
         let triangle = |row: usize| (((row + 500) % 2000) as f64 / 1000.0 - 1.0).abs();
         let noisy: Vec<f64> = (0..6000)
             .map(|row| triangle(row) + 2e-3 * noise())

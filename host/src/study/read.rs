@@ -55,7 +55,12 @@ impl Study {
         logs: (&Path, Option<&[MemoryLog]>),
     ) -> Result<Self> {
         let mut notes = Vec::new();
-        let (sample_rate_hz, records, sources) = read_records(said, plan, logs, &mut notes)?;
+        let Logs {
+            sample_rate_hz,
+            records,
+            sources,
+            unused,
+        } = read_records(said, plan, logs, &mut notes)?;
         if let Some(band) = &said.band_hz
             && *band.get_ref() >= 0.5 * sample_rate_hz
         {
@@ -82,6 +87,7 @@ impl Study {
                 .iter()
                 .map(|t| t.get_ref().clone())
                 .collect(),
+            unused,
             notes,
             path: source.path.to_owned(),
         })
@@ -237,13 +243,22 @@ fn axis_notes(plan: &Plan, axes: &[super::Axis]) -> Vec<String> {
         .collect()
 }
 
+/// What all logs together give.
+struct Logs {
+    sample_rate_hz: f64,
+    records: Vec<Record>,
+    sources: Vec<super::Source>,
+    /// Columns that every one has and no channel uses.
+    unused: Vec<String>,
+}
+
 /// Reads all logs, settles the sample rate, and turns them into records.
 fn read_records(
     said: &Description,
     plan: &Plan,
     (folder, memory): (&Path, Option<&[MemoryLog]>),
     notes: &mut Vec<String>,
-) -> Result<(f64, Vec<Record>, Vec<super::Source>)> {
+) -> Result<Logs> {
     let paths: Vec<PathBuf> = said
         .record
         .iter()
@@ -276,7 +291,7 @@ fn read_records(
         let sampling = Sampling::of(request, &log, plan)?;
         Ok((log, sampling))
     }))?;
-    note_unused(&requests, &logs, notes);
+    let unused = unused(&requests, &logs, notes);
     let stated = said.sample_rate_hz.as_ref().map(|r| *r.get_ref());
     let stated = stated.or(said.is_quasi_static().then_some(ROWS_PER_SECOND));
     let first = logs[0].1.as_ref().map(|t| t.rate_hz);
@@ -305,7 +320,12 @@ fn read_records(
         sources.push(log.source);
         notes.extend(log.notes);
     }
-    Ok((rate, records, sources))
+    Ok(Logs {
+        sample_rate_hz: rate,
+        records,
+        sources,
+        unused,
+    })
 }
 
 /// Rows of a log whose columns are all of one length.
@@ -402,12 +422,12 @@ fn records(
     })
 }
 
-/// One note for all files that leave the same columns unread.
-fn note_unused(
+/// The columns that every log leaves unread; one note for all files that leave the same ones.
+fn unused(
     requests: &[Request<'_>],
     logs: &[(Log, Option<Sampling>)],
     notes: &mut Vec<String>,
-) {
+) -> Vec<String> {
     let mut said: Vec<(&[String], Vec<&str>)> = Vec::new();
     for (request, (log, _)) in requests.iter().zip(logs) {
         if log.unused.is_empty() {
@@ -429,4 +449,9 @@ fn note_unused(
             columns.join(", ")
         ));
     }
+    let mut everywhere = logs
+        .first()
+        .map_or(Vec::new(), |(log, _)| log.unused.clone());
+    everywhere.retain(|column| logs.iter().all(|(log, _)| log.unused.contains(column)));
+    everywhere
 }

@@ -2,7 +2,6 @@
 
 use super::description::{Description, InputEntry, RecordEntry, Source};
 use super::log::Request;
-use super::plan::plan;
 use super::read::description_text;
 use super::{Input, Study};
 use crate::text::error::Result;
@@ -35,22 +34,22 @@ impl Study {
     /// # Errors
     /// As [`Study::read`].
     pub(crate) fn with_spare_columns(&self) -> Result<Option<Self>> {
-        if !self.path.is_file() {
+        let mut names: Vec<&str> = self.unused.iter().map(String::as_str).collect();
+        names.retain(|name| is_a_word(name));
+        if names.is_empty() || !self.path.is_file() {
             return Ok(None);
         }
         let (path, text) = description_text(&self.path)?;
         let said: Description = written(&path, &text).parse("reference/study.md")?;
-        let used = plan(&written(&path, &text), &said)?.0;
-        if used.resample_hz.is_some() {
+        let time = said.time.as_ref();
+        if time.is_some_and(|time| time.get_ref().resample_hz.is_some()) {
             return Ok(None);
         }
         let folder = path.parent().unwrap_or(Path::new("."));
         let mut spare: Option<Vec<(String, bool)>> = None;
         for entry in &said.record {
             let mut own = numbers(folder, entry)?;
-            own.retain(|(name, _)| {
-                is_a_word(name) && used.wanted.iter().all(|wanted| wanted.column != *name)
-            });
+            own.retain(|(name, _)| names.contains(&name.as_str()));
             if let Some(before) = spare {
                 own.retain_mut(|(name, changes)| {
                     let same = before.iter().find(|(known, _)| known == name);

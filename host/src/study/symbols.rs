@@ -1,6 +1,6 @@
 //! The SI symbols that belong to an axis, as they are printed.
 
-use crate::study::AxisKind;
+use crate::study::{AxisKind, Role};
 use jointwatch_shared::base::axis;
 
 impl AxisKind {
@@ -41,6 +41,16 @@ impl AxisKind {
         match self {
             Self::Translation => "translation",
             Self::Rotation => "rotation",
+        }
+    }
+}
+
+impl Role {
+    /// `train` or `validate`, as in study.toml.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Validate => "validate",
         }
     }
 }

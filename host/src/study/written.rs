@@ -1,6 +1,6 @@
 //! A study written out in SI units: records as CSV with a column per channel, and the `study.toml` that describes them.
 
-use super::{AxisKind, Channels, Convention, Record, Role, Study};
+use super::{Channels, Convention, Record, Role, Study};
 use std::fmt::Write;
 use std::ops::Range;
 
@@ -66,11 +66,7 @@ pub(crate) fn description(study: &Study, records: &[(String, Role)]) -> String {
     for (index, (axis, channels)) in study.axes.iter().zip(channels).enumerate() {
         line("\n[[axis]]".into());
         line(format!("name = {:?}", axis.name));
-        let kind = match axis.kind {
-            AxisKind::Translation => "translation",
-            AxisKind::Rotation => "rotation",
-        };
-        line(format!("kind = {kind:?}"));
+        line(format!("kind = {:?}", axis.kind.name()));
         let there = series(channels);
         let has = |name: &str| there.iter().any(|(n, _)| *n == name);
         let second = if has("from") {
@@ -117,12 +113,10 @@ pub(crate) fn description(study: &Study, records: &[(String, Role)]) -> String {
         ));
     }
     for (file, role) in records {
-        let role = if *role == Role::Train {
-            "train"
-        } else {
-            "validate"
-        };
-        line(format!("\n[[record]]\nfile = {file:?}\nrole = {role:?}"));
+        line(format!(
+            "\n[[record]]\nfile = {file:?}\nrole = {:?}",
+            role.name()
+        ));
     }
     if !study.base_terms.is_empty() {
         line(format!("\n[base]\nterms = {:?}", study.base_terms));

@@ -57,6 +57,22 @@ pub fn check(path: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Refuses a folder that holds something already; the outer error is that of the system.
+pub(crate) fn check_free(folder: &Path) -> std::io::Result<Result<()>> {
+    let occupied = match std::fs::read_dir(folder) {
+        Ok(mut entries) => entries.next().is_some(),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => false,
+        Err(error) => return Err(error),
+    };
+    Ok(match occupied {
+        false => Ok(()),
+        true => Err(Error::failed(format!(
+            "{} exists and is not empty: name another folder, or remove it first",
+            folder.display()
+        ))),
+    })
+}
+
 /// Temporary files are private; what the user finds should carry the usual permissions.
 pub(crate) fn make_readable_as_usual(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
     #[cfg(unix)]

@@ -15,6 +15,15 @@ use jointwatch_shared::wire::telemetry::{
     Text, Upkeep, UploadReply, UploadRequest, Verdict, encode,
 };
 
+/// What an alarm says.
+const ALARMED: Verdict = Verdict {
+    state: 3,
+    cause: 32,
+    axis: 0,
+    channel: 0,
+    permille: 1200,
+};
+
 /// The frame of a message.
 pub(crate) fn frame<M: Message>(message: &M, sequence: u16) -> std::vec::Vec<u8> {
     let mut place = [0; MAX_FRAME];
@@ -157,13 +166,7 @@ pub(crate) fn reports() -> std::vec::Vec<Report> {
         }),
         Report::Alarm(Alarm {
             sample: 1000,
-            verdict: Verdict {
-                state: 3,
-                cause: 32,
-                axis: 0,
-                channel: 0,
-                permille: 1200,
-            },
+            verdict: ALARMED,
             alarms: 2,
         }),
         Report::Capture(CapturePiece {
@@ -175,13 +178,7 @@ pub(crate) fn reports() -> std::vec::Vec<Report> {
         Report::Upkeep(Upkeep {
             alarm: Some(KeptAlarm {
                 sample: 1000,
-                verdict: Verdict {
-                    state: 3,
-                    cause: 32,
-                    axis: 0,
-                    channel: 0,
-                    permille: 1200,
-                },
+                verdict: ALARMED,
             }),
             supply: Supply {
                 reset_below_mv: Some(2830),

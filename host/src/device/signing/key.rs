@@ -1,6 +1,7 @@
 //! Ed25519 keys as files: the private one stays with the engineer, the public one is built into the firmware.
 
 use crate::text::error::{Error, Result};
+use crate::text::hexadecimal::hexadecimal;
 use ed25519_compact::{KeyPair, Seed};
 use rand::TryRng;
 use std::fs::OpenOptions;
@@ -86,7 +87,7 @@ impl PrivateKey {
         if public.exists() {
             return Err(in_the_way(&public));
         }
-        let private_text = format!("{PRIVATE}{}\n", to_hex(&self.0.sk.seed()[..]));
+        let private_text = format!("{PRIVATE}{}\n", hexadecimal(&self.0.sk.seed()[..]));
         write_new(path, &private_text, 0o600)?;
         write_new(&public, &public_key_text(&self.public()), 0o644).inspect_err(|_| {
             // Half a pair is of no use; that it could not be taken away again changes nothing about the error.
@@ -98,7 +99,7 @@ impl PrivateKey {
 
 /// The contents of a public key file.
 pub fn public_key_text(key: &[u8; 32]) -> String {
-    format!("{PUBLIC}{}\n", to_hex(key))
+    format!("{PUBLIC}{}\n", hexadecimal(key))
 }
 
 fn in_the_way(path: &Path) -> Error {
@@ -129,10 +130,6 @@ fn write_new(path: &Path, text: &str, mode: u32) -> Result<()> {
             let _ = std::fs::remove_file(path);
             Error::failed(format!("{}: could not be written ({e})", path.display()))
         })
-}
-
-fn to_hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn from_hex(digits: &str) -> Option<[u8; 32]> {

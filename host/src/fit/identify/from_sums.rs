@@ -1,11 +1,8 @@
 //! Learning a model from sums of records, without the records.
 
-use super::physical::{effect_terms, parameters_on};
-use super::{FitResult, Identified, Prepared};
-use crate::fit::errors::Evaluated;
+use super::{FitResult, Identified, Prepared, take_errors};
 use crate::fit::polynomial::PolynomialOptions;
 use crate::fit::sums::Part;
-use crate::model::file::{AxisFit, Base, NoBase};
 use crate::study::{Role, Study};
 use crate::text::error::Result;
 
@@ -19,23 +16,10 @@ pub fn polynomial(
     study: Option<&Study>,
 ) -> Result<Identified> {
     let fit = part.polynomial(options)?;
-    let axes = part.plan().axes.iter().zip(&fit.axes).enumerate();
-    let fits = axes.map(|(index, (axis, found))| AxisFit {
-        axis: axis.name.clone(),
-        terms: found.terms,
-        ridge: found.lambda.unwrap_or(0.0),
-        effective_parameters: found.effective_parameters,
-        training_force_rms: part.force_rms(index, fit.inertia[index].value),
-        cross_validation_nmse_percent: Some(found.cross_validation_nmse),
+    let axes = &part.plan().axes;
+    let fit_result = FitResult::of_polynomial(axes, fit, options.method, |axis, inertia| {
+        part.force_rms(axis, inertia)
     });
-    let fit_result = FitResult {
-        fits: fits.collect(),
-        base: Base::Polynomial(fit.polynomial),
-        effects: Vec::new(),
-        inertia: fit.inertia,
-        fit: options.method.name().into(),
-        warnings: fit.warnings,
-    };
     finish(part, fit_result, study)
 }
 
@@ -47,24 +31,9 @@ pub fn polynomial(
 pub fn physical(part: &Part, study: Option<&Study>) -> Result<Identified> {
     let fit = part.physical()?;
     let axes = &part.plan().axes;
-    let fits = axes.iter().enumerate().map(|(index, axis)| AxisFit {
-        axis: axis.name.clone(),
-        terms: parameters_on(&fit, index),
-        ridge: 0.0,
-        effective_parameters: parameters_on(&fit, index) as f64,
-        training_force_rms: part.force_rms(index, fit.inertia[index].value),
-        cross_validation_nmse_percent: None,
+    let fit_result = FitResult::of_effects(axes, fit, part.ranges(), |axis, inertia| {
+        part.force_rms(axis, inertia)
     });
-    let fit_result = FitResult {
-        fits: fits.collect(),
-        base: Base::None(NoBase {
-            inputs: part.ranges(),
-        }),
-        effects: effect_terms(axes, &fit.terms),
-        inertia: fit.inertia,
-        fit: "variable projection".into(),
-        warnings: fit.warnings,
-    };
     finish(part, fit_result, study)
 }
 
@@ -77,11 +46,7 @@ fn finish(part: &Part, fit_result: FitResult, study: Option<&Study>) -> Result<I
     if let Some(study) = study {
         model.check_fits(study)?;
         let prepared = Prepared::with_filters(study, plan.filters.clone())?;
-        let evaluated = Evaluated::as_logged(study, &model, &prepared.motions)?;
-        let [verification, validation] =
-            [Role::Train, Role::Validate].map(|role| evaluated.pooled(role));
-        model.verification = verification;
-        model.validation = validation;
+        take_errors(&mut model, study, &prepared.motions)?;
         let judged = study.sources.iter().filter(|s| s.role == Role::Validate);
         model.records.extend(judged.cloned());
     }

@@ -7,7 +7,6 @@ use crate::fit::stretches::Stretches;
 use crate::model::EffectTerm;
 use crate::model::corrections::Corrections;
 use crate::model::effects::Bound;
-use crate::model::file::{AxisFit, Base, NoBase};
 use crate::signal::motion::{self, Motion};
 use crate::study::{Axis, Study};
 use crate::text::error::{Error, Result};
@@ -49,28 +48,10 @@ impl Prepared {
     /// What a fit of effects alone found.
     pub(crate) fn fit_result(&self, study: &Study, fit: EffectsFit) -> FitResult {
         let training = self.training(study);
-        let fits = study.axes.iter().enumerate();
-        let fits = fits.map(|(index, axis)| {
-            let parameters = parameters_on(&fit, index);
-            AxisFit {
-                axis: axis.name.clone(),
-                terms: parameters,
-                ridge: 0.0,
-                effective_parameters: parameters as f64,
-                training_force_rms: self.training_force_rms(study, index, fit.inertia[index].value),
-                cross_validation_nmse_percent: None,
-            }
-        });
-        FitResult {
-            fits: fits.collect(),
-            base: Base::None(NoBase {
-                inputs: input_ranges(&training),
-            }),
-            effects: effect_terms(&study.axes, &fit.terms),
-            inertia: fit.inertia,
-            fit: "variable projection".into(),
-            warnings: fit.warnings,
-        }
+        let inputs = input_ranges(&training);
+        FitResult::of_effects(&study.axes, fit, inputs, |axis, inertia| {
+            self.training_force_rms(study, axis, inertia)
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{FitResult, Identified, Prepared};
 use crate::fit::polynomial::{PolynomialOptions, fit_polynomial};
-use crate::model::file::{AxisFit, Base, ModelFile};
+use crate::model::file::{Base, ModelFile};
 use crate::model::{ModelAxis, Polynomial, exponents};
 use crate::study::Study;
 use crate::text::error::Result;
@@ -26,23 +26,9 @@ pub fn polynomial(
         options,
         progress,
     )?;
-    let fits = study.axes.iter().zip(&fit.axes).enumerate();
-    let fits = fits.map(|(index, (axis, found))| AxisFit {
-        axis: axis.name.clone(),
-        terms: found.terms,
-        ridge: found.lambda.unwrap_or(0.0),
-        effective_parameters: found.effective_parameters,
-        training_force_rms: prepared.training_force_rms(study, index, fit.inertia[index].value),
-        cross_validation_nmse_percent: Some(found.cross_validation_nmse),
+    let fit_result = FitResult::of_polynomial(&study.axes, fit, options.method, |axis, inertia| {
+        prepared.training_force_rms(study, axis, inertia)
     });
-    let fit_result = FitResult {
-        fits: fits.collect(),
-        base: Base::Polynomial(fit.polynomial),
-        effects: Vec::new(),
-        inertia: fit.inertia,
-        fit: options.method.name().into(),
-        warnings: fit.warnings,
-    };
     prepared.finish(study, fit_result)
 }
 

@@ -8,11 +8,10 @@ use crate::fit::inertia::Inertia;
 use crate::fit::polynomial::{PolynomialFit, PolynomialOptions, fit_folds, range};
 use crate::model::InputRange;
 use crate::signal::motion::{self, Motion};
-use crate::study::{Role, Source, Study};
+use crate::study::{Role, Source, Study, own_name};
 use crate::text::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::path::Path;
 
 /// What every file of a part begins with.
 const MAGIC: &[u8; 8] = b"JWSUMS1\n";
@@ -353,9 +352,8 @@ impl Part {
 
 /// A source under its file's own name: the same record is the same wherever it lies.
 fn by_name(source: &Source) -> Source {
-    let name = Path::new(&source.file).file_name();
     Source {
-        file: name.map_or(source.file.clone(), |n| n.to_string_lossy().into_owned()),
+        file: own_name(&source.file),
         ..source.clone()
     }
 }

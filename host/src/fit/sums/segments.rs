@@ -8,8 +8,9 @@ use super::plan::Plan;
 use crate::signal::motion::{self, Motion};
 use crate::signal::statistics::root_mean_square;
 use crate::study::written;
-use crate::study::{Record, Role, Study};
+use crate::study::{Record, Role, Study, own_name};
 use crate::text::error::{Error, Result};
+use crate::text::hexadecimal::hexadecimal;
 use crate::text::{input, output};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -121,11 +122,7 @@ impl Selection {
                 continue;
             }
             let motion = motion::motion(study, index, record, &plan.filters)?;
-            let sha256 = study
-                .sources
-                .iter()
-                .find(|s| s.file.ends_with(&name_of(record)));
-            let sha256 = sha256.map_or(String::new(), |s| s.sha256.clone());
+            let sha256 = sha256_of(study, record);
             let count = record.rows / rows;
             for k in (0..count).filter(|k| moves(record, k * rows..(k + 1) * rows)) {
                 let cell = cell(
@@ -136,9 +133,9 @@ impl Selection {
                 );
                 let first_row = record.first_row + k * rows;
                 self.segments.push(Segment {
-                    rank: rank(self.choice.seed, &sha256, first_row),
-                    file: name_of(record),
-                    sha256: sha256.clone(),
+                    rank: rank(self.choice.seed, sha256, first_row),
+                    file: own_name(&record.file),
+                    sha256: sha256.to_owned(),
                     first_row,
                     cell,
                     log: String::new(),
@@ -149,7 +146,7 @@ impl Selection {
         // Only what was chosen is written out.
         for segment in self.segments.iter_mut().filter(|s| s.log.is_empty()) {
             let holds = |record: &&Record| {
-                name_of(record) == segment.file
+                sha256_of(study, record) == segment.sha256
                     && (record.first_row..record.first_row + record.rows)
                         .contains(&segment.first_row)
             };
@@ -207,12 +204,7 @@ impl Selection {
         let failed = |e: std::io::Error| {
             Error::failed(format!("{}: could not be written ({e})", folder.display()))
         };
-        if fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) {
-            return Err(Error::failed(format!(
-                "{} exists and is not empty: name another folder, or remove it first",
-                folder.display()
-            )));
-        }
+        output::check_free(folder).map_err(failed)??;
         fs::create_dir_all(folder).map_err(failed)?;
         let mut records = Vec::new();
         for (place, segment) in self.segments.iter().enumerate() {
@@ -276,19 +268,16 @@ fn moves(record: &Record, rows: std::ops::Range<usize>) -> bool {
     })
 }
 
-/// The file's own name.
-fn name_of(record: &Record) -> String {
-    let name = Path::new(&record.file).file_name();
-    name.map_or(record.file.clone(), |n| n.to_string_lossy().into_owned())
+/// By what a record's file is known again, wherever it lies.
+fn sha256_of<'a>(study: &'a Study, record: &Record) -> &'a str {
+    let mut sources = study.sources.iter();
+    let source = sources.find(|source| source.file == record.file);
+    source.map_or("", |source| &source.sha256)
 }
 
 fn rank(seed: u64, sha256: &str, first_row: usize) -> String {
     let digest = Sha256::digest(format!("{seed} {sha256} {first_row}"));
-    digest
-        .iter()
-        .take(8)
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+    hexadecimal(&digest[..8])
 }
 
 /// Where a segment moves, how widely, how fast, and when.

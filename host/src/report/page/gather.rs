@@ -13,7 +13,7 @@ use crate::diagnose::PerAxis;
 use crate::diagnose::add;
 use crate::report::axis_history::AxisHistory;
 use crate::report::staircase::Step;
-use crate::study::{Record, Role, Study};
+use crate::study::{Record, Study};
 use crate::text::date;
 use crate::text::error::Result;
 use rayon::prelude::*;
@@ -216,10 +216,7 @@ fn records(
         };
         RecordContents {
             file: record.file.clone(),
-            role: match record.role {
-                Role::Train => "train",
-                Role::Validate => "validate",
-            },
+            role: record.role.name(),
             rows: all,
             kept: kept.len(),
             time: samples::packed(&first[0].time_s, &kept),

@@ -170,13 +170,6 @@ fn notes(kept: bool, held_out: [f64; 2], records: &[SimulatedChange]) -> Vec<Str
     notes
 }
 
-fn role(role: Role) -> &'static str {
-    match role {
-        Role::Train => "train",
-        Role::Validate => "validate",
-    }
-}
-
 /// Both errors before and after, as text.
 pub fn in_words(refinement: &Refinement, study: &Study) -> String {
     let mut table = Table::new(&[
@@ -197,7 +190,7 @@ pub fn in_words(refinement: &Refinement, study: &Study) -> String {
         let [old, new] = [&change.before, &change.after];
         let percent = |e: &SimulatedError| cell(e, format!("{} %", significant(e.nmse_percent)));
         table.row(vec![
-            format!("{} ({})", change.file, role(change.role)),
+            format!("{} ({})", change.file, change.role.name()),
             change.axis.clone(),
             unit.map_or(String::new(), |axis| {
                 axis.kind.displacement_unit().to_string()

@@ -139,10 +139,7 @@ fn table(response: &Response, study: &Study) -> Table {
     }
     let mut table = Table::new(&heading);
     for record in &response.records {
-        let role = match record.role {
-            Role::Train => "train",
-            Role::Validate => "validate",
-        };
+        let role = record.role.name();
         for axis in &study.axes {
             let Some(figures) = record.axes.get(&axis.name) else {
                 continue;
