@@ -12,14 +12,13 @@ pub(crate) use polynomial::equations;
 pub use polynomial::polynomial;
 
 use crate::fit::coverage;
-use crate::fit::effects::EffectsFit;
 use crate::fit::errors::Evaluated;
 use crate::fit::inertia::Inertia;
 use crate::fit::network::{NetworkOptions, TrainingObserver};
-use crate::fit::polynomial::{Method, PolynomialFit, PolynomialOptions};
+use crate::fit::polynomial::PolynomialOptions;
 use crate::model::corrections::missing_inertia;
-use crate::model::file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile, NoBase};
-use crate::model::{EffectTerm, InputRange, ModelAxis};
+use crate::model::file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile};
+use crate::model::{EffectTerm, ModelAxis};
 use crate::signal::motion::{self, Filters, Motion};
 use crate::study::quasi_static::is_without_meaning;
 use crate::study::{Axis, Role, Study};
@@ -208,60 +207,6 @@ impl Prepared {
 }
 
 impl FitResult {
-    /// What the fit of a polynomial found; `force_rms` gives the RMS of an axis's force over the training rows, for its inertia.
-    fn of_polynomial(
-        axes: &[Axis],
-        fit: PolynomialFit,
-        method: Method,
-        force_rms: impl Fn(usize, f64) -> f64,
-    ) -> Self {
-        let fits = axes.iter().zip(&fit.axes).enumerate();
-        let fits = fits.map(|(index, (axis, found))| AxisFit {
-            axis: axis.name.clone(),
-            terms: found.terms,
-            ridge: found.lambda.unwrap_or(0.0),
-            effective_parameters: found.effective_parameters,
-            training_force_rms: force_rms(index, fit.inertia[index].value),
-            cross_validation_nmse_percent: Some(found.cross_validation_nmse),
-        });
-        Self {
-            fits: fits.collect(),
-            base: Base::Polynomial(fit.polynomial),
-            effects: Vec::new(),
-            inertia: fit.inertia,
-            fit: method.name().into(),
-            warnings: fit.warnings,
-        }
-    }
-
-    /// What a fit of effects alone found, over these ranges of the states; `force_rms` as above.
-    fn of_effects(
-        axes: &[Axis],
-        fit: EffectsFit,
-        inputs: Vec<InputRange>,
-        force_rms: impl Fn(usize, f64) -> f64,
-    ) -> Self {
-        let fits = axes.iter().enumerate().map(|(index, axis)| {
-            let parameters = physical::parameters_on(&fit, index);
-            AxisFit {
-                axis: axis.name.clone(),
-                terms: parameters,
-                ridge: 0.0,
-                effective_parameters: parameters as f64,
-                training_force_rms: force_rms(index, fit.inertia[index].value),
-                cross_validation_nmse_percent: None,
-            }
-        });
-        Self {
-            fits: fits.collect(),
-            base: Base::None(NoBase { inputs }),
-            effects: physical::effect_terms(axes, &fit.terms),
-            inertia: fit.inertia,
-            fit: "variable projection".into(),
-            warnings: fit.warnings,
-        }
-    }
-
     /// The model file of it, without records, errors and history.
     fn model(self, study: &str, axes: &[Axis], filters: Filters) -> ModelFile {
         let axes = axes.iter().zip(&self.inertia);

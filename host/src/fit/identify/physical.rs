@@ -4,9 +4,10 @@ use super::{FitResult, Identified, Prepared};
 use crate::fit::effects::{AnotherStart, EffectsFit, FoundTerm, fit_effects_also_from};
 use crate::fit::polynomial::input_ranges;
 use crate::fit::stretches::Stretches;
-use crate::model::EffectTerm;
 use crate::model::corrections::Corrections;
 use crate::model::effects::Bound;
+use crate::model::file::{AxisFit, Base, NoBase};
+use crate::model::{EffectTerm, InputRange};
 use crate::signal::motion::{self, Motion};
 use crate::study::{Axis, Study};
 use crate::text::error::{Error, Result};
@@ -165,7 +166,7 @@ pub(crate) fn base_terms(study: &Study) -> Result<(Vec<Bound>, Option<String>)> 
 }
 
 /// Parameters of the effects that act on an axis.
-pub(super) fn parameters_on(fit: &EffectsFit, axis: usize) -> usize {
+fn parameters_on(fit: &EffectsFit, axis: usize) -> usize {
     let acting = fit.terms.iter().filter(|t| t.bound.acts_on(axis));
     acting.map(|t| t.values.len()).sum()
 }
@@ -178,4 +179,35 @@ pub(crate) fn effect_terms(axes: &[Axis], terms: &[FoundTerm]) -> Vec<EffectTerm
     terms
         .map(|term| EffectTerm::new(&term.bound, &names, &kinds, &term.values, &term.intervals))
         .collect()
+}
+
+impl FitResult {
+    /// What a fit of effects alone found, over these ranges of the states; `force_rms` gives the RMS of an axis's force over
+    /// the training rows, for its inertia.
+    pub(super) fn of_effects(
+        axes: &[Axis],
+        fit: EffectsFit,
+        inputs: Vec<InputRange>,
+        force_rms: impl Fn(usize, f64) -> f64,
+    ) -> Self {
+        let fits = axes.iter().enumerate().map(|(index, axis)| {
+            let parameters = parameters_on(&fit, index);
+            AxisFit {
+                axis: axis.name.clone(),
+                terms: parameters,
+                ridge: 0.0,
+                effective_parameters: parameters as f64,
+                training_force_rms: force_rms(index, fit.inertia[index].value),
+                cross_validation_nmse_percent: None,
+            }
+        });
+        Self {
+            fits: fits.collect(),
+            base: Base::None(NoBase { inputs }),
+            effects: effect_terms(axes, &fit.terms),
+            inertia: fit.inertia,
+            fit: "variable projection".into(),
+            warnings: fit.warnings,
+        }
+    }
 }

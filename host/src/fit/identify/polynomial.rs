@@ -1,10 +1,10 @@
 //! Learning the paper's polynomial from a study, and writing it as an equation.
 
 use super::{FitResult, Identified, Prepared};
-use crate::fit::polynomial::{PolynomialOptions, fit_polynomial};
-use crate::model::file::{Base, ModelFile};
+use crate::fit::polynomial::{Method, PolynomialFit, PolynomialOptions, fit_polynomial};
+use crate::model::file::{AxisFit, Base, ModelFile};
 use crate::model::{ModelAxis, Polynomial, exponents};
-use crate::study::Study;
+use crate::study::{Axis, Study};
 use crate::text::error::Result;
 
 /// Learns a polynomial from the training records of a study.
@@ -122,4 +122,32 @@ fn equation(
         ));
     }
     Some(text)
+}
+
+impl FitResult {
+    /// What the fit of a polynomial found; `force_rms` gives the RMS of an axis's force over the training rows, for its inertia.
+    pub(super) fn of_polynomial(
+        axes: &[Axis],
+        fit: PolynomialFit,
+        method: Method,
+        force_rms: impl Fn(usize, f64) -> f64,
+    ) -> Self {
+        let fits = axes.iter().zip(&fit.axes).enumerate();
+        let fits = fits.map(|(index, (axis, found))| AxisFit {
+            axis: axis.name.clone(),
+            terms: found.terms,
+            ridge: found.lambda.unwrap_or(0.0),
+            effective_parameters: found.effective_parameters,
+            training_force_rms: force_rms(index, fit.inertia[index].value),
+            cross_validation_nmse_percent: Some(found.cross_validation_nmse),
+        });
+        Self {
+            fits: fits.collect(),
+            base: Base::Polynomial(fit.polynomial),
+            effects: Vec::new(),
+            inertia: fit.inertia,
+            fit: method.name().into(),
+            warnings: fit.warnings,
+        }
+    }
 }
