@@ -3,11 +3,11 @@
 //! The table is walked, nothing is named but the parameters that trade with one another by nature.
 
 use jointwatch::fit::effects::{EffectsFit, fit_effects};
-use jointwatch::model::effects::Bound;
+use jointwatch::model::effects::AxisEffect;
 use jointwatch::model::time_history::{TimeHistory, add_forces};
 use jointwatch::signal::motion::{Filters, Motion};
 use jointwatch::study::{Axis, AxisKind, Convention};
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::{Role, Tie};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Subsystem};
 use jointwatch_shared::units::References;
@@ -83,7 +83,7 @@ fn states(rows: usize, sizes: [f64; 2], random: &mut ChaCha8Rng) -> Vec<Vec<f64>
 }
 
 /// Every linear parameter such that the effect counts, and every shape somewhere inside its search, off its starts.
-fn truth(entry: &'static Entry, references: &References, random: &mut ChaCha8Rng) -> InSi {
+fn truth(entry: &'static Entry, references: &References, random: &mut ChaCha8Rng) -> EffectValues {
     let values = entry.parameters().iter().map(|parameter| {
         let relative = match parameter.role {
             Role::Linear { .. } | Role::SizePerRecord => 0.5 + random.random::<f64>(),
@@ -101,7 +101,7 @@ fn truth(entry: &'static Entry, references: &References, random: &mut ChaCha8Rng
         };
         relative * unit
     });
-    InSi {
+    EffectValues {
         input: None,
         entry,
         axis: 0,
@@ -110,7 +110,11 @@ fn truth(entry: &'static Entry, references: &References, random: &mut ChaCha8Rng
 }
 
 /// The effects that own what this one is tied to, with the same value: without them it is not meant to be fitted.
-fn owners(hidden: &InSi, references: &References, random: &mut ChaCha8Rng) -> Vec<InSi> {
+fn owners(
+    hidden: &EffectValues,
+    references: &References,
+    random: &mut ChaCha8Rng,
+) -> Vec<EffectValues> {
     let listed = hidden.entry.parameters().iter().zip(&hidden.values);
     let ties = listed.filter_map(|(parameter, &value)| match parameter.role {
         Role::Shape(shape) => shape.tie.map(|tie| (tie, value)),
@@ -124,7 +128,7 @@ fn owners(hidden: &InSi, references: &References, random: &mut ChaCha8Rng) -> Ve
         } else {
             *references
         };
-        let mut owner = InSi {
+        let mut owner = EffectValues {
             input: None,
             axis,
             ..truth(entry, &seen, random)
@@ -143,7 +147,7 @@ fn rms(series: &[f64]) -> f64 {
     (series.iter().map(|v| v * v).sum::<f64>() / series.len() as f64).sqrt()
 }
 
-fn forces(terms: &[InSi], motion: &Motion) -> Vec<Vec<f64>> {
+fn forces(terms: &[EffectValues], motion: &Motion) -> Vec<Vec<f64>> {
     let conventions = [Convention::ForceMinusInertia; 2];
     let mut forces = vec![vec![0.0; motion.rows()]; 2];
     add_forces(
@@ -154,8 +158,8 @@ fn forces(terms: &[InSi], motion: &Motion) -> Vec<Vec<f64>> {
     forces
 }
 
-fn found(fit: &EffectsFit) -> Vec<InSi> {
-    let term = |found: &jointwatch::fit::effects::FoundTerm| InSi {
+fn found(fit: &EffectsFit) -> Vec<EffectValues> {
+    let term = |found: &jointwatch::fit::effects::FittedEffect| EffectValues {
         input: None,
         entry: found.bound.entry,
         axis: found.bound.axis as u8,
@@ -169,9 +173,9 @@ fn every_effect_of_the_joint_is_found_again_in_a_noisy_force() {
     println!("seed {SEED}");
     let axes = axes();
     let low_pass = Filters::for_bands(RATE, 100.0, 250.0).unwrap().band;
-    let base: Vec<InSi> = (0..2_u8)
+    let base: Vec<EffectValues> = (0..2_u8)
         .flat_map(|axis| {
-            let term = |name: &str, value: f64| InSi {
+            let term = |name: &str, value: f64| EffectValues {
                 input: None,
                 entry: Entry::named(name).unwrap(),
                 axis,
@@ -215,8 +219,9 @@ fn every_effect_of_the_joint_is_found_again_in_a_noisy_force() {
         let hidden = truth(entry, &references, &mut random);
         let alone = forces(std::slice::from_ref(&hidden), &motion);
         // The base has the effect already: then it is found with it.
-        let beside = |t: &&InSi| t.entry != entry && !entry.replaces.contains(&t.entry.about.name);
-        let mut terms: Vec<InSi> = base.iter().filter(beside).cloned().collect();
+        let beside =
+            |t: &&EffectValues| t.entry != entry && !entry.replaces.contains(&t.entry.about.name);
+        let mut terms: Vec<EffectValues> = base.iter().filter(beside).cloned().collect();
         terms.push(hidden.clone());
         terms.extend(owners(&hidden, &references, &mut random));
         let at = terms.iter().position(|t| *t == hidden).unwrap();
@@ -228,9 +233,9 @@ fn every_effect_of_the_joint_is_found_again_in_a_noisy_force() {
             }
         }
         motion.force = measured;
-        let bounds: Vec<Bound> = terms
+        let bounds: Vec<AxisEffect> = terms
             .iter()
-            .map(|term| Bound {
+            .map(|term| AxisEffect {
                 input: None,
                 entry: term.entry,
                 axis: usize::from(term.axis),
@@ -273,13 +278,13 @@ fn every_effect_of_the_joint_is_found_again_in_a_noisy_force() {
 
 #[test]
 fn an_effect_that_contains_another_takes_its_place_on_its_axis() {
-    let parse = |name: &str| Bound::parse(name, &["x", "phi"]).unwrap();
+    let parse = |name: &str| AxisEffect::parse(name, &["x", "phi"]).unwrap();
     let (wide, narrow) = (parse("viscous_by_direction@x"), parse("viscous@x"));
     assert!(wide.replaces(&narrow) && !narrow.replaces(&wide));
     assert!(!wide.replaces(&parse("viscous@phi")) && !wide.replaces(&parse("coulomb@x")));
     assert!(narrow.rules_out(&wide) && wide.rules_out(&narrow));
     let both = ["viscous@x", "viscous_by_direction@x"].map(String::from);
-    let refused = Bound::parse_all(&both, &["x", "phi"]).unwrap_err();
+    let refused = AxisEffect::parse_all(&both, &["x", "phi"]).unwrap_err();
     assert!(
         refused.to_string().contains("cannot be told apart"),
         "{refused}"

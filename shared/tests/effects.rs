@@ -7,11 +7,11 @@ mod memory;
 
 use jointwatch_shared::base::axis::AxisKind::{Rotation, Translation};
 use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name};
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::base::{Base, Header, Model};
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::effect::{
-    Acts, Bound, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, MAX_STATES, Subsystem,
+    Acts, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, MAX_STATES, StateBound, Subsystem,
 };
 use jointwatch_shared::scalar::Scalar;
 use jointwatch_shared::units::{Dimension, References};
@@ -346,9 +346,9 @@ proptest! {
                 (entry.real)(&values, &at, &mut states);
                 for (state, bound) in states.iter().zip(entry.state_bounds) {
                     let most = match *bound {
-                        Bound::Number(most) => f64::from(most),
-                        Bound::Displacement(times) => f64::from(times) * half_range,
-                        Bound::FromZero => least.abs().max(most_seen.abs()),
+                        StateBound::Number(most) => f64::from(most),
+                        StateBound::Displacement(times) => f64::from(times) * half_range,
+                        StateBound::FromZero => least.abs().max(most_seen.abs()),
                     };
                     prop_assert!(state.abs() <= most * (1.0 + 1e-12), "{}", entry.about.name);
                 }
@@ -381,10 +381,10 @@ fn header(axes: usize) -> Header {
 }
 
 /// An effect on an axis with random parameters in SI.
-fn term(entry: &'static Entry, axis: u8, p: &[f64; MAX_PARAMETERS]) -> InSi {
+fn term(entry: &'static Entry, axis: u8, p: &[f64; MAX_PARAMETERS]) -> EffectValues {
     let scales = if axis == 0 { SCALES } else { SCALES.swapped() };
     let listed = entry.parameters().iter().zip(parameters(entry, p));
-    InSi {
+    EffectValues {
         input: None,
         entry,
         axis,
@@ -435,7 +435,7 @@ fn bounds_are_a_part_in_a_million_of_the_force() {
 #[test]
 fn a_model_of_effects_is_refused_where_it_cannot_be() {
     let both = EFFECTS.iter().find(|e| e.acts == Acts::BothAxes).unwrap();
-    let refused = |header: Header, terms: Vec<InSi>, budgets: &[f64]| {
+    let refused = |header: Header, terms: Vec<EffectValues>, budgets: &[f64]| {
         let refusal = Model::from_effects(header, &terms, budgets).unwrap_err();
         println!("{refusal}");
         refusal.to_string()

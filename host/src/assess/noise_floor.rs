@@ -11,7 +11,7 @@ use crate::signal::fir::apply;
 use crate::signal::motion::Motion;
 use crate::signal::spectrum::Accumulator;
 use crate::study::Axis;
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 
 /// An axis rests in a record where displacement, velocity and force are under these parts of their largest RMS; the force
 /// channel is noisier than the encoder.
@@ -52,7 +52,7 @@ pub(crate) fn floors(
     axes: &[Axis],
     motions: &[&Motion],
     low_pass: &[f64],
-    terms: &[InSi],
+    terms: &[EffectValues],
     inertia: &[f64],
 ) -> Vec<Floor> {
     let conventions: Vec<_> = axes.iter().map(|a| a.restoring_force).collect();
@@ -76,7 +76,7 @@ pub(crate) fn floors_under(
     motions: &[&Motion],
     low_pass: &[f64],
     predicted: Vec<Vec<Vec<f64>>>,
-    terms: &[InSi],
+    terms: &[EffectValues],
     inertia: &[f64],
 ) -> Vec<Floor> {
     let conventions: Vec<_> = axes.iter().map(|a| a.restoring_force).collect();

@@ -8,7 +8,7 @@ use crate::diagnose::apply::{self, Applied};
 use crate::diagnose::changed::{self, ParameterChange};
 use crate::diagnose::{self, Asked, Columns, Diagnosis, Ranked, Verdict};
 use crate::model::file::ModelFile;
-use crate::model::{EffectTerm, ParameterValue, corrections, effects};
+use crate::model::{ModelEffect, ParameterValue, corrections, effects};
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, quantity};
 use clap::Args;
@@ -237,9 +237,9 @@ fn told(diagnosis: &Diagnosis, found: &[String]) -> String {
 }
 
 /// A candidate as a model would hold it.
-fn as_a_term(candidate: &Ranked) -> EffectTerm {
+fn as_a_term(candidate: &Ranked) -> ModelEffect {
     let parameters = candidate.parameters.iter();
-    EffectTerm {
+    ModelEffect {
         effect: candidate.effect.clone(),
         axis: Some(candidate.axis.clone()),
         parameters: parameters

@@ -6,7 +6,7 @@ use crate::device::export;
 use crate::device::rig_block;
 use crate::model::corrections;
 use crate::model::file::{Base, HistoryEntry, ModelFile};
-use crate::model::{EffectTerm, effects};
+use crate::model::{ModelEffect, effects};
 use crate::study::AxisKind;
 use crate::study::survey::{Survey, is_a_log};
 use crate::text::error::{Error, Result};
@@ -202,7 +202,7 @@ fn blob_in_words(model: &Model) -> String {
     }
     text.push_str(&table.to_string());
     if !model.terms().list().is_empty() {
-        let effects = effects::table_of_values(&EffectTerm::of_device(model));
+        let effects = effects::table_of_values(&ModelEffect::of_device(model));
         text.push_str(&format!("\n{effects}"));
     }
     for sentence in corrections::in_words(&corrections::of_device(model)) {
@@ -245,7 +245,7 @@ fn blob_as_json(model: &Model) -> serde_json::Value {
         "band_hz": header.band_hz,
         "state_band_hz": header.state_band_hz,
         "axes": axes,
-        "effects": EffectTerm::of_device(model),
+        "effects": ModelEffect::of_device(model),
         "corrections": corrections::of_device(model),
     });
     match model.base() {

@@ -11,7 +11,7 @@ use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
 use crate::fit::normal_equations;
 use crate::fit::with_base::OnRecords;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::file::{Base, ModelFile};
 use crate::signal::motion::Motion;
 use crate::study::Study;
@@ -24,7 +24,7 @@ pub(super) fn absorbed(
     study: &Study,
     prepared: &Prepared,
     model: &ModelFile,
-    found: &[(Bound, Vec<f64>)],
+    found: &[(AxisEffect, Vec<f64>)],
 ) -> Result<Vec<Absorbed>> {
     let found: Vec<_> = found
         .iter()
@@ -61,7 +61,7 @@ fn by_residual(
     study: &Study,
     prepared: &Prepared,
     model: &ModelFile,
-    found: &[(Bound, Vec<f64>)],
+    found: &[(AxisEffect, Vec<f64>)],
 ) -> Result<Vec<Vec<Option<f64>>>> {
     let training = prepared.training(study);
     let left: Vec<Motion> = training

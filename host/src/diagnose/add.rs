@@ -8,7 +8,7 @@ use crate::fit::effects::columns::Records;
 use crate::fit::identify::{FitResult, Prepared, effect_terms, fit_alone, fit_in_time};
 use crate::fit::with_base::{OnRecords, WithBase};
 use crate::model::corrections::missing_inertia;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::file::{AxisError, Base, ErrorChange, HistoryEntry, JudgedOn, ModelFile};
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::motion::Motion;
@@ -139,10 +139,10 @@ pub fn add(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Added
 }
 
 /// The model's terms, without those that are special cases of what is added, and those to be added.
-fn wider(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Vec<Bound>> {
+fn wider(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Vec<AxisEffect>> {
     let names: Vec<&str> = model.axes.iter().map(|a| a.name.as_str()).collect();
     let mut terms: Vec<String> = model.effects.iter().map(|e| e.name()).collect();
-    for bound in Bound::parse_all(effects, &names)? {
+    for bound in AxisEffect::parse_all(effects, &names)? {
         study.check_input(&bound.name(&names), bound.input)?;
         if terms.contains(&bound.name(&names)) {
             return Err(Error::data(format!(
@@ -151,13 +151,13 @@ fn wider(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Vec<Bou
             )));
         }
         let special = |term: &String| {
-            let term = Bound::parse(term, &names);
+            let term = AxisEffect::parse(term, &names);
             term.is_ok_and(|term| bound.replaces(&term))
         };
         terms.retain(|term| !special(term));
         terms.push(bound.name(&names));
     }
-    Bound::parse_all(&terms, &names)
+    AxisEffect::parse_all(&terms, &names)
 }
 
 /// The model that `learnt` makes, with the history of the one that it came from.
@@ -183,7 +183,7 @@ fn learnt_with(
     study: &Study,
     prepared: &Prepared,
     model: &ModelFile,
-    terms: &[Bound],
+    terms: &[AxisEffect],
 ) -> Result<FitResult> {
     let mut known = model.effects_in_si()?;
     known.retain(|old| {
@@ -272,11 +272,11 @@ pub(crate) fn held_out_errors(
     model: &ModelFile,
 ) -> Result<Vec<AxisError>> {
     let training = prepared.training(study);
-    let terms: Vec<(Bound, Vec<f64>)> = model
+    let terms: Vec<(AxisEffect, Vec<f64>)> = model
         .effects_in_si()?
         .into_iter()
         .map(|term| {
-            let bound = Bound {
+            let bound = AxisEffect {
                 input: term.input,
                 entry: term.entry,
                 axis: usize::from(term.axis),

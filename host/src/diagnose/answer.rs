@@ -7,7 +7,7 @@ use super::rank::Looked as LookedAt;
 use crate::assess::where_it_fails::FailingRegion;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{assemble, solved_at};
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::file::JudgedOn;
 use crate::study::Study;
 use jointwatch_shared::effect::Acts;
@@ -159,7 +159,7 @@ pub struct Diagnosis {
 }
 
 /// Everything that was added, an effect that was added to each axis as one on `both`.
-pub(super) fn in_words_found(added: &[Bound], axes: &[&str]) -> Vec<Found> {
+pub(super) fn in_words_found(added: &[AxisEffect], axes: &[&str]) -> Vec<Found> {
     let mut added = added.to_vec();
     let mut found = Vec::new();
     while !added.is_empty() {
@@ -184,7 +184,7 @@ pub(super) fn in_words_found(added: &[Bound], axes: &[&str]) -> Vec<Found> {
 /// Candidates for the first missing effect, best first; one that is missing on each axis stands once, for both.
 pub(super) fn in_words_ranked(
     decisions: &[Decision],
-    first: (&Records<'_>, &[Bound], &[Vec<f64>]),
+    first: (&Records<'_>, &[AxisEffect], &[Vec<f64>]),
     found: &[Found],
     study: &Study,
 ) -> Vec<Ranked> {
@@ -222,7 +222,7 @@ fn ranked(
     decision: &Decision,
     looked: &LookedAt,
     equivalent: &[String],
-    (records, base, values): (&Records<'_>, &[Bound], &[Vec<f64>]),
+    (records, base, values): (&Records<'_>, &[AxisEffect], &[Vec<f64>]),
     study: &Study,
 ) -> Ranked {
     let bound = looked.hypothesis.added()[0];
@@ -245,7 +245,7 @@ fn ranked(
     let (before, after) = (decision.errors[0], looked.score.error);
     let like = |other: &&LookedAt| equivalent.contains(&other.hypothesis.added()[0].effect());
     let singles = decision.singles.iter().map(|(single, _)| single);
-    let group: Vec<Bound> = singles
+    let group: Vec<AxisEffect> = singles
         .filter(like)
         .map(|other| other.hypothesis.added()[0])
         .chain([bound])
@@ -272,9 +272,9 @@ fn ranked(
 /// Intervals of a candidate's parameters beside the base.
 fn intervals(
     records: &Records<'_>,
-    base: &[Bound],
+    base: &[AxisEffect],
     values: &[Vec<f64>],
-    (bound, own): (&Bound, &[f64]),
+    (bound, own): (&AxisEffect, &[f64]),
     study: &Study,
 ) -> Vec<Option<[f64; 2]>> {
     let (mut terms, mut values) = (base.to_vec(), values.to_vec());

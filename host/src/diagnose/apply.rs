@@ -3,7 +3,7 @@
 use crate::diagnose::add::{self, Added};
 use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::{self, Asked, Diagnosis, Found, PerAxis, Verdict};
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::file::{AxisError, JudgedOn, ModelFile};
 use crate::study::Study;
 use crate::text::error::Result;
@@ -172,7 +172,7 @@ pub fn to_add(found: &Found, study: &Study) -> Vec<String> {
         (true, false) => axes
             .iter()
             .map(|axis| format!("{}@{axis}", found.effect))
-            .filter(|name| Bound::parse(name, &axes).is_ok())
+            .filter(|name| AxisEffect::parse(name, &axes).is_ok())
             .collect(),
         (false, false) => vec![format!("{}@{}", found.effect, found.axis)],
     }

@@ -1,7 +1,7 @@
 //! The physical terms that missing effects are searched beside.
 
 use crate::fit::identify::base_terms;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::file::{Base, ModelFile};
 use crate::study::Study;
 use crate::text::error::Result;
@@ -14,20 +14,20 @@ pub(super) fn base_of(
     study: &Study,
     model: &ModelFile,
     notes: &mut Vec<String>,
-) -> Result<(Vec<Bound>, Option<Values>)> {
+) -> Result<(Vec<AxisEffect>, Option<Values>)> {
     let names: Vec<&str> = model.axes.iter().map(|a| a.name.as_str()).collect();
     if let Base::None(_) = model.base {
         let terms = model
             .effects
             .iter()
-            .map(|e| Bound::parse(&e.name(), &names));
+            .map(|e| AxisEffect::parse(&e.name(), &names));
         let values = model.effects_in_si()?.into_iter().map(|e| e.values);
         return Ok((terms.collect::<Result<_>>()?, Some(values.collect())));
     }
     let (mut terms, proposed) = base_terms(study)?;
     // What was added to it before is no longer missing.
     for effect in &model.effects {
-        let added = Bound::parse(&effect.name(), &names)?;
+        let added = AxisEffect::parse(&effect.name(), &names)?;
         terms.retain(|term| *term != added && !term.rules_out(&added));
         terms.push(added);
     }

@@ -8,7 +8,7 @@ use super::hypothesis::{Column, Hypothesis, Part, is_at_bound};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
 use crate::fit::effects::unknowns::{ShapeUnknown, shapes};
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use faer::Mat;
 use jointwatch_shared::effect::Entry;
 use jointwatch_shared::effect::about::Role;
@@ -170,7 +170,7 @@ impl<'a> Bench<'a> {
     fn instrument_columns(&self) -> Vec<(&'static str, Column)> {
         let within = |name: &'static str, most: f64| {
             let entry = Entry::named(name)?;
-            let bound = Bound {
+            let bound = AxisEffect {
                 input: None,
                 entry,
                 axis: self.axis,
@@ -212,7 +212,7 @@ impl<'a> Bench<'a> {
     }
 
     /// An effect's shapes as they start, all its parameters in SI.
-    pub(super) fn middle(&self, bound: &Bound) -> Vec<f64> {
+    pub(super) fn middle(&self, bound: &AxisEffect) -> Vec<f64> {
         let mut values = vec![0.0; bound.entry.parameters().len()];
         for unknown in shapes(&[*bound], &self.records.references) {
             let start = unknown.shape.starts.first().copied().unwrap_or(1.0);
@@ -224,7 +224,7 @@ impl<'a> Bench<'a> {
     }
 
     /// The columns of an effect at these values.
-    pub(super) fn part(&self, bound: &Bound, values: &[f64]) -> Part {
+    pub(super) fn part(&self, bound: &AxisEffect, values: &[f64]) -> Part {
         let rows = rows_of(self.records, self.axis);
         let columns = self.records.columns(bound, values).into_iter();
         let mut bounds = Vec::new();
@@ -258,7 +258,7 @@ impl<'a> Bench<'a> {
     /// The columns of every member; those of the base and of `known` parts are taken over.
     pub(super) fn parts(&self, hypothesis: &Hypothesis, known: &[Part]) -> Vec<Part> {
         let members = hypothesis.members.iter().zip(&hypothesis.values);
-        let part = |(bound, values): (&Bound, &Vec<f64>)| {
+        let part = |(bound, values): (&AxisEffect, &Vec<f64>)| {
             let mut all = known.iter().chain(&self.base_parts);
             let same = all.find(|part| part.is(bound, values)).cloned();
             same.unwrap_or_else(|| self.part(bound, values))

@@ -6,7 +6,7 @@
 use super::criteria::CRITERIA;
 use super::learner::Taken;
 use super::rank::Looked;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
@@ -33,7 +33,7 @@ pub(super) fn is_gained(gains: &[f64]) -> bool {
 
 /// Sets of effects that are held against each other, the base among them.
 pub(super) struct Rivals<'a> {
-    sets: Vec<&'a [Bound]>,
+    sets: Vec<&'a [AxisEffect]>,
     errors: Vec<&'a [f64]>,
     powers: Vec<f64>,
     numbers: Vec<usize>,
@@ -111,7 +111,7 @@ impl<'a> Rivals<'a> {
     }
 
     /// Effects that stand alone in one of these sets.
-    pub(super) fn sole(&self, of: &[usize]) -> Vec<Bound> {
+    pub(super) fn sole(&self, of: &[usize]) -> Vec<AxisEffect> {
         let sets = of.iter().map(|&at| self.sets[at]);
         sets.filter(|set| set.len() == 1)
             .map(|set| set[0])
@@ -123,7 +123,7 @@ impl<'a> Rivals<'a> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Chances {
     /// Sets of effects.
-    votes: Vec<(Vec<Bound>, f64)>,
+    votes: Vec<(Vec<AxisEffect>, f64)>,
     /// That nothing is missing.
     pub(super) nothing: f64,
     /// That something is missing that has no name.
@@ -138,7 +138,7 @@ impl Chances {
         (block_of, count): (&[usize], usize),
         taken: &Taken,
         [base, decided, laws]: [&Looked; 3],
-        weak: &[Bound],
+        weak: &[AxisEffect],
     ) -> Self {
         let mut chances = Self::default();
         let mut rng = StdRng::seed_from_u64(0);
@@ -168,7 +168,7 @@ impl Chances {
             chances.unknown += if unknown { each } else { 0.0 };
             for (at, part) in rivals.parts(&rivals.good(&weights)) {
                 let set = rivals.sets[at].iter().filter(|bound| !weak.contains(bound));
-                let set: Vec<Bound> = set.copied().collect();
+                let set: Vec<AxisEffect> = set.copied().collect();
                 if set.is_empty() && !unknown {
                     chances.nothing += part * each;
                 }
@@ -183,15 +183,15 @@ impl Chances {
     }
 
     /// That one of some effects acts.
-    pub(super) fn any_of(&self, bounds: &[Bound]) -> f64 {
+    pub(super) fn any_of(&self, bounds: &[AxisEffect]) -> f64 {
         let votes = self.votes.iter();
         let with = votes.filter(|(set, _)| set.iter().any(|bound| bounds.contains(bound)));
         with.fold(0.0, |sum, (_, part)| sum + part).min(1.0)
     }
 
     /// Every effect that has a chance, with it.
-    pub(super) fn each(&self) -> Vec<(Bound, f64)> {
-        let mut all: Vec<Bound> = Vec::new();
+    pub(super) fn each(&self) -> Vec<(AxisEffect, f64)> {
+        let mut all: Vec<AxisEffect> = Vec::new();
         for bound in self.votes.iter().flat_map(|(set, _)| set) {
             if !all.contains(bound) {
                 all.push(*bound);
@@ -205,11 +205,11 @@ impl Chances {
 #[cfg(test)]
 mod tests {
     use super::Rivals;
-    use crate::model::effects::Bound;
+    use crate::model::effects::AxisEffect;
     use jointwatch_shared::effect::Entry;
 
-    fn bound(name: &str) -> Bound {
-        Bound {
+    fn bound(name: &str) -> AxisEffect {
+        AxisEffect {
             input: None,
             entry: Entry::named(name).expect("an effect of the library"),
             axis: 0,
@@ -228,7 +228,7 @@ mod tests {
         let rivals = |errors: &[&'static [f64]]| Rivals {
             sets: sets
                 .iter()
-                .map(|s: &Vec<Bound>| &*s.clone().leak())
+                .map(|s: &Vec<AxisEffect>| &*s.clone().leak())
                 .collect(),
             errors: errors.to_vec(),
             powers: vec![1.0, 0.1, 0.01],

@@ -3,7 +3,7 @@
 use super::{Verdict, diagnose};
 use crate::assess::compare;
 use crate::fit::identify::{Prepared, base_terms, fit_alone};
-use crate::model::EffectTerm;
+use crate::model::ModelEffect;
 use crate::model::file::{AxisError, Base, ModelFile};
 use crate::study::{Role, Source, Study};
 use crate::text::error::{Error, Result};
@@ -247,7 +247,7 @@ fn learning(fresh: &Study, notes: &mut Vec<String>) -> Study {
 /// The old model's effects, fitted anew in its own band.
 fn refitted(study: &Study, old: &ModelFile) -> Result<ModelFile> {
     let mut study = study.clone();
-    study.base_terms = old.effects.iter().map(EffectTerm::name).collect();
+    study.base_terms = old.effects.iter().map(ModelEffect::name).collect();
     let (terms, _) = base_terms(&study)?;
     let prepared = Prepared::with_filters(&study, old.filters.clone())?;
     let fit = fit_alone(&study, &prepared, &terms, &|_| Ok(None))?;
@@ -267,7 +267,7 @@ impl ParameterChange {
 }
 
 impl Changed {
-    fn compare_effects(&mut self, old: &[EffectTerm], new: &ModelFile) {
+    fn compare_effects(&mut self, old: &[ModelEffect], new: &ModelFile) {
         for was in old {
             let name = was.name();
             match new.effects.iter().find(|e| e.name() == name) {
@@ -275,9 +275,9 @@ impl Changed {
                 None => self.went.push(name),
             }
         }
-        let known = |e: &EffectTerm| old.iter().any(|was| was.name() == e.name());
+        let known = |e: &ModelEffect| old.iter().any(|was| was.name() == e.name());
         let came = new.effects.iter().filter(|e| !known(e));
-        self.came.extend(came.map(EffectTerm::name));
+        self.came.extend(came.map(ModelEffect::name));
     }
 
     /// What changed, in a sentence.
@@ -295,7 +295,7 @@ impl Changed {
     }
 }
 
-fn parameters(name: &str, was: &EffectTerm, is: &EffectTerm) -> Vec<ParameterChange> {
+fn parameters(name: &str, was: &ModelEffect, is: &ModelEffect) -> Vec<ParameterChange> {
     let pairs = was.parameters.iter().zip(&is.parameters);
     pairs
         .map(|(was, is)| {

@@ -9,7 +9,7 @@ use super::hypothesis::{Column, Hypothesis, Part};
 use crate::fit::effects::projection::product;
 use crate::fit::effects::unknowns::{ShapeUnknown, is_physical, shapes};
 use crate::fit::normal_equations::Cholesky;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::text::work;
 use faer::Mat;
 use jointwatch_shared::effect::{Acts, EFFECTS, Subsystem};
@@ -33,7 +33,7 @@ struct Start {
 /// An effect that would explain something.
 #[derive(Clone)]
 pub(super) struct Promise {
-    pub(super) bound: Bound,
+    pub(super) bound: AxisEffect,
     /// Shapes as they start; strengths as least squares has them.
     pub(super) values: Vec<f64>,
     /// Power that it takes away in the rows of the scan, beside that of the force.
@@ -51,12 +51,12 @@ pub(super) struct Library {
 pub(super) fn candidates(
     bench: &Bench<'_>,
     axes: usize,
-    known: &[Bound],
+    known: &[AxisEffect],
     inputs: &[&'static str],
     without: &[String],
-) -> Vec<Bound> {
+) -> Vec<AxisEffect> {
     let axis = bench.axis;
-    let bound = |entry, axis, input| Bound { entry, axis, input };
+    let bound = |entry, axis, input| AxisEffect { entry, axis, input };
     let bounds = EFFECTS.iter().filter_map(|entry| match entry.acts {
         Acts::OwnAxis => Some(bound(entry, axis, None)),
         Acts::BothAxes => (axes == 2).then_some(bound(entry, 0, None)),
@@ -89,14 +89,14 @@ impl Library {
     /// Evaluates candidates at their starts; `known` are all terms of the model with their values, for shapes that are tied to theirs.
     pub(super) fn new(
         bench: &Bench<'_>,
-        candidates: &[Bound],
-        known: &[Bound],
+        candidates: &[AxisEffect],
+        known: &[AxisEffect],
         values: &[Vec<f64>],
         residual: &[f64],
     ) -> Self {
         let rows = bench.measured.len();
         let step = rows.div_ceil(MAX_ROWS).max(1);
-        let all: Vec<(Bound, Vec<f64>)> = candidates
+        let all: Vec<(AxisEffect, Vec<f64>)> = candidates
             .iter()
             .flat_map(|bound| {
                 let starts = starts(bench, bound, known, values, residual);
@@ -220,7 +220,7 @@ fn promise(
     (cross, shares, right): (&Mat<f64>, &Mat<f64>, &Mat<f64>),
 ) -> Option<Promise> {
     let bound = &start.part.bound;
-    let rivals = |(at, term): (usize, &Bound)| {
+    let rivals = |(at, term): (usize, &AxisEffect)| {
         let special = at < hypothesis.base && bound.replaces(term);
         term == bound || (bound.rules_out(term) && !special)
     };
@@ -286,8 +286,8 @@ fn matrix_of(columns: &[Column]) -> Mat<f64> {
 /// Every combination of an effect's starting values, all its parameters in SI; shapes that are tied to a term of the model have its value.
 fn starts(
     bench: &Bench<'_>,
-    bound: &Bound,
-    known: &[Bound],
+    bound: &AxisEffect,
+    known: &[AxisEffect],
     values: &[Vec<f64>],
     residual: &[f64],
 ) -> Vec<Vec<f64>> {

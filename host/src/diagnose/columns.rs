@@ -13,7 +13,7 @@ use super::search::of_axis;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::solve;
 use crate::fit::identify::Prepared;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::file::ModelFile;
 use crate::signal::motion::Motion;
 use crate::study::Study;
@@ -54,7 +54,7 @@ pub fn with_columns(study: Study, model: &ModelFile) -> Result<Columns> {
         .inputs
         .iter()
         .filter(|input| !input.named && is_news(&training, &input.name))
-        .map(|input| Bound::kept_input(&input.name))
+        .map(|input| AxisEffect::kept_input(&input.name))
         .collect();
     if offered.is_empty() {
         return Ok(Columns { study, notes });
@@ -71,7 +71,7 @@ pub fn with_columns(study: Study, model: &ModelFile) -> Result<Columns> {
             bench: Bench::new(&records, axis, &own, false),
             base: own,
             axes: wider.axes.len(),
-            known: known.map(|i| Bound::kept_input(&i.name)).collect(),
+            known: known.map(|i| AxisEffect::kept_input(&i.name)).collect(),
         };
         for (column, by_itself) in asked.follows(&offered) {
             let name = &wider.axes[axis].name;
@@ -153,7 +153,7 @@ impl Axis<'_> {
 
     /// The force that is proportional to a column.
     fn as_a_force(&self, name: &'static str) -> Vec<Column> {
-        let bound = Entry::named("preload").map(|entry| Bound {
+        let bound = Entry::named("preload").map(|entry| AxisEffect {
             entry,
             axis: self.bench.axis,
             input: Some(name),

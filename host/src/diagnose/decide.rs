@@ -6,7 +6,7 @@ use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use super::learner::{Inputs, Knows, Left, Taken};
 use super::rank::{Field, Looked, look, rank};
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 
 /// Steps in which a hypothesis is found anew without one of its effects.
 const STEPS: usize = 8;
@@ -122,7 +122,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         },
     } = choice;
     let laws = laws(field, decided.clone(), lost, taken.surely());
-    let as_good: Vec<Bound> = rivals.sole(&good);
+    let as_good: Vec<AxisEffect> = rivals.sole(&good);
     let design = full.design(&decided.hypothesis, &decided.parts);
     let left = full.solved(&design).1;
     let square = left.iter().map(|e| e * e).sum::<f64>() / left.len().max(1) as f64;
@@ -142,7 +142,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         base_errors: base.score.log_errors.clone(),
     };
     let weak = chosen.hypothesis.added().iter();
-    let weak: Vec<Bound> = weak
+    let weak: Vec<AxisEffect> = weak
         .filter(|bound| !decided.hypothesis.added().contains(bound))
         .copied()
         .collect();
@@ -186,7 +186,7 @@ struct Choice<'a> {
 struct Pruned {
     decided: Looked,
     /// Error power that is lost without each of its effects, the least first, with what stays.
-    lost: Vec<(f64, Bound, Looked)>,
+    lost: Vec<(f64, AxisEffect, Looked)>,
     /// What the learner takes away of what it leaves.
     taken: Taken,
 }
@@ -233,7 +233,8 @@ fn pruned(field: &Field<'_, '_>, inputs: &Inputs, mut decided: Looked, base: &Lo
         if least >= counts {
             let taken = taken(&decided);
             if added.len() < 2 || least >= taken.surely() {
-                let order: Vec<Bound> = lost.iter().rev().map(|(_, bound, _)| *bound).collect();
+                let order: Vec<AxisEffect> =
+                    lost.iter().rev().map(|(_, bound, _)| *bound).collect();
                 let ordered = decided.hypothesis.ordered(&order);
                 return Pruned {
                     decided: look(field.full, &ordered, &decided.parts),
@@ -247,9 +248,9 @@ fn pruned(field: &Field<'_, '_>, inputs: &Inputs, mut decided: Looked, base: &Lo
 }
 
 /// Error power that is lost without each added effect when the others are found anew, the least first, with what stays.
-fn lost_without_each(field: &Field<'_, '_>, of: &Looked) -> Vec<(f64, Bound, Looked)> {
+fn lost_without_each(field: &Field<'_, '_>, of: &Looked) -> Vec<(f64, AxisEffect, Looked)> {
     let added = of.hypothesis.added().iter();
-    let mut lost: Vec<(f64, Bound, Looked)> = added
+    let mut lost: Vec<(f64, AxisEffect, Looked)> = added
         .map(|bound| {
             let narrower = of.hypothesis.without(bound);
             let refined = field.excerpt.refined(&narrower, false, STEPS);
@@ -269,7 +270,7 @@ fn lost_without_each(field: &Field<'_, '_>, of: &Looked) -> Vec<(f64, Bound, Loo
 fn laws(
     field: &Field<'_, '_>,
     decided: Looked,
-    lost: Vec<(f64, Bound, Looked)>,
+    lost: Vec<(f64, AxisEffect, Looked)>,
     without_name: f64,
 ) -> Looked {
     let power = |looked: &Looked| looked.score.error.powi(2);
@@ -295,7 +296,7 @@ fn singles(
     looked: &[Looked],
     base: &Looked,
     decided: &Looked,
-    as_good: &[Bound],
+    as_good: &[AxisEffect],
 ) -> Vec<(Looked, Vec<String>)> {
     let alone = |l: &&Looked| l.hypothesis.added().len() == 1;
     let mut singles: Vec<Looked> = looked.iter().filter(alone).cloned().collect();

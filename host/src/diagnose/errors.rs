@@ -6,14 +6,18 @@ use crate::fit::effects::projection::Solved;
 use crate::fit::effects::unknowns::shapes;
 use crate::fit::errors::Sums;
 use crate::fit::with_base::OnRecords;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::file::{Base, JudgedOn, ModelFile, NoBase};
 use crate::signal::motion::Motion;
 use crate::study::Study;
 use crate::text::error::Result;
 
 /// RMS error over RMS force per axis on other records than a model's terms were solved for.
-pub(super) fn relative_errors(records: &Records<'_>, terms: &[Bound], solved: &Solved) -> Vec<f64> {
+pub(super) fn relative_errors(
+    records: &Records<'_>,
+    terms: &[AxisEffect],
+    solved: &Solved,
+) -> Vec<f64> {
     let mut residual = records.measured.clone();
     let mut take = |column: &[f64], factor: f64| {
         for (r, c) in residual.iter_mut().zip(column) {
@@ -58,7 +62,7 @@ impl Unseen<'_> {
 
     /// RMS error over RMS force per axis of terms with their values; each block is predicted with the shapes that were found and strengths
     /// from the others.
-    pub(super) fn errors(&self, terms: &[Bound], solution: &Solution) -> Result<Vec<f64>> {
+    pub(super) fn errors(&self, terms: &[AxisEffect], solution: &Solution) -> Result<Vec<f64>> {
         if let Some(records) = self.validation {
             return Ok(relative_errors(records, terms, &solution.solved));
         }
@@ -80,7 +84,11 @@ impl Unseen<'_> {
 }
 
 /// The shape unknowns of terms, read from their parameters.
-pub(super) fn shapes_of(records: &Records<'_>, terms: &[Bound], values: &[Vec<f64>]) -> Vec<f64> {
+pub(super) fn shapes_of(
+    records: &Records<'_>,
+    terms: &[AxisEffect],
+    values: &[Vec<f64>],
+) -> Vec<f64> {
     let unknowns = shapes(terms, &records.references);
     let owners = unknowns.iter().map(|u| u.places[0]);
     owners.map(|(term, index)| values[term][index]).collect()

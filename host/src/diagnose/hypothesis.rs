@@ -2,7 +2,7 @@
 
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::unknowns::{is_physical, reference};
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::units::Dimension;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ const TRAVEL: f64 = 2.0;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Hypothesis {
     /// Effects, those of the base first.
-    pub(super) members: Vec<Bound>,
+    pub(super) members: Vec<AxisEffect>,
     /// Every parameter of each, SI.
     pub(super) values: Vec<Vec<f64>>,
     /// How many of them belong to the base.
@@ -33,14 +33,14 @@ pub(super) struct Column {
 /// A member's columns on an axis.
 #[derive(Clone)]
 pub(super) struct Part {
-    pub(super) bound: Bound,
+    pub(super) bound: AxisEffect,
     pub(super) values: Vec<f64>,
     pub(super) columns: Vec<Column>,
 }
 
 impl Part {
     /// Whether these are the columns of an effect at these values, whatever the strengths.
-    pub(super) fn is(&self, bound: &Bound, values: &[f64]) -> bool {
+    pub(super) fn is(&self, bound: &AxisEffect, values: &[f64]) -> bool {
         let parameters = bound.entry.parameters().iter();
         let mut pairs = parameters.zip(values.iter().zip(&self.values));
         self.bound == *bound && pairs.all(|(p, (new, old))| p.is_linear() || new == old)
@@ -49,12 +49,12 @@ impl Part {
 
 impl Hypothesis {
     /// The effects beside the base.
-    pub(super) fn added(&self) -> &[Bound] {
+    pub(super) fn added(&self) -> &[AxisEffect] {
         &self.members[self.base..]
     }
 
     /// With one more effect. One that differs from a member by what it follows has the shapes of that.
-    pub(super) fn with(&self, bound: Bound, mut values: Vec<f64>) -> Self {
+    pub(super) fn with(&self, bound: AxisEffect, mut values: Vec<f64>) -> Self {
         let mut wider = self.clone();
         if let Some(twin) = self
             .members
@@ -74,7 +74,7 @@ impl Hypothesis {
     }
 
     /// Without one of the effects beside the base.
-    pub(super) fn without(&self, bound: &Bound) -> Self {
+    pub(super) fn without(&self, bound: &AxisEffect) -> Self {
         let mut narrower = self.clone();
         let at = (self.base..self.members.len()).find(|&at| self.members[at] == *bound);
         if let Some(at) = at {
@@ -85,7 +85,7 @@ impl Hypothesis {
     }
 
     /// With the effects beside the base in this order.
-    pub(super) fn ordered(&self, order: &[Bound]) -> Self {
+    pub(super) fn ordered(&self, order: &[AxisEffect]) -> Self {
         let mut ordered = self.clone();
         for (place, bound) in order.iter().enumerate() {
             let at = self.base + place;
@@ -108,7 +108,7 @@ impl Hypothesis {
 }
 
 /// Whether an effect stands at the edge of what was searched, or has values that it cannot have.
-pub(super) fn is_at_bound(bound: &Bound, values: &[f64], records: &Records<'_>) -> bool {
+pub(super) fn is_at_bound(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
     let listed = bound.entry.parameters().iter().zip(values);
     let mut edges = listed.filter_map(|(parameter, &value)| {
         let Role::Shape(shape) = parameter.role else {

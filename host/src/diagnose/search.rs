@@ -9,7 +9,7 @@ use super::hypothesis::Hypothesis;
 use super::rank::{Field, look};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{Solution, solve, solved_at};
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::signal::motion::Motion;
 use crate::study::Axis;
 use crate::text::error::Result;
@@ -29,7 +29,7 @@ const LONGEST_LAG: f64 = 0.2;
 
 /// A model with its values.
 pub(super) struct Model {
-    pub(super) terms: Vec<Bound>,
+    pub(super) terms: Vec<AxisEffect>,
     pub(super) solution: Solution,
 }
 
@@ -39,11 +39,11 @@ pub(super) struct Search {
     pub(super) first: Model,
     pub(super) last: Model,
     /// What is missing: the effects of the last model that the first has not.
-    pub(super) found: Vec<Bound>,
+    pub(super) found: Vec<AxisEffect>,
     /// One per axis.
     pub(super) decisions: Vec<Decision>,
     /// What was found in the training records, but makes the error on validation records larger: the axis, and the errors without and with it.
-    pub(super) refuted: Vec<(Bound, usize, [f64; 2])>,
+    pub(super) refuted: Vec<(AxisEffect, usize, [f64; 2])>,
     /// Per axis, by how much the zeros of force differ from record to record, N or N·m, where they do.
     pub(super) zeros: Vec<Option<f64>>,
 }
@@ -64,7 +64,7 @@ pub(super) struct Given<'a> {
 /// As the fit of the terms.
 pub(super) fn search(
     given: &Given<'_>,
-    base: &[Bound],
+    base: &[AxisEffect],
     values: Option<Vec<Vec<f64>>>,
 ) -> Result<Search> {
     let mut records = Records::new(given.axes, given.motions, given.low_pass);
@@ -137,7 +137,7 @@ pub(super) fn search(
 
 /// The terms that are known so far, those of the base first, with their values.
 struct Known {
-    terms: Vec<Bound>,
+    terms: Vec<AxisEffect>,
     values: Vec<Vec<f64>>,
     of_base: usize,
 }
@@ -159,7 +159,12 @@ impl Known {
 }
 
 /// The axes, those of which the base leaves most first: what acts on both is then found where it does most.
-fn order(records: &Records<'_>, base: &[Bound], solution: &Solution, axes: usize) -> Vec<usize> {
+fn order(
+    records: &Records<'_>,
+    base: &[AxisEffect],
+    solution: &Solution,
+    axes: usize,
+) -> Vec<usize> {
     let errors = relative_errors(records, base, &solution.solved);
     let mut order: Vec<usize> = (0..axes).collect();
     order.sort_by(|a, b| errors[*b].total_cmp(&errors[*a]));
@@ -167,12 +172,12 @@ fn order(records: &Records<'_>, base: &[Bound], solution: &Solution, axes: usize
 }
 
 /// The terms that act on an axis, as a base.
-pub(super) fn of_axis(axis: usize, terms: &[Bound], values: &[Vec<f64>]) -> Hypothesis {
+pub(super) fn of_axis(axis: usize, terms: &[AxisEffect], values: &[Vec<f64>]) -> Hypothesis {
     let own = terms
         .iter()
         .zip(values)
         .filter(|(term, _)| term.acts_on(axis));
-    let (members, values): (Vec<Bound>, Vec<Vec<f64>>) =
+    let (members, values): (Vec<AxisEffect>, Vec<Vec<f64>>) =
         own.map(|(bound, values)| (*bound, values.clone())).unzip();
     Hypothesis {
         base: members.len(),
@@ -190,7 +195,7 @@ fn behind_lag(bench: &Bench<'_>, base: &Hypothesis, input: &'static str) -> &'st
             let Some(entry) = Entry::named(name) else {
                 continue;
             };
-            let bound = Bound {
+            let bound = AxisEffect {
                 entry,
                 axis: bench.axis,
                 input: Some(input),
@@ -205,7 +210,7 @@ fn behind_lag(bench: &Bench<'_>, base: &Hypothesis, input: &'static str) -> &'st
         .into_iter()
         .filter(|ms| 1e-3 * ms < LONGEST_LAG * longest_s);
     let tried = lags.map(|ms| {
-        let lagged = Bound::kept_input(&format!("{input}~{ms}ms"));
+        let lagged = AxisEffect::kept_input(&format!("{input}~{ms}ms"));
         (lagged, left(lagged))
     });
     let best = tried.min_by(|a, b| a.1.total_cmp(&b.1));
@@ -221,7 +226,7 @@ fn on_axis(
     records: &Records<'_>,
     excerpt: Option<&Records<'_>>,
     axis: usize,
-    (terms, values): (&[Bound], &[Vec<f64>]),
+    (terms, values): (&[AxisEffect], &[Vec<f64>]),
     zero_per_record: bool,
 ) -> Decision {
     let base = of_axis(axis, terms, values);
@@ -261,7 +266,7 @@ fn zeros_differ(records: &Records<'_>, axis: usize, hypothesis: &Hypothesis) -> 
     let Some(preload) = Entry::named("preload") else {
         return false;
     };
-    let preload = Bound {
+    let preload = AxisEffect {
         input: None,
         entry: preload,
         axis,
@@ -304,8 +309,8 @@ fn refuted(
     records: &Records<'_>,
     last: &mut Model,
     kept: usize,
-    first: (&[Bound], &[Vec<f64>]),
-) -> Result<Vec<(Bound, usize, [f64; 2])>> {
+    first: (&[AxisEffect], &[Vec<f64>]),
+) -> Result<Vec<(AxisEffect, usize, [f64; 2])>> {
     let mut refuted = Vec::new();
     if given.unseen.validation.is_none() {
         return Ok(refuted);

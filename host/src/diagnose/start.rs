@@ -6,7 +6,7 @@ use super::errors::shapes_of;
 use super::hypothesis::Hypothesis;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::solved_at;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::text::error::Result;
 
 /// Steps in which the shapes of an effect settle before the whole model is fitted.
@@ -19,9 +19,9 @@ const STEPS: usize = 8;
 /// As the fit of the terms.
 pub(crate) fn start(
     records: &Records<'_>,
-    known: &[Bound],
+    known: &[AxisEffect],
     values: &[Vec<f64>],
-    added: &[Bound],
+    added: &[AxisEffect],
 ) -> Result<Option<Vec<f64>>> {
     let mut terms = known.to_vec();
     let mut values = values.to_vec();
@@ -30,7 +30,8 @@ pub(crate) fn start(
             .iter()
             .zip(&values)
             .filter(|(term, _)| term.acts_on(bound.axis));
-        let (members, own): (Vec<Bound>, Vec<Vec<f64>>) = own.map(|(t, v)| (*t, v.clone())).unzip();
+        let (members, own): (Vec<AxisEffect>, Vec<Vec<f64>>) =
+            own.map(|(t, v)| (*t, v.clone())).unzip();
         let base = Hypothesis {
             base: members.len(),
             members,

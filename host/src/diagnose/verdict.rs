@@ -18,7 +18,7 @@ use crate::diagnose::add;
 use crate::fit::effects::are_enough;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::file::{AxisError, Base, ModelFile};
 use crate::model::time_history::with_lag;
 use crate::signal::mixed_acceleration;
@@ -152,16 +152,16 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
 }
 
 /// A sentence for every axis on which the records are too short to try an effect of two parameters beside the base.
-fn too_short(records: &Records<'_>, base: &[Bound], names: &[&str]) -> Vec<String> {
+fn too_short(records: &Records<'_>, base: &[AxisEffect], names: &[&str]) -> Vec<String> {
     let rows = records.rows_per_axis();
     let axes = names.iter().enumerate().filter(|&(axis, _)| {
         let own = base.iter().filter(|term| term.acts_on(axis));
-        let least = Entry::named("coulomb").map(|entry| Bound {
+        let least = Entry::named("coulomb").map(|entry| AxisEffect {
             entry,
             axis,
             input: None,
         });
-        let terms: Vec<Bound> = own.copied().chain(least).collect();
+        let terms: Vec<AxisEffect> = own.copied().chain(least).collect();
         !are_enough(records, &terms)
     });
     axes.map(|(_, name)| {
@@ -282,7 +282,7 @@ fn unmeasured_forces(
 }
 
 /// What was found, with its values.
-fn added(search: &Search) -> Vec<(Bound, Vec<f64>)> {
+fn added(search: &Search) -> Vec<(AxisEffect, Vec<f64>)> {
     let last = search.last.terms.iter();
     let last = last.zip(&search.last.solution.solved.values);
     let found = last.filter(|(term, _)| search.found.contains(term));
@@ -311,7 +311,7 @@ fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool)
 /// What an effect that was found makes worse, in a sentence each.
 fn refutations(search: &Search, names: &[&str]) -> Vec<String> {
     let refuted = search.refuted.iter();
-    let sentence = |(bound, axis, errors): &(Bound, usize, [f64; 2])| {
+    let sentence = |(bound, axis, errors): &(AxisEffect, usize, [f64; 2])| {
         format!(
             "{} explains the training records better, but on the validation records the relative error of axis {} would go from {:.4} \
              to {:.4} with it, so it is not added",
@@ -391,7 +391,7 @@ fn errors_of_the_model(
     study: &Study,
     prepared: &Prepared,
     model: &ModelFile,
-    new: &[(Bound, Vec<f64>)],
+    new: &[(AxisEffect, Vec<f64>)],
     notes: &mut Vec<String>,
 ) -> Result<(Vec<f64>, Vec<f64>)> {
     let relative = |errors: &[AxisError]| errors.iter().map(|e| e.relative_error).collect();

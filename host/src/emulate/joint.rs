@@ -4,12 +4,12 @@
 //! imposes the motion; what a rig that imposes the force would do otherwise is not in it.
 
 use super::device::EmulatedDevice;
-use crate::model::effects::EffectTerm;
+use crate::model::effects::ModelEffect;
 use crate::model::time_history::{TimeHistory, law_parameters};
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::Model;
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::chain::Output;
 use jointwatch_shared::wire::wiring::Readings;
 
@@ -33,7 +33,7 @@ enum What {
     /// The whole restoring force of an axis.
     Force(usize),
     /// One of the model's effects.
-    Effect(InSi),
+    Effect(EffectValues),
 }
 
 /// The joint of an emulated device.
@@ -118,7 +118,7 @@ impl<'a> LoopedJoint<'a> {
         let mut known: Vec<(String, What)> = whole
             .map(|(axis, name)| (format!("{WHOLE}@{name}"), What::Force(axis)))
             .collect();
-        for term in EffectTerm::of_device(self.model) {
+        for term in ModelEffect::of_device(self.model) {
             if let Ok(in_si) = term.bound_in_si(&names) {
                 known.push((term.name(), What::Effect(in_si)));
             }
@@ -148,7 +148,7 @@ impl<'a> LoopedJoint<'a> {
     }
 
     /// The force of an effect along the loop, per axis that it acts on.
-    fn effect(&self, term: &InSi) -> Result<Vec<(usize, Vec<f64>)>> {
+    fn effect(&self, term: &EffectValues) -> Result<Vec<(usize, Vec<f64>)>> {
         let twice = self.twice(&self.record);
         let motion = self.device.set_up.motion(self.study, &twice)?;
         let conventions: Vec<_> = self.study.axes.iter().map(|a| a.restoring_force).collect();

@@ -38,7 +38,7 @@ impl Entry {
         let path = folder.path.join(file);
         let model = ModelFile::read(&path)?;
         let validated = !model.validation.is_empty();
-        let name = |e: &crate::model::EffectTerm| match &e.axis {
+        let name = |e: &crate::model::ModelEffect| match &e.axis {
             Some(axis) => format!("{}@{axis}", e.effect),
             None => e.effect.clone(),
         };

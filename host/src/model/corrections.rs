@@ -12,8 +12,8 @@
 //! | `crosstalk` | F less χ times the other axis's force, after its own time and gain |
 //! | `mains_hum` | F less the line, whose size and phase are found in every record anew: in what the model leaves of it, so that no force that the model explains is taken for hum |
 
-use crate::model::EffectTerm;
-use crate::model::effects::{Bound, is_correction};
+use crate::model::ModelEffect;
+use crate::model::effects::{AxisEffect, is_correction};
 use crate::study::Record;
 use crate::text::error::{Error, Result};
 use crate::text::table::value_with_unit;
@@ -21,7 +21,7 @@ use jointwatch_shared::base::Model;
 use jointwatch_shared::base::axis::AxisKind;
 use jointwatch_shared::base::corrections::ForceCorrection;
 use jointwatch_shared::base::hum::Hum;
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::chain::interpolate::Between;
 use jointwatch_shared::effect::{Entry, Subsystem};
 
@@ -31,7 +31,7 @@ pub struct Corrections {
     /// One per axis; that of an axis that is not there is none.
     pub force: [ForceCorrection; 2],
     /// What stands in a channel with a size and phase of its own in every record; `ModelFile::corrected_record` takes it out.
-    pub lines: Vec<InSi>,
+    pub lines: Vec<EffectValues>,
 }
 
 impl Corrections {
@@ -39,9 +39,9 @@ impl Corrections {
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when a correction is too large to be one.
-    pub fn of(effects: &[InSi], axes: usize) -> Result<Self> {
+    pub fn of(effects: &[EffectValues], axes: usize) -> Result<Self> {
         let mut force = [ForceCorrection::NONE; 2];
-        let (lines, others): (Vec<&InSi>, Vec<&InSi>) =
+        let (lines, others): (Vec<&EffectValues>, Vec<&EffectValues>) =
             of_instruments(effects).partition(|term| term.entry.is_per_record());
         for term in others {
             let (Some(place), [value, ..]) = (
@@ -122,7 +122,7 @@ impl Corrections {
 }
 
 /// The corrections that a device applies, as the effects they came from; that of an inertia stands in the model's axis.
-pub fn of_device(model: &Model) -> Vec<EffectTerm> {
+pub fn of_device(model: &Model) -> Vec<ModelEffect> {
     let axes = &model.header().axes;
     let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
     let kinds: Vec<AxisKind> = axes.iter().map(|a| a.kind).collect();
@@ -139,12 +139,12 @@ pub fn of_device(model: &Model) -> Vec<EffectTerm> {
             ("mains_hum", &[amplitude, frequency_hz]),
         ] {
             if let Some(entry) = Entry::named(effect).filter(|_| values[0] != 0.0) {
-                let bound = Bound {
+                let bound = AxisEffect {
                     entry,
                     axis,
                     input: None,
                 };
-                all.push(EffectTerm::new(&bound, &names, &kinds, values, &[]));
+                all.push(ModelEffect::new(&bound, &names, &kinds, values, &[]));
             }
         }
     }
@@ -152,14 +152,14 @@ pub fn of_device(model: &Model) -> Vec<EffectTerm> {
 }
 
 /// The effects of the instruments among a model's.
-fn of_instruments(effects: &[InSi]) -> impl Iterator<Item = &InSi> {
+fn of_instruments(effects: &[EffectValues]) -> impl Iterator<Item = &EffectValues> {
     effects
         .iter()
         .filter(|term| term.entry.subsystem == Subsystem::Sensor)
 }
 
 /// The effects of the joint among a model's: what adds up to its force.
-pub fn of_the_joint(effects: &[InSi]) -> Vec<InSi> {
+pub fn of_the_joint(effects: &[EffectValues]) -> Vec<EffectValues> {
     let joint = effects
         .iter()
         .filter(|t| t.entry.subsystem != Subsystem::Sensor);
@@ -167,7 +167,7 @@ pub fn of_the_joint(effects: &[InSi]) -> Vec<InSi> {
 }
 
 /// By how much the inertia of an axis is more than stated, kg or kg·m².
-pub fn missing_inertia(effects: &[EffectTerm], axis: &str) -> f64 {
+pub fn missing_inertia(effects: &[ModelEffect], axis: &str) -> f64 {
     let mine = effects
         .iter()
         .filter(|e| e.effect == "inertia_error" && e.axis.as_deref() == Some(axis));
@@ -175,9 +175,9 @@ pub fn missing_inertia(effects: &[EffectTerm], axis: &str) -> f64 {
 }
 
 /// What a model's corrections mean, one sentence each.
-pub fn in_words(effects: &[EffectTerm]) -> Vec<String> {
+pub fn in_words(effects: &[ModelEffect]) -> Vec<String> {
     let corrections = effects.iter().filter(|e| is_correction(&e.effect));
-    let sentence = |term: &EffectTerm| {
+    let sentence = |term: &ModelEffect| {
         let first = term.parameters.first()?;
         let axis = term.axis.as_deref().unwrap_or("both axes");
         let (value, unit) = (first.value, &first.unit);

@@ -5,7 +5,7 @@ use crate::model::time_history::with_lag;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use crate::text::table::{Table, significant};
-use jointwatch_shared::base::{Model, axis, terms::InSi};
+use jointwatch_shared::base::{Model, axis, terms::EffectValues};
 use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Subsystem};
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 
 /// One effect of a model, with the values that were found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct EffectTerm {
+pub struct ModelEffect {
     /// The effect's name, e.g. `coulomb`.
     pub effect: String,
     /// The axis that it is bound to; none for an effect on both.
@@ -36,10 +36,10 @@ pub struct ParameterValue {
     pub interval: Option<[f64; 2]>,
 }
 
-impl EffectTerm {
+impl ModelEffect {
     /// An effect with its values in SI; `names` and `kinds` are those of the model's axes, `intervals` may be empty.
     pub fn new(
-        bound: &Bound,
+        bound: &AxisEffect,
         names: &[&str],
         kinds: &[axis::AxisKind],
         values: &[f64],
@@ -73,8 +73,8 @@ impl EffectTerm {
         let names: Vec<&str> = header.axes.iter().map(|a| a.name.as_str()).collect();
         let kinds: Vec<axis::AxisKind> = header.axes.iter().map(|a| a.kind).collect();
         let terms = model.terms().in_si(header, model.outputs());
-        let term = |term: InSi| {
-            let bound = Bound {
+        let term = |term: EffectValues| {
+            let bound = AxisEffect {
                 entry: term.entry,
                 axis: usize::from(term.axis),
                 input: term.input,
@@ -96,7 +96,7 @@ impl EffectTerm {
     ///
     /// # Errors
     /// One sentence when the effect, its axis or its parameters are not known.
-    pub fn in_si(&self, axes: &[ModelAxis]) -> Result<InSi> {
+    pub fn in_si(&self, axes: &[ModelAxis]) -> Result<EffectValues> {
         let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
         self.bound_in_si(&names)
     }
@@ -104,9 +104,9 @@ impl EffectTerm {
     /// The same for axes of which only the names are known.
     ///
     /// # Errors
-    /// As [`EffectTerm::in_si`].
-    pub fn bound_in_si(&self, names: &[&str]) -> Result<InSi> {
-        let bound = Bound::parse(&self.name(), names)?;
+    /// As [`ModelEffect::in_si`].
+    pub fn bound_in_si(&self, names: &[&str]) -> Result<EffectValues> {
+        let bound = AxisEffect::parse(&self.name(), names)?;
         let listed = bound.entry.parameters();
         let fits = listed.len() == self.parameters.len()
             && listed
@@ -121,7 +121,7 @@ impl EffectTerm {
                 wanted.join(", ")
             )));
         }
-        Ok(InSi {
+        Ok(EffectValues {
             input: bound.input,
             entry: bound.entry,
             axis: bound.axis as u8,
@@ -131,7 +131,7 @@ impl EffectTerm {
 }
 
 /// Every parameter of a model's effects, in a table.
-pub fn table(effects: &[EffectTerm]) -> Table {
+pub fn table(effects: &[ModelEffect]) -> Table {
     // Where everything acts in the joint, a column that says so only takes room.
     let corrects = effects.iter().any(|e| is_correction(&e.effect));
     let mut heading = vec!["effect", "parameter", "value", "95 % interval", "unit"];
@@ -166,7 +166,7 @@ pub fn table(effects: &[EffectTerm]) -> Table {
 }
 
 /// The same without intervals, for a model that keeps none.
-pub fn table_of_values(effects: &[EffectTerm]) -> Table {
+pub fn table_of_values(effects: &[ModelEffect]) -> Table {
     let mut table = Table::new(&["effect", "parameter", "value", "unit"]);
     for effect in effects {
         let mut name = effect.name();
@@ -184,7 +184,7 @@ pub fn table_of_values(effects: &[EffectTerm]) -> Table {
 
 /// An effect bound to an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bound {
+pub struct AxisEffect {
     /// The effect as the table lists it.
     pub entry: &'static Entry,
     /// The axis, from 0; 0 for an effect on both.
@@ -193,7 +193,7 @@ pub struct Bound {
     pub input: Option<&'static str>,
 }
 
-/// A name that is kept for as long as the program runs, once however often it is met, so that a [`Bound`] stays a few words.
+/// A name that is kept for as long as the program runs, once however often it is met, so that an [`AxisEffect`] stays a few words.
 fn kept(name: &str) -> &'static str {
     static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -225,7 +225,7 @@ pub(crate) fn input_of(effect: &str) -> Option<&str> {
     input.filter(|input| !input.is_empty())
 }
 
-impl Bound {
+impl AxisEffect {
     /// Reads `effect@axis`, or `effect` for one that acts on both axes; `effect*input@axis` or `effect@axis * input(name)` for one whose force
     /// is proportional to an input of the study; `effect*input~10ms@axis` where the input acts behind a first-order lag.
     ///
@@ -340,7 +340,7 @@ impl Bound {
     /// Reads a list of terms, each of which may stand only once.
     ///
     /// # Errors
-    /// As [`Bound::parse`]; one sentence for a term that is there twice.
+    /// As [`AxisEffect::parse`]; one sentence for a term that is there twice.
     pub fn parse_all(terms: &[String], axes: &[&str]) -> Result<Vec<Self>> {
         let mut all: Vec<Self> = Vec::new();
         for text in terms {

@@ -6,7 +6,7 @@ use super::{InputRange, Network, Polynomial, exponents};
 use crate::model::corrections::of_the_joint;
 use crate::model::file::{Base, ModelFile, NoBase};
 use crate::text::error::Result;
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::{
     Instrument, Kinematics, Law as EffectLaw, MAX_PARAMETERS, MAX_STATES, Parameters, States,
 };
@@ -55,7 +55,7 @@ enum Law<S> {
 
 impl<S: HostScalar> EffectPoint<S> {
     /// `lift` is told the place of each parameter and its number as the law takes it.
-    fn new(term: &InSi, lift: impl Fn(usize, f64) -> S) -> Self {
+    fn new(term: &EffectValues, lift: impl Fn(usize, f64) -> S) -> Self {
         let mut parameters = [S::zero(); MAX_PARAMETERS];
         let taken = law_parameters(term.entry, &term.values);
         for (place, (parameter, value)) in parameters.iter_mut().zip(taken).enumerate() {
@@ -111,7 +111,7 @@ impl Evaluator {
     }
 
     /// Prepares effects of the joint alone, for a joint of `inputs` states and steps of `step_s` seconds.
-    pub(crate) fn of_effects(inputs: usize, effects: &[InSi], step_s: f64) -> Self {
+    pub(crate) fn of_effects(inputs: usize, effects: &[EffectValues], step_s: f64) -> Self {
         let unit = InputRange {
             center: 0.0,
             half_range: 1.0,
@@ -136,7 +136,7 @@ impl<S: HostScalar> Evaluator<S> {
     pub(crate) fn lifted(model: &ModelFile, lift: impl Fn(Number, f64) -> S) -> Result<Self> {
         let effects = of_the_joint(&model.effects_in_si()?);
         let mut evaluator = Self::of_base(&model.base, &lift);
-        let point = |(place, term): (usize, &InSi)| {
+        let point = |(place, term): (usize, &EffectValues)| {
             EffectPoint::new(term, |index, value| {
                 lift(Number::Parameter(place, index), value)
             })

@@ -5,13 +5,13 @@ use crate::model::corrections::{Corrections, of_the_joint};
 use crate::model::effects::input_of;
 use crate::model::mains_hum;
 use crate::model::time_history::{TimeHistory, add_forces, with_lag};
-use crate::model::{EffectTerm, InputRange, ModelAxis, Network, Polynomial};
+use crate::model::{InputRange, ModelAxis, ModelEffect, Network, Polynomial};
 use crate::signal::motion::{self, Filters, Motion};
 use crate::study::{Record, Source, Study};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
 use crate::text::output;
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -182,7 +182,7 @@ pub struct ModelFile {
     pub base: Base,
     /// Physical effects: those of the joint add to the base, those of the instruments correct the study's data.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub effects: Vec<EffectTerm>,
+    pub effects: Vec<ModelEffect>,
     /// How it was fitted: `ridge`, `least-squares` or `select`; `Levenberg-Marquardt` for a network, `variable projection` for effects alone,
     /// `output error` for a model refined by simulation.
     pub fit: String,
@@ -292,7 +292,7 @@ impl ModelFile {
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] naming the effect that this version does not know.
-    pub fn effects_in_si(&self) -> Result<Vec<InSi>> {
+    pub fn effects_in_si(&self) -> Result<Vec<EffectValues>> {
         self.effects.iter().map(|e| e.in_si(&self.axes)).collect()
     }
 
@@ -382,7 +382,7 @@ impl ModelFile {
 }
 
 /// Refuses effects that follow an input which is not there.
-fn check_inputs(effects: &[InSi], is_there: impl Fn(&str) -> bool) -> Result<()> {
+fn check_inputs(effects: &[EffectValues], is_there: impl Fn(&str) -> bool) -> Result<()> {
     let mut followed = effects.iter().filter_map(|e| Some(with_lag(e.input?).0));
     match followed.find(|name| !is_there(name)) {
         None => Ok(()),

@@ -4,7 +4,7 @@
 //! Its law is evaluated twice, a quarter of a turn apart, and least squares on the two says how much of it a record holds.
 
 use crate::model::time_history::{TimeHistory, law_parameters};
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::Shape;
 use std::f64::consts::TAU;
 
@@ -34,7 +34,7 @@ pub(crate) fn least_squares([a, b]: [&[f64]; 2], series: &[f64]) -> [f64; 2] {
 ///
 /// `series` is what everything else leaves of the record from row `first` on, one value per `period_s`.
 pub(crate) fn part_of(
-    term: &InSi,
+    term: &EffectValues,
     series: &[f64],
     first: usize,
     rows: usize,
@@ -42,7 +42,7 @@ pub(crate) fn part_of(
 ) -> Vec<f64> {
     let values = term.entry.parameters().iter().zip(&term.values);
     let unit = values.map(|(p, &v)| if p.is_per_record() { 1.0 } else { v });
-    let unit = InSi {
+    let unit = EffectValues {
         input: None,
         values: unit.collect(),
         ..term.clone()
@@ -56,7 +56,7 @@ pub(crate) fn part_of(
 }
 
 /// What such an effect adds to a record in which it begins at `phase`, in turns.
-pub(crate) fn along(term: &InSi, phase: f64, rows: usize, period_s: f64) -> Vec<f64> {
+pub(crate) fn along(term: &EffectValues, phase: f64, rows: usize, period_s: f64) -> Vec<f64> {
     // Such a law takes nothing from the motion but its time.
     let still = vec![0.0; rows];
     let history = TimeHistory::of_states(&[&still, &still], period_s);
@@ -68,8 +68,8 @@ pub(crate) fn along(term: &InSi, phase: f64, rows: usize, period_s: f64) -> Vec<
 }
 
 /// Takes such effects among `terms` out of the residual of an axis in one record.
-pub(crate) fn take_out(terms: &[InSi], axis: usize, residual: &mut [f64], period_s: f64) {
-    let mine = |term: &&InSi| term.entry.is_per_record() && usize::from(term.axis) == axis;
+pub(crate) fn take_out(terms: &[EffectValues], axis: usize, residual: &mut [f64], period_s: f64) {
+    let mine = |term: &&EffectValues| term.entry.is_per_record() && usize::from(term.axis) == axis;
     for term in terms.iter().filter(mine) {
         let line = part_of(term, residual, 0, residual.len(), period_s);
         residual.iter_mut().zip(line).for_each(|(r, l)| *r -= l);
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn a_line_is_taken_out_whatever_its_phase_and_nothing_else() {
-        let term = InSi {
+        let term = EffectValues {
             input: None,
             entry: hum(),
             axis: 1,

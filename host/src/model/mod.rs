@@ -12,7 +12,7 @@ pub mod scalar;
 pub(crate) mod tanh;
 pub mod time_history;
 
-pub use effects::{EffectTerm, ParameterValue};
+pub use effects::{ModelEffect, ParameterValue};
 pub use evaluator::Evaluator;
 pub use network::Network;
 pub use polynomial::exponents;

@@ -2,7 +2,7 @@
 
 use crate::signal::motion::Motion;
 use crate::study::Convention;
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::{Entry, Instrument, Kinematics, Law, Parameters, States};
 use jointwatch_shared::scalar::Scalar;
 use std::borrow::Cow;
@@ -297,7 +297,7 @@ fn rate(force: &[f64], period_s: f64) -> Vec<f64> {
 ///
 /// `forces` has one series per axis, as long as the record. An effect whose size and phase are the record's own is left out:
 /// it is found in what the others leave (`crate::model::mains_hum`).
-pub fn add_forces(terms: &[InSi], history: &TimeHistory<'_>, forces: &mut [Vec<f64>]) {
+pub fn add_forces(terms: &[EffectValues], history: &TimeHistory<'_>, forces: &mut [Vec<f64>]) {
     for term in terms.iter().filter(|term| !term.entry.is_per_record()) {
         let parameters = law_parameters(term.entry, &term.values);
         let axis = usize::from(term.axis);

@@ -9,13 +9,13 @@ use super::rig::RigParameters;
 use super::truth::{Taken, Truth};
 use crate::fit::effects::unknowns::reference;
 use crate::model::corrections::Corrections;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::time_history::{TimeHistory, law_parameters};
-use crate::model::{EffectTerm, Evaluator, mains_hum};
+use crate::model::{Evaluator, ModelEffect, mains_hum};
 use crate::study::{Convention, Record};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::axis::AxisKind;
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::Subsystem;
 use jointwatch_shared::effect::about::{About, Parameter, Role};
 use jointwatch_shared::units::References;
@@ -33,11 +33,11 @@ pub struct Hide {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hidden {
     /// The effect with its values.
-    pub term: EffectTerm,
+    pub term: ModelEffect,
     /// The share of the RMS restoring force that it has.
     pub share: f64,
     /// The same in numbers.
-    pub(super) in_si: InSi,
+    pub(super) in_si: EffectValues,
 }
 
 /// The joint with what is hidden in it.
@@ -59,7 +59,7 @@ impl HiddenJoint {
     pub(crate) fn new(
         rig: &RigParameters,
         axes: usize,
-        effect: Option<&InSi>,
+        effect: Option<&EffectValues>,
         period_s: f64,
     ) -> Self {
         let acts = effect.filter(|term| term.entry.subsystem != Subsystem::Sensor);
@@ -108,7 +108,7 @@ pub(super) struct Rig<'a> {
     pub(super) inertia: &'a [f64],
     pub(super) sample_rate_hz: f64,
     /// Takes the training records with an effect in the joint.
-    pub(super) take: &'a dyn Fn(Option<&InSi>) -> Result<Vec<Taken>>,
+    pub(super) take: &'a dyn Fn(Option<&EffectValues>) -> Result<Vec<Taken>>,
 }
 
 impl Rig<'_> {
@@ -124,7 +124,8 @@ impl Rig<'_> {
                 what.share
             )));
         }
-        let bound = Bound::parse(&what.effect, self.axes).map_err(|e| Error::usage(e.sentence))?;
+        let bound =
+            AxisEffect::parse(&what.effect, self.axes).map_err(|e| Error::usage(e.sentence))?;
         let name = bound.name(self.axes);
         if self.base.contains(&name) {
             return Err(Error::usage(format!(
@@ -134,7 +135,7 @@ impl Rig<'_> {
         }
         let plain = (self.take)(None)?;
         let references = references(&plain, bound.axis);
-        let mut term = InSi {
+        let mut term = EffectValues {
             input: None,
             entry: bound.entry,
             axis: bound.axis as u8,
@@ -167,17 +168,17 @@ impl Rig<'_> {
         )))
     }
 
-    fn found(&self, bound: &Bound, term: InSi, share: f64) -> Hidden {
+    fn found(&self, bound: &AxisEffect, term: EffectValues, share: f64) -> Hidden {
         let kinds = [AxisKind::Translation, AxisKind::Rotation];
         Hidden {
-            term: EffectTerm::new(bound, self.axes, &kinds, &term.values, &[]),
+            term: ModelEffect::new(bound, self.axes, &kinds, &term.values, &[]),
             share,
             in_si: term,
         }
     }
 
     /// The share that an effect has; `plain` are the records without it.
-    fn share(&self, bound: &Bound, term: &InSi, plain: &[Taken]) -> Result<f64> {
+    fn share(&self, bound: &AxisEffect, term: &EffectValues, plain: &[Taken]) -> Result<f64> {
         let axis = bound.axis;
         if bound.entry.subsystem != Subsystem::Sensor {
             let records = (self.take)(Some(term))?;
@@ -198,7 +199,7 @@ impl Rig<'_> {
     }
 
     /// What a law says along the true motion, N or N·m.
-    fn along(&self, term: &InSi, truth: &Truth) -> Vec<f64> {
+    fn along(&self, term: &EffectValues, truth: &Truth) -> Vec<f64> {
         let motion = truth.motion(0, self.sample_rate_hz);
         let conventions = vec![Convention::InertiaMinusForce; self.axes.len()];
         let history = TimeHistory::of_motion(&motion, &conventions);
@@ -225,7 +226,7 @@ const PHASE_PER_RECORD: f64 = 0.618_034;
 /// # Errors
 /// [`crate::text::error::Kind::Usage`] for a fault that is too large, or one that the simulator cannot put into a log.
 pub(super) fn in_the_log(
-    term: &InSi,
+    term: &EffectValues,
     index: usize,
     record: &Record,
     sample_rate_hz: f64,
@@ -267,7 +268,7 @@ fn cannot_simulate(about: &About) -> Error {
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Usage`] when it would not be positive.
-pub(super) fn stated_inertia(term: &InSi, axis: usize, true_inertia: f64) -> Result<f64> {
+pub(super) fn stated_inertia(term: &EffectValues, axis: usize, true_inertia: f64) -> Result<f64> {
     if term.entry.about.name != "inertia_error" || usize::from(term.axis) != axis {
         return Ok(true_inertia);
     }
@@ -284,7 +285,7 @@ pub(super) fn stated_inertia(term: &InSi, axis: usize, true_inertia: f64) -> Res
 
 /// Values that fit the rig: of parameters that shape a law, the middle of where a fit begins its search; of those that the
 /// force is proportional to, their references.
-fn starting_values(bound: &Bound, references: &References) -> Vec<f64> {
+fn starting_values(bound: &AxisEffect, references: &References) -> Vec<f64> {
     let mut linear = 0;
     let value = |parameter: &Parameter| {
         let share = match parameter.role {
@@ -308,7 +309,7 @@ fn starting_values(bound: &Bound, references: &References) -> Vec<f64> {
 }
 
 /// Multiplies the force of an effect.
-fn scale(bound: &Bound, term: &mut InSi, factor: f64) {
+fn scale(bound: &AxisEffect, term: &mut EffectValues, factor: f64) {
     for (parameter, value) in bound.entry.parameters().iter().zip(&mut term.values) {
         if parameter.is_linear() || parameter.is_per_record() {
             *value *= factor;

@@ -9,7 +9,7 @@ use super::sensors::{COLUMNS, ENCODER_STEP, add_noise, noise_rms, quantise, read
 use super::truth::{Taken, Truth};
 use crate::study::{Axis, AxisKind, Convention, Role, Study};
 use crate::text::error::{Error, Result};
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
@@ -258,7 +258,7 @@ fn take(
     options: &SimulationOptions,
     runs: &[Run],
     rows: usize,
-    effect: Option<&InSi>,
+    effect: Option<&EffectValues>,
     wanted: impl Fn(&Run) -> bool + Sync,
 ) -> Result<Vec<Taken>> {
     let step_s = 1.0 / (options.sample_rate_hz * SUBSTEPS as f64);

@@ -4,7 +4,7 @@
 //! the full scale of its output (2³¹ of its force unit), time to the sample period.
 
 #[cfg(feature = "fit")]
-pub use super::terms_quantise::InSi;
+pub use super::terms_quantise::EffectValues;
 
 use crate::effect::{
     Acts, Entry, Instrument, Kinematics, MAX_STATES, Parameters, States, Subsystem,

@@ -4,7 +4,7 @@ use super::axis::{Axis, InputRange};
 use super::header::{Header, Output};
 use super::terms::{Terms, check_place};
 use crate::effect::{
-    Bound, Entry, ErrorPropagation, Instrument, Kinematics, MAX_STATES, Parameters, States,
+    Entry, ErrorPropagation, Instrument, Kinematics, MAX_STATES, Parameters, StateBound, States,
 };
 use crate::fault::Error;
 use crate::scalar::interval::Interval;
@@ -17,7 +17,7 @@ pub(super) const FULL_SCALE: f64 = (1_u64 << 31) as f64;
 
 /// An effect as the host knows it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct InSi {
+pub struct EffectValues {
     /// The effect as the table lists it.
     pub entry: &'static Entry,
     /// The axis that it is bound to, from 0.
@@ -28,7 +28,7 @@ pub struct InSi {
     pub values: Vec<f64>,
 }
 
-impl InSi {
+impl EffectValues {
     /// The parameters relative to `references`, as the law takes them.
     fn relative(&self, references: &References) -> Parameters<f64> {
         let mut relative = Parameters::default();
@@ -119,9 +119,11 @@ impl InSi {
         });
         for (state, bound) in states.iter_mut().zip(self.entry.state_bounds) {
             let most = match *bound {
-                Bound::Number(most) => f64::from(most),
-                Bound::Displacement(times) => f64::from(times) * half / references.displacement[0],
-                Bound::FromZero => (center.abs() + half) / references.displacement[0],
+                StateBound::Number(most) => f64::from(most),
+                StateBound::Displacement(times) => {
+                    f64::from(times) * half / references.displacement[0]
+                }
+                StateBound::FromZero => (center.abs() + half) / references.displacement[0],
             };
             *state = Interval::range(-most, most, error);
         }
@@ -162,7 +164,7 @@ fn origins(header: &Header) -> [Q; 4] {
 
 impl Terms {
     /// The largest force of the effects on each axis over all motions inside the training range, N or N·m.
-    pub fn largest_forces(header: &Header, terms: &[InSi]) -> [f64; 2] {
+    pub fn largest_forces(header: &Header, terms: &[EffectValues]) -> [f64; 2] {
         let mut sums = [0.0; 2];
         for term in terms {
             let own = usize::from(term.axis);
@@ -181,7 +183,7 @@ impl Terms {
     pub fn quantise(
         header: &Header,
         force_per_lsb: [f64; 2],
-        terms: &[InSi],
+        terms: &[EffectValues],
     ) -> Result<(Self, [f64; 2]), Error> {
         let full_scale = force_per_lsb.map(|lsb| lsb * FULL_SCALE);
         let mut errors = [0.0; 2];
@@ -220,7 +222,7 @@ impl Terms {
     }
 
     /// The effects in SI, from what the device holds.
-    pub fn in_si(&self, header: &Header, outputs: &[Output]) -> Vec<InSi> {
+    pub fn in_si(&self, header: &Header, outputs: &[Output]) -> Vec<EffectValues> {
         let mut full_scale = [1.0; 2];
         for (place, output) in full_scale.iter_mut().zip(outputs) {
             *place = output.force_per_lsb * FULL_SCALE;
@@ -232,7 +234,7 @@ impl Terms {
                 let scale = parameter.dimension_in_law().scale(&references);
                 parameter.as_law_takes_it(value.to_f64() * scale)
             });
-            InSi {
+            EffectValues {
                 input: None,
                 entry: term.entry,
                 axis: term.axis,

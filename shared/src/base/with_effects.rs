@@ -1,6 +1,6 @@
 //! Adding physical effects to a base, and bringing both to one force unit; what only the host does.
 
-use super::terms::{InSi, Terms};
+use super::terms::{EffectValues, Terms};
 use super::terms_quantise::FULL_SCALE;
 use super::{Base, Header, MAX_BASE_SHIFT, Model, Output};
 use crate::fault::Error;
@@ -16,7 +16,11 @@ impl Model {
     ///
     /// # Errors
     /// As [`Terms::quantise`] and [`Header::check`]; [`Error::EffectBudget`] when a bound is above its budget.
-    pub fn from_effects(header: Header, terms: &[InSi], budgets: &[f64]) -> Result<Self, Error> {
+    pub fn from_effects(
+        header: Header,
+        terms: &[EffectValues],
+        budgets: &[f64],
+    ) -> Result<Self, Error> {
         header.check()?;
         let mut outputs = Vec::new();
         for (_, largest) in header
@@ -39,7 +43,11 @@ impl Model {
     ///
     /// # Errors
     /// As [`Model::from_effects`]; [`Error::OutOfRange`] when the effects are more than 2¹⁴ times the base.
-    pub fn adding_effects(mut self, terms: &[InSi], budgets: &[f64]) -> Result<Self, Error> {
+    pub fn adding_effects(
+        mut self,
+        terms: &[EffectValues],
+        budgets: &[f64],
+    ) -> Result<Self, Error> {
         if terms.is_empty() {
             return Ok(self);
         }
@@ -55,7 +63,12 @@ impl Model {
         self.finish(shifts, terms, budgets)
     }
 
-    fn finish(self, shifts: [u8; 2], terms: &[InSi], budgets: &[f64]) -> Result<Self, Error> {
+    fn finish(
+        self,
+        shifts: [u8; 2],
+        terms: &[EffectValues],
+        budgets: &[f64],
+    ) -> Result<Self, Error> {
         let mut force_per_lsb = [1.0; 2];
         for (place, output) in force_per_lsb.iter_mut().zip(&self.outputs) {
             *place = output.force_per_lsb;

@@ -1,7 +1,7 @@
 //! A spring behind a lost motion: a gear or a linkage that follows only after its play is taken up, at any place.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
+use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -10,7 +10,7 @@ pub(super) struct Backlash;
 
 impl Effect for Backlash {
     const TAG: u8 = 49;
-    const STATE_BOUNDS: &'static [Bound] = &[Bound::Displacement(2)];
+    const STATE_BOUNDS: &'static [StateBound] = &[StateBound::Displacement(2)];
     // The state is that of a Jenkins element.
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(1);
 

@@ -1,7 +1,7 @@
 //! Smooth hysteresis: a spring that yields gradually and remembers where it came from.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
+use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::{Number, Powers, Scalar};
 use crate::units::Dimension;
 
@@ -17,7 +17,7 @@ pub(super) struct BoucWen;
 impl Effect for BoucWen {
     const TAG: u8 = 12;
     const LOOKS_LIKE: &'static [&'static str] = &["jenkins"];
-    const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
+    const STATE_BOUNDS: &'static [StateBound] = &[StateBound::Number(1)];
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(4);
 
     const ABOUT: About = About {

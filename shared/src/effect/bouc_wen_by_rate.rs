@@ -3,7 +3,7 @@
 use super::about::{About, Parameter};
 use super::bouc_wen::BoucWen;
 use super::digressive_damping::DigressiveDamping;
-use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
+use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -13,7 +13,7 @@ pub(super) struct BoucWenByRate;
 impl Effect for BoucWenByRate {
     const TAG: u8 = 45;
     const REPLACES: &'static [&'static str] = &["bouc_wen"];
-    const STATE_BOUNDS: &'static [Bound] = BoucWen::STATE_BOUNDS;
+    const STATE_BOUNDS: &'static [StateBound] = BoucWen::STATE_BOUNDS;
     const ERROR_PROPAGATION: ErrorPropagation = BoucWen::ERROR_PROPAGATION;
 
     const ABOUT: About = About {

@@ -1,7 +1,7 @@
 //! Friction that builds up over a short travel after every reversal, like the stress–strain curve of a ductile solid.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
+use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -28,7 +28,7 @@ pub(super) fn relax<S: Scalar>(z: S, travel: S) -> S {
 impl Effect for Dahl {
     const TAG: u8 = 14;
     const LOOKS_LIKE: &'static [&'static str] = &["bouc_wen"];
-    const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
+    const STATE_BOUNDS: &'static [StateBound] = &[StateBound::Number(1)];
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(4);
 
     const ABOUT: About = About {

@@ -1,7 +1,7 @@
 //! Dry friction behind a spring and a gap: after every reversal the contact lets go, and nothing acts until the gap is crossed.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
+use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::{Powers, Scalar};
 use crate::units::Dimension;
 
@@ -43,7 +43,7 @@ impl Effect for GapJenkins {
     const TAG: u8 = 27;
     /// Without a gap it is the Jenkins element, or one with a spring that bends.
     const NOT_AT_MOST: &'static [usize] = &[2];
-    const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
+    const STATE_BOUNDS: &'static [StateBound] = &[StateBound::Number(1)];
     // The state is that of a Jenkins element.
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(1);
 

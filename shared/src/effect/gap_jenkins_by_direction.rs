@@ -3,7 +3,7 @@
 use super::about::About;
 use super::by_direction::{split, strength};
 use super::gap_jenkins::GapJenkins;
-use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
+use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -14,7 +14,7 @@ impl Effect for GapJenkinsByDirection {
     const TAG: u8 = 28;
     const REPLACES: &'static [&'static str] = &["gap_jenkins"];
     const NOT_AT_MOST: &'static [usize] = &[3];
-    const STATE_BOUNDS: &'static [Bound] = GapJenkins::STATE_BOUNDS;
+    const STATE_BOUNDS: &'static [StateBound] = GapJenkins::STATE_BOUNDS;
     const ERROR_PROPAGATION: ErrorPropagation = GapJenkins::ERROR_PROPAGATION;
 
     const ABOUT: About = About {

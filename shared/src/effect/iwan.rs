@@ -1,7 +1,7 @@
 //! Friction that begins in places: a bolted lap whose contact slips from its edge inwards, element after element.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
+use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -15,7 +15,7 @@ const ELEMENTS: usize = 5;
 
 impl Effect for Iwan {
     const TAG: u8 = 43;
-    const STATE_BOUNDS: &'static [Bound] = &[Bound::Displacement(2); ELEMENTS];
+    const STATE_BOUNDS: &'static [StateBound] = &[StateBound::Displacement(2); ELEMENTS];
     // Each state is that of a Jenkins element.
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(1);
     const LOOKS_LIKE: &'static [&'static str] = &["bouc_wen", "dahl"];

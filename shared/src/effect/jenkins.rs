@@ -1,7 +1,7 @@
 //! Dry friction behind a spring: it sticks elastically until the slip force is reached, then slides.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
+use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -25,7 +25,7 @@ const SLIP: Shape = Shape {
 impl Effect for Jenkins {
     const TAG: u8 = 13;
     const LOOKS_LIKE: &'static [&'static str] = &["bouc_wen"];
-    const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
+    const STATE_BOUNDS: &'static [StateBound] = &[StateBound::Number(1)];
     // What a sample adds is the difference of two rounded positions, so that roundings cancel along any path. The slider, too,
     // passes on errors of its input and gathers none: its position follows the largest of them at most once, and the spring's
     // stretch, input minus slider, at most twice (P. Krejčí, Hysteresis, Convexity and Dissipation in Hyperbolic Equations,

@@ -1,7 +1,7 @@
 //! Dry friction that follows a reversal late, like that of a damper whose fluid has to build up its structure or its pressure first.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
+use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -14,7 +14,7 @@ pub(super) struct LaggedFriction;
 
 impl Effect for LaggedFriction {
     const TAG: u8 = 35;
-    const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1), Bound::Number(1)];
+    const STATE_BOUNDS: &'static [StateBound] = &[StateBound::Number(1), StateBound::Number(1)];
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::WithTime;
 
     const ABOUT: About = About {

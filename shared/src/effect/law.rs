@@ -110,7 +110,7 @@ pub enum Acts {
 
 /// The largest magnitude of an internal state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bound {
+pub enum StateBound {
     /// This number, whatever the input; the state has no unit.
     Number(i32),
     /// This many times half the range of the displacement; the state is a displacement.
@@ -157,7 +157,7 @@ pub trait Effect {
     /// Parameters, by their places, whose searched values are in SI and not relative to the motion.
     const IN_SI: &'static [usize] = &[];
     /// Largest magnitude of each internal state; empty for a law without memory.
-    const STATE_BOUNDS: &'static [Bound] = &[];
+    const STATE_BOUNDS: &'static [StateBound] = &[];
     /// How the device's error of the internal states stays bounded.
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(1);
     /// What it is called, what it means, what it needs.
@@ -186,7 +186,7 @@ pub struct Entry {
     /// How many parameters it has.
     pub parameter_count: u8,
     /// [`Effect::STATE_BOUNDS`].
-    pub state_bounds: &'static [Bound],
+    pub state_bounds: &'static [StateBound],
     /// [`Effect::ERROR_PROPAGATION`].
     pub error_propagation: ErrorPropagation,
     /// The law on the device; no force for an effect that does not belong to the joint, which no model on a device can have.

@@ -3,7 +3,7 @@
 use super::about::{About, Parameter, Role};
 use super::dahl::{BREAKAWAY, relax};
 use super::stribeck::{STRIBECK_VELOCITY, left_of_rest};
-use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
+use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -17,7 +17,7 @@ pub(super) struct LuGre;
 
 impl Effect for LuGre {
     const TAG: u8 = 15;
-    const STATE_BOUNDS: &'static [Bound] = &[Bound::Number(1)];
+    const STATE_BOUNDS: &'static [StateBound] = &[StateBound::Number(1)];
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(4);
 
     /// Friction at rest is never less than in motion.

@@ -1,7 +1,7 @@
 //! A spring and a damper in series: stiff for quick motion, giving way to slow motion, like rubber.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
+use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -14,7 +14,7 @@ pub(super) struct Maxwell;
 impl Effect for Maxwell {
     const TAG: u8 = 16;
     // The damper's piston only ever follows the joint, so it stays between the joint's extremes.
-    const STATE_BOUNDS: &'static [Bound] = &[Bound::Displacement(2)];
+    const STATE_BOUNDS: &'static [StateBound] = &[StateBound::Displacement(2)];
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::WithTime;
 
     const ABOUT: About = About {

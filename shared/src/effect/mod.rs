@@ -58,8 +58,8 @@ mod viscous;
 mod viscous_by_direction;
 
 pub use law::{
-    Acts, Bound, Effect, Entry, ErrorPropagation, Instrument, Kinematics, Law, MAX_PARAMETERS,
-    MAX_STATES, Parameters, States, Subsystem,
+    Acts, Effect, Entry, ErrorPropagation, Instrument, Kinematics, Law, MAX_PARAMETERS, MAX_STATES,
+    Parameters, StateBound, States, Subsystem,
 };
 
 impl Entry {

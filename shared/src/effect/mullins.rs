@@ -1,7 +1,7 @@
 //! A spring that has become softer with the largest displacement that it has seen, like filled rubber.
 
 use super::about::{About, Parameter};
-use super::{Bound, Effect, ErrorPropagation, Kinematics, Parameters, States};
+use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
@@ -12,7 +12,7 @@ pub(super) struct Mullins;
 
 impl Effect for Mullins {
     const TAG: u8 = 44;
-    const STATE_BOUNDS: &'static [Bound] = &[Bound::FromZero];
+    const STATE_BOUNDS: &'static [StateBound] = &[StateBound::FromZero];
     // The largest of values that are off by no more than a position's error is off by no more.
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(1);
 

@@ -2,14 +2,18 @@
 
 use super::{header, of_the_joint, parameters, run, taken, term};
 use jointwatch_shared::base::Model;
-use jointwatch_shared::base::terms::{InSi, Memory};
+use jointwatch_shared::base::terms::{EffectValues, Memory};
 use jointwatch_shared::effect::{Instrument, Kinematics, MAX_PARAMETERS, MAX_STATES};
 use jointwatch_shared::scalar::fixed;
 use jointwatch_shared::units::References;
 
 /// The largest |device − f64| of a model of one effect along a motion in units of the training range, and the bound that it
 /// states; per axis, in N or N·m.
-pub(super) fn worst_errors(model: &Model, term: &InSi, rows: &[[f64; 4]]) -> [(f64, f64); 2] {
+pub(super) fn worst_errors(
+    model: &Model,
+    term: &EffectValues,
+    rows: &[[f64; 4]],
+) -> [(f64, f64); 2] {
     let header = model.header();
     let mut values = [0.0; MAX_PARAMETERS];
     let listed = term.entry.parameters().iter().zip(&term.values);

@@ -4,7 +4,7 @@ use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name
 use jointwatch_shared::base::corrections::ForceCorrection;
 use jointwatch_shared::base::hum::Hum;
 use jointwatch_shared::base::network_quantise::Weights;
-use jointwatch_shared::base::terms::{InSi, MAX_TERMS};
+use jointwatch_shared::base::terms::{EffectValues, MAX_TERMS};
 use jointwatch_shared::base::{Header, Model};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Subsystem};
 use jointwatch_shared::selftest::Points;
@@ -102,13 +102,13 @@ pub(crate) fn network(axes: usize, neurons: usize, seed: u64) -> Model {
 const LAST_SAMPLED: u8 = 18;
 
 /// Effects with a different value in every parameter: as many of the table as act on these axes and a blob holds.
-pub(crate) fn effects(axes: usize, seed: u64) -> Vec<InSi> {
+pub(crate) fn effects(axes: usize, seed: u64) -> Vec<EffectValues> {
     let mut points = Points::new(seed);
     // The first ones, so that new effects change no sample.
     let known = EFFECTS.iter().rev();
     let known = known.filter(|e| e.subsystem == Subsystem::Plant && e.tag <= LAST_SAMPLED);
     let allowed = known.filter(|entry| axes == 2 || !entry.needs_two_axes());
-    let term = |(number, entry): (usize, &'static Entry)| InSi {
+    let term = |(number, entry): (usize, &'static Entry)| EffectValues {
         input: None,
         entry,
         axis: match entry.acts {

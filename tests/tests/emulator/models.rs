@@ -1,7 +1,7 @@
 //! Models of every kind, and effects beside them.
 
 use jointwatch_shared::base::network_quantise::Weights;
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::base::{Header, Model};
 use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::effect::{EFFECTS, Entry, Subsystem};
@@ -43,7 +43,7 @@ pub(crate) fn network(axes: usize, neurons: usize, seed: u64) -> Model {
 }
 
 /// The effects with which the device begins, on every axis: values of a joint that fills the reference models' range.
-fn effects(axes: usize) -> Vec<InSi> {
+fn effects(axes: usize) -> Vec<EffectValues> {
     let header = header(axes);
     let mut terms = Vec::new();
     for (at, axis) in (0..).zip(&header.axes) {
@@ -65,7 +65,7 @@ fn effects(axes: usize) -> Vec<InSi> {
             let entry = Entry::named(name).expect("an effect of the table");
             assert_eq!(entry.parameters().len(), values.len(), "{name}");
             let axis = at;
-            terms.push(InSi {
+            terms.push(EffectValues {
                 input: None,
                 entry,
                 axis,
@@ -85,7 +85,7 @@ fn effects(axes: usize) -> Vec<InSi> {
             0.3 * x,
             0.5 * phi,
         ];
-        terms.push(InSi {
+        terms.push(EffectValues {
             input: None,
             entry,
             axis: 0,
@@ -97,7 +97,7 @@ fn effects(axes: usize) -> Vec<InSi> {
 
 /// An effect on the first axis, of which each linear parameter makes a force of some newtons and each shape has a middle one of its
 /// starting values.
-fn in_the_middle(entry: &'static Entry, header: &Header) -> InSi {
+fn in_the_middle(entry: &'static Entry, header: &Header) -> EffectValues {
     let mut references = References::SI;
     for (at, axis) in header.axes.iter().enumerate() {
         references.displacement[at] = axis.displacement.half_range;
@@ -110,7 +110,7 @@ fn in_the_middle(entry: &'static Entry, header: &Header) -> InSi {
         };
         size * parameter.dimension.scale(&references)
     };
-    InSi {
+    EffectValues {
         input: None,
         entry,
         axis: 0,
@@ -131,7 +131,7 @@ pub(crate) fn of_the_table() -> Vec<Model> {
     let (two, one): (Vec<&Entry>, Vec<&Entry>) = joint.partition(|e| e.needs_two_axes());
     let model = |axes: usize, entries: &[&'static Entry]| {
         let header = header(axes);
-        let terms: Vec<InSi> = entries.iter().map(|e| in_the_middle(e, &header)).collect();
+        let terms: Vec<EffectValues> = entries.iter().map(|e| in_the_middle(e, &header)).collect();
         Model::from_effects(header, &terms, &[]).expect("a sound model")
     };
     let mut models: Vec<Model> = one.chunks(8).map(|entries| model(1, entries)).collect();
@@ -149,7 +149,7 @@ pub(crate) fn with_memory(base: Model) -> Model {
     let [x, _] = &base.header().axes[..] else {
         panic!("two axes");
     };
-    let dahl = InSi {
+    let dahl = EffectValues {
         input: None,
         entry: Entry::named("dahl").expect("an effect of the table"),
         axis: 0,

@@ -5,13 +5,13 @@
 //! same, so the rows are thinned out to what the filter's stop band allows.
 
 use crate::model::corrections::of_the_joint;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::mains_hum::{self, QUARTER};
 use crate::model::time_history::{TimeHistory, add_forces, law_parameters};
 use crate::signal::fir::{apply_every, shut_from_hz};
 use crate::signal::motion::Motion;
 use crate::study::{Axis, Convention};
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
 use jointwatch_shared::effect::{Acts, MAX_PARAMETERS, Parameters};
 use jointwatch_shared::scalar::dual::Dual;
@@ -132,7 +132,7 @@ impl<'a> Records<'a> {
 
     /// Lets the effects of instruments work on the applied force that a model asks for, see [`TimeHistory::predict`]; `terms` are
     /// the model's effects and `inertia` has one entry per axis, kg or kg·m².
-    pub(crate) fn predict(&mut self, terms: &[InSi], inertia: &[f64]) {
+    pub(crate) fn predict(&mut self, terms: &[EffectValues], inertia: &[f64]) {
         let joint = of_the_joint(terms);
         for history in &mut self.histories {
             let mut forces = vec![vec![0.0; history.rows()]; self.axes];
@@ -159,7 +159,7 @@ impl<'a> Records<'a> {
         for (name, series) in all {
             let first = series.first().copied().unwrap_or(0.0);
             let changes = series.iter().any(|v| *v != first);
-            let bound = Bound::kept_input(name);
+            let bound = AxisEffect::kept_input(name);
             if changes && !names.contains(&bound) {
                 names.push(bound);
             }
@@ -252,7 +252,7 @@ impl<'a> Records<'a> {
     /// parameter with a size and phase of its own in every record has two per record, a quarter of a turn apart.
     ///
     /// `values` are the term's parameters in SI, of which only those that shape the law are read.
-    pub(crate) fn columns(&self, bound: &Bound, values: &[f64]) -> Vec<Vec<f64>> {
+    pub(crate) fn columns(&self, bound: &AxisEffect, values: &[f64]) -> Vec<Vec<f64>> {
         let linear = bound.entry.parameters().iter().enumerate();
         let linear: Vec<usize> = linear
             .filter_map(|(index, p)| p.is_linear().then_some(index))
@@ -280,7 +280,7 @@ impl<'a> Records<'a> {
     }
 
     /// How many columns [`Records::columns`] makes of a term.
-    pub(crate) fn count(&self, bound: &Bound) -> usize {
+    pub(crate) fn count(&self, bound: &AxisEffect) -> usize {
         let listed = bound.entry.parameters().iter();
         listed.map(|p| self.columns_of(p)).sum()
     }
@@ -294,7 +294,7 @@ impl<'a> Records<'a> {
     }
 
     /// Puts what least squares found for the columns of a term into its parameters.
-    pub(crate) fn put(&self, bound: &Bound, factors: &[f64], values: &mut [f64]) {
+    pub(crate) fn put(&self, bound: &AxisEffect, factors: &[f64], values: &mut [f64]) {
         let mut rest = factors;
         for (parameter, value) in bound.entry.parameters().iter().zip(values) {
             let (mine, others) = rest.split_at(self.columns_of(parameter).min(rest.len()));
@@ -311,7 +311,7 @@ impl<'a> Records<'a> {
     }
 
     /// The force of a term with all of its parameters, SI; of one with a phase of its own in every record, nothing.
-    pub(crate) fn force(&self, bound: &Bound, values: &[f64]) -> Vec<f64> {
+    pub(crate) fn force(&self, bound: &AxisEffect, values: &[f64]) -> Vec<f64> {
         if bound.entry.is_per_record() {
             return vec![0.0; self.axes * self.rows_per_axis()];
         }
@@ -319,7 +319,7 @@ impl<'a> Records<'a> {
     }
 
     /// Takes from a residual what a term with a phase of its own in every record has in it, by least squares in each.
-    pub(crate) fn take_out(&self, bound: &Bound, values: &[f64], residual: &mut [f64]) {
+    pub(crate) fn take_out(&self, bound: &AxisEffect, values: &[f64], residual: &mut [f64]) {
         if !bound.entry.is_per_record() {
             return;
         }
@@ -346,7 +346,7 @@ impl<'a> Records<'a> {
     /// The force of a law with these parameters, as the law takes them; in one record alone, or in all.
     fn real_column(
         &self,
-        bound: &Bound,
+        bound: &AxisEffect,
         parameters: &Parameters<f64>,
         only: Option<usize>,
         phase: f64,
@@ -371,7 +371,7 @@ impl<'a> Records<'a> {
     /// How the force of a term changes with the logarithm of one of its shape parameters; `factors` are those of its columns.
     pub(crate) fn slope(
         &self,
-        bound: &Bound,
+        bound: &AxisEffect,
         values: &[f64],
         factors: &[f64],
         parameter: usize,
@@ -430,7 +430,7 @@ impl<'a> Records<'a> {
     /// Evaluates a law on every record, or on one alone, then low-passes and thins out.
     fn column(
         &self,
-        bound: &Bound,
+        bound: &AxisEffect,
         only: Option<usize>,
         evaluate: impl Fn(&TimeHistory<'_>, &mut Vec<f64>, &mut Vec<f64>) + Sync,
     ) -> Vec<f64> {

@@ -12,31 +12,31 @@ pub(crate) use solution::{AnotherStart, Solution, are_enough, solve, solve_also_
 
 use super::inertia::Inertia;
 use super::polynomial::check_records;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::signal::motion::Motion;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};
 use columns::Records;
 use intervals::{Errors, QUANTILE};
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::{Role, Shape};
 use projection::{Problem, Solved};
 
 /// One effect as found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FoundTerm {
+pub struct FittedEffect {
     /// The effect and its axis.
-    pub bound: Bound,
+    pub bound: AxisEffect,
     /// Its parameters, SI, in the order in which the effect lists them.
     pub values: Vec<f64>,
     /// Per parameter the interval that covers the true value in 95 of 100 experiments.
     pub intervals: Vec<Option<[f64; 2]>>,
 }
 
-impl FoundTerm {
+impl FittedEffect {
     /// The effect in numbers.
-    pub fn in_si(&self) -> InSi {
-        InSi {
+    pub fn in_si(&self) -> EffectValues {
+        EffectValues {
             input: self.bound.input,
             entry: self.bound.entry,
             axis: self.bound.axis as u8,
@@ -49,7 +49,7 @@ impl FoundTerm {
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectsFit {
     /// In the order in which they were asked for.
-    pub terms: Vec<FoundTerm>,
+    pub terms: Vec<FittedEffect>,
     /// Per axis, stated or identified.
     pub inertia: Vec<Inertia>,
     /// Why the search for shapes stopped.
@@ -69,7 +69,7 @@ pub fn fit_effects(
     axes: &[Axis],
     motions: &[&Motion],
     low_pass: &[f64],
-    terms: &[Bound],
+    terms: &[AxisEffect],
 ) -> Result<EffectsFit> {
     fit_effects_also_from(axes, motions, low_pass, terms, &|_| Ok(None))
 }
@@ -79,7 +79,7 @@ pub(crate) fn fit_effects_also_from(
     axes: &[Axis],
     motions: &[&Motion],
     low_pass: &[f64],
-    terms: &[Bound],
+    terms: &[AxisEffect],
     another: AnotherStart<'_>,
 ) -> Result<EffectsFit> {
     check_records(axes, motions)?;
@@ -100,7 +100,7 @@ pub(crate) fn fit_effects_also_from(
 }
 
 /// An inertia that is found anyway cannot be wrong beside.
-pub(crate) fn check_inertias(axes: &[Axis], terms: &[Bound]) -> Result<()> {
+pub(crate) fn check_inertias(axes: &[Axis], terms: &[AxisEffect]) -> Result<()> {
     for term in terms {
         let Some(axis) = axes.get(term.axis) else {
             continue;
@@ -166,7 +166,7 @@ pub(crate) fn assemble(
             );
         }
         warnings.extend(out_of_order(bound, values, &names));
-        found.push(FoundTerm {
+        found.push(FittedEffect {
             bound: *bound,
             values: values.clone(),
             intervals,
@@ -267,7 +267,7 @@ fn of_shape(
 }
 
 /// A sentence for each pair of an effect's parameters of which the one that is never less is.
-fn out_of_order(bound: &Bound, values: &[f64], names: &[&str]) -> Vec<String> {
+fn out_of_order(bound: &AxisEffect, values: &[f64], names: &[&str]) -> Vec<String> {
     let pairs = bound.entry.never_less.iter();
     pairs
         .filter(|&&(more, less)| values[more] < values[less])

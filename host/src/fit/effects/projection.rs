@@ -8,7 +8,7 @@ use super::columns::Records;
 use super::unknowns::ShapeUnknown;
 use crate::fit::levenberg_marquardt::{self, SumOfSquares};
 use crate::fit::normal_equations;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::text::error::Result;
 use crate::text::work;
 use faer::{Mat, Par};
@@ -49,7 +49,7 @@ const MAX_MOVED: f64 = 0.02;
 /// A sum of terms to be fitted to records.
 pub(crate) struct Problem<'a> {
     pub(crate) records: &'a Records<'a>,
-    pub(crate) terms: &'a [Bound],
+    pub(crate) terms: &'a [AxisEffect],
     pub(crate) shapes: &'a [ShapeUnknown],
     /// One over the standard deviation of each axis's residual: what makes newtons and newton-metres comparable.
     pub(crate) weights: Vec<f64>,

@@ -4,10 +4,10 @@ use super::columns::Records;
 use super::projection::{Problem, Solved, Stopped};
 use super::starts;
 use super::unknowns::{self, ShapeUnknown, is_physical};
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 
 /// Thinned rows that are wanted for each parameter.
 const ROWS_PER_PARAMETER: usize = 5;
@@ -36,9 +36,13 @@ pub(crate) struct Solution {
 
 impl Solution {
     /// The terms that were solved for with their values, and the inertia of every axis, kg or kg·m².
-    pub(crate) fn in_si(&self, terms: &[Bound], axes: &[Axis]) -> (Vec<InSi>, Vec<f64>) {
+    pub(crate) fn in_si(
+        &self,
+        terms: &[AxisEffect],
+        axes: &[Axis],
+    ) -> (Vec<EffectValues>, Vec<f64>) {
         let values = terms.iter().zip(&self.solved.values);
-        let in_si = values.map(|(bound, values)| InSi {
+        let in_si = values.map(|(bound, values)| EffectValues {
             input: bound.input,
             entry: bound.entry,
             axis: bound.axis as u8,
@@ -53,7 +57,7 @@ impl Solution {
     pub(crate) fn problem<'a>(
         &'a self,
         records: &'a Records<'a>,
-        terms: &'a [Bound],
+        terms: &'a [AxisEffect],
     ) -> Problem<'a> {
         Problem {
             records,
@@ -72,7 +76,7 @@ impl Solution {
 pub(crate) fn solve(
     records: &Records<'_>,
     axes: &[Axis],
-    terms: &[Bound],
+    terms: &[AxisEffect],
     from: Option<Vec<f64>>,
 ) -> Result<Solution> {
     let shapes = checked_shapes(records, axes, terms)?;
@@ -87,7 +91,7 @@ pub(crate) fn solve(
 pub(crate) fn solve_also_from(
     records: &Records<'_>,
     axes: &[Axis],
-    terms: &[Bound],
+    terms: &[AxisEffect],
     another: AnotherStart<'_>,
 ) -> Result<Solution> {
     let shapes = checked_shapes(records, axes, terms)?;
@@ -100,7 +104,11 @@ pub(crate) fn solve_also_from(
 ///
 /// # Errors
 /// As [`Problem::solve`].
-pub(crate) fn solved_at(records: &Records<'_>, terms: &[Bound], at: &[f64]) -> Result<Solution> {
+pub(crate) fn solved_at(
+    records: &Records<'_>,
+    terms: &[AxisEffect],
+    at: &[f64],
+) -> Result<Solution> {
     let shapes = unknowns::shapes(terms, &records.references);
     let mut problem = Problem {
         records,
@@ -123,7 +131,7 @@ pub(crate) fn solved_at(records: &Records<'_>, terms: &[Bound], at: &[f64]) -> R
 fn checked_shapes(
     records: &Records<'_>,
     axes: &[Axis],
-    terms: &[Bound],
+    terms: &[AxisEffect],
 ) -> Result<Vec<ShapeUnknown>> {
     let shapes = unknowns::shapes(terms, &records.references);
     check_rows(records, terms, &shapes)?;
@@ -135,7 +143,7 @@ fn checked_shapes(
 fn scanned(
     records: &Records<'_>,
     axes: &[Axis],
-    terms: &[Bound],
+    terms: &[AxisEffect],
     shapes: &[ShapeUnknown],
 ) -> Result<Vec<Vec<f64>>> {
     if terms.iter().any(|t| t.entry.is_per_record()) {
@@ -151,7 +159,7 @@ fn scanned(
 fn solve_from(
     records: &Records<'_>,
     axes: &[Axis],
-    terms: &[Bound],
+    terms: &[AxisEffect],
     shapes: Vec<ShapeUnknown>,
     mut from: Vec<Vec<f64>>,
 ) -> Result<Solution> {
@@ -209,12 +217,12 @@ fn solve_from(
 fn lines_last(
     records: &Records<'_>,
     axes: &[Axis],
-    terms: &[Bound],
+    terms: &[AxisEffect],
     shapes: &[ShapeUnknown],
 ) -> Result<Vec<f64>> {
     let is_line = |term: usize| terms[term].entry.is_per_record();
     let others: Vec<usize> = (0..terms.len()).filter(|&term| !is_line(term)).collect();
-    let bounds: Vec<Bound> = others.iter().map(|&term| terms[term]).collect();
+    let bounds: Vec<AxisEffect> = others.iter().map(|&term| terms[term]).collect();
     let (values, residual) = if bounds.is_empty() {
         (Vec::new(), records.measured.clone())
     } else {
@@ -245,7 +253,7 @@ fn residual_weights(records: &Records<'_>, residual: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-fn check_rows(records: &Records<'_>, terms: &[Bound], shapes: &[ShapeUnknown]) -> Result<()> {
+fn check_rows(records: &Records<'_>, terms: &[AxisEffect], shapes: &[ShapeUnknown]) -> Result<()> {
     let linear: usize = terms.iter().map(|t| records.count(t)).sum();
     let inertias = records.accelerations.iter().flatten().count();
     let unknown = linear + shapes.len() + inertias;
@@ -260,7 +268,7 @@ fn check_rows(records: &Records<'_>, terms: &[Bound], shapes: &[ShapeUnknown]) -
 }
 
 /// Whether the records are long enough for terms of one axis.
-pub(crate) fn are_enough(records: &Records<'_>, terms: &[Bound]) -> bool {
+pub(crate) fn are_enough(records: &Records<'_>, terms: &[AxisEffect]) -> bool {
     let linear: usize = terms.iter().map(|t| records.count(t)).sum();
     let unknown = linear + unknowns::shapes(terms, &records.references).len() + 1;
     records.rows_per_axis() >= ROWS_PER_PARAMETER * unknown

@@ -5,7 +5,7 @@
 use super::columns::Records;
 use super::projection::product;
 use super::unknowns::ShapeUnknown;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use faer::Mat;
 use jointwatch_shared::effect::Acts;
 
@@ -37,7 +37,7 @@ struct Scan {
 /// Sets of shapes to start from, the most promising first; each has one value per unknown.
 pub(crate) fn starts(
     records: &Records<'_>,
-    terms: &[Bound],
+    terms: &[AxisEffect],
     shapes: &[ShapeUnknown],
     axes: usize,
 ) -> Vec<Vec<f64>> {
@@ -74,7 +74,12 @@ pub(crate) fn starts(
 }
 
 impl Scan {
-    fn new(records: &Records<'_>, terms: &[Bound], shapes: &[ShapeUnknown], axis: usize) -> Self {
+    fn new(
+        records: &Records<'_>,
+        terms: &[AxisEffect],
+        shapes: &[ShapeUnknown],
+        axis: usize,
+    ) -> Self {
         let rows = records.rows_per_axis();
         let part = axis * rows..(axis + 1) * rows;
         let mut columns: Vec<Vec<f64>> = Vec::new();

@@ -1,7 +1,7 @@
 //! The unknowns of a sum of effects: what is proportional to the force, and what shapes a law.
 
 use super::columns::Records;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
 use jointwatch_shared::units::{Dimension, References};
 
@@ -30,7 +30,7 @@ impl ShapeUnknown {
 }
 
 /// The shape unknowns of a list of terms; parameters that are tied to one another are one unknown.
-pub(crate) fn shapes(terms: &[Bound], references: &References) -> Vec<ShapeUnknown> {
+pub(crate) fn shapes(terms: &[AxisEffect], references: &References) -> Vec<ShapeUnknown> {
     let mut unknowns: Vec<ShapeUnknown> = Vec::new();
     // Owners first, so that a tie always finds what it is tied to.
     for tied in [false, true] {
@@ -66,8 +66,8 @@ pub(crate) fn shapes(terms: &[Bound], references: &References) -> Vec<ShapeUnkno
 
 /// The (term, parameter) that a tie points at, when the model has it.
 fn owner(
-    terms: &[Bound],
-    bound: &Bound,
+    terms: &[AxisEffect],
+    bound: &AxisEffect,
     tie: jointwatch_shared::effect::about::Tie,
 ) -> Option<(usize, usize)> {
     let axis = if tie.other_axis {
@@ -84,7 +84,7 @@ fn owner(
 }
 
 /// The size of a parameter's unit beside the motion that was measured, SI.
-pub(crate) fn reference(bound: &Bound, parameter: &Parameter, references: &References) -> f64 {
+pub(crate) fn reference(bound: &AxisEffect, parameter: &Parameter, references: &References) -> f64 {
     if bound.entry.is_in_si(parameter) {
         return 1.0;
     }
@@ -101,7 +101,7 @@ const AT_REST: f64 = 3.0;
 
 /// Whether a law is what it is called: every parameter that has to be positive is, none is less than what it exceeds in nature or more than a few times that, and it has
 /// not become another one. One whose memory outlasts the records has: it is a spring about another zero, and follows the drift of an instrument.
-pub(crate) fn is_physical(bound: &Bound, values: &[f64], records: &Records<'_>) -> bool {
+pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
     let entry = bound.entry;
     let parameters = entry.parameters();
     let mut listed = parameters.iter().zip(values);

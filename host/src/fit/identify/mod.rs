@@ -18,7 +18,7 @@ use crate::fit::network::{NetworkOptions, TrainingObserver};
 use crate::fit::polynomial::PolynomialOptions;
 use crate::model::corrections::missing_inertia;
 use crate::model::file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile};
-use crate::model::{EffectTerm, ModelAxis};
+use crate::model::{ModelAxis, ModelEffect};
 use crate::signal::motion::{self, Filters, Motion};
 use crate::study::quasi_static::is_without_meaning;
 use crate::study::{Axis, Role, Study};
@@ -113,7 +113,7 @@ pub struct FitResult {
     /// What the force is made of.
     pub base: Base,
     /// Physical effects that add to it.
-    pub effects: Vec<EffectTerm>,
+    pub effects: Vec<ModelEffect>,
     /// Per axis, stated or identified.
     pub inertia: Vec<Inertia>,
     /// How it was fitted, in a word.
@@ -245,7 +245,7 @@ fn take_errors(model: &mut ModelFile, study: &Study, motions: &[Motion]) -> Resu
 }
 
 /// Takes unit and interval off the parameters that say nothing where there is no time.
-fn without_time(effects: &mut [EffectTerm]) {
+fn without_time(effects: &mut [ModelEffect]) {
     let parameters = effects.iter_mut().flat_map(|e| &mut e.parameters);
     for parameter in parameters.filter(|p| is_without_meaning(&p.name)) {
         parameter.unit = "–".into();

@@ -1,13 +1,13 @@
 //! Learning a sum of named physical effects from a study.
 
 use super::{FitResult, Identified, Prepared};
-use crate::fit::effects::{AnotherStart, EffectsFit, FoundTerm, fit_effects_also_from};
+use crate::fit::effects::{AnotherStart, EffectsFit, FittedEffect, fit_effects_also_from};
 use crate::fit::polynomial::input_ranges;
 use crate::fit::stretches::Stretches;
 use crate::model::corrections::Corrections;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::file::{AxisFit, Base, NoBase};
-use crate::model::{EffectTerm, InputRange};
+use crate::model::{InputRange, ModelEffect};
 use crate::signal::motion::{self, Motion};
 use crate::study::{Axis, Study};
 use crate::text::error::{Error, Result};
@@ -63,7 +63,7 @@ impl Prepared {
 pub(crate) fn fit_alone(
     study: &Study,
     prepared: &Prepared,
-    terms: &[Bound],
+    terms: &[AxisEffect],
     another: AnotherStart<'_>,
 ) -> Result<EffectsFit> {
     let band = &prepared.filters.band;
@@ -96,7 +96,7 @@ pub(crate) fn fit_in_time<T>(
         }
     };
     let said = stretches.as_ref().map(|s| s.in_words(rows.iter().sum()));
-    let late = |term: &FoundTerm| term.bound.entry.about.name == "time_delay";
+    let late = |term: &FittedEffect| term.bound.entry.about.name == "time_delay";
     if !fit.terms.iter().any(late) {
         fit.warnings.extend(said);
         return Ok((fit, more));
@@ -137,7 +137,7 @@ pub(crate) fn fit_in_time<T>(
 }
 
 /// The study's terms; or proposed ones, and the sentence that says so.
-pub(crate) fn base_terms(study: &Study) -> Result<(Vec<Bound>, Option<String>)> {
+pub(crate) fn base_terms(study: &Study) -> Result<(Vec<AxisEffect>, Option<String>)> {
     let axes: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
     let mut terms = study.base_terms.clone();
     let mut proposed = None;
@@ -155,7 +155,7 @@ pub(crate) fn base_terms(study: &Study) -> Result<(Vec<Bound>, Option<String>)> 
             quoted.join(", ")
         ));
     }
-    let bound = Bound::parse_all(&terms, &axes).map_err(|e| Error {
+    let bound = AxisEffect::parse_all(&terms, &axes).map_err(|e| Error {
         sentence: format!("{}, [base] terms: {e}", study.path.display()),
         ..e
     })?;
@@ -172,12 +172,12 @@ fn parameters_on(fit: &EffectsFit, axis: usize) -> usize {
 }
 
 /// Found terms as the model file keeps them.
-pub(crate) fn effect_terms(axes: &[Axis], terms: &[FoundTerm]) -> Vec<EffectTerm> {
+pub(crate) fn effect_terms(axes: &[Axis], terms: &[FittedEffect]) -> Vec<ModelEffect> {
     let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
     let kinds: Vec<AxisKind> = axes.iter().map(|a| a.kind.into()).collect();
     let terms = terms.iter();
     terms
-        .map(|term| EffectTerm::new(&term.bound, &names, &kinds, &term.values, &term.intervals))
+        .map(|term| ModelEffect::new(&term.bound, &names, &kinds, &term.values, &term.intervals))
         .collect()
 }
 

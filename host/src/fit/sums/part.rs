@@ -97,7 +97,7 @@ impl Part {
         Ok(part)
     }
 
-    fn add(&mut self, terms: &[crate::model::effects::Bound], motion: &Motion) -> Result<()> {
+    fn add(&mut self, terms: &[crate::model::effects::AxisEffect], motion: &Motion) -> Result<()> {
         let plan = &self.head.plan;
         for ([low, high], series) in self.head.ranges.iter_mut().zip(&motion.states) {
             for value in series {

@@ -5,9 +5,9 @@ use super::plan::{Plan, columns};
 use super::products::{LANES, Rows, add_products};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::intervals::QUANTILE;
-use crate::fit::effects::{EffectsFit, FoundTerm, Stopped, found_inertia, of_linear};
+use crate::fit::effects::{EffectsFit, FittedEffect, Stopped, found_inertia, of_linear};
 use crate::fit::normal_equations;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::signal::motion::Motion;
 use crate::text::error::{Error, Result};
 use faer::Mat;
@@ -32,7 +32,12 @@ pub(super) fn count(plan: &Plan) -> usize {
 }
 
 /// Adds a motion to the sums; gives its rows behind the low-pass.
-pub(super) fn add(plan: &Plan, terms: &[Bound], motion: &Motion, sums: &mut Exact) -> Result<u64> {
+pub(super) fn add(
+    plan: &Plan,
+    terms: &[AxisEffect],
+    motion: &Motion,
+    sums: &mut Exact,
+) -> Result<u64> {
     let width = plan.width();
     let motions = [motion];
     let records = Records::new(&plan.axes, &motions, &plan.filters.band);
@@ -164,7 +169,7 @@ fn jackknife(left_out: &[Vec<f64>], c: usize) -> f64 {
 /// Factors as terms with values and intervals, and inertias.
 fn assemble(
     plan: &Plan,
-    terms: &[Bound],
+    terms: &[AxisEffect],
     found: &[f64],
     mut errors: impl Iterator<Item = Option<f64>>,
     rank: usize,
@@ -189,7 +194,7 @@ fn assemble(
             warnings.extend(doubt.map(named));
             interval
         });
-        FoundTerm {
+        FittedEffect {
             bound: *bound,
             intervals: intervals.collect(),
             values,

@@ -4,7 +4,7 @@ use crate::fit::effects::columns::Records;
 use crate::fit::identify::{Prepared, base_terms};
 use crate::fit::polynomial::input_ranges;
 use crate::model::InputRange;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::signal::motion::{Filters, Motion};
 use crate::signal::statistics::root_mean_square;
 use crate::study::further::Template;
@@ -108,9 +108,9 @@ impl Plan {
     }
 
     /// The effects, bound to their axes.
-    pub(super) fn bound(&self) -> Result<Vec<Bound>> {
+    pub(super) fn bound(&self) -> Result<Vec<AxisEffect>> {
         let names: Vec<&str> = self.axes.iter().map(|a| a.name.as_str()).collect();
-        Bound::parse_all(&self.terms, &names)
+        AxisEffect::parse_all(&self.terms, &names)
     }
 
     /// Whether a polynomial can be made of the sums: it needs every inertia beforehand.
@@ -174,7 +174,7 @@ impl Plan {
 }
 
 /// Why a term's parameters are not all found by one least squares; nothing when they are.
-fn shaped(term: &Bound, names: &[&str]) -> Option<String> {
+fn shaped(term: &AxisEffect, names: &[&str]) -> Option<String> {
     let name = term.name(names);
     let parameters = term.entry.parameters().iter();
     let shape = parameters
@@ -200,7 +200,7 @@ fn exponent(series: &[f64]) -> i32 {
 }
 
 /// The columns of effects along records, each at strength 1, then those of inertias, then the force; both axes one after the other.
-pub(super) fn columns(records: &Records<'_>, terms: &[Bound]) -> Vec<Vec<f64>> {
+pub(super) fn columns(records: &Records<'_>, terms: &[AxisEffect]) -> Vec<Vec<f64>> {
     let of_terms = terms.iter().flat_map(|term| {
         let values = vec![0.0; term.entry.parameters().len()];
         records.columns(term, &values)

@@ -16,7 +16,7 @@ use super::effects::{
 use super::inertia::inertias;
 use super::polynomial::check_records;
 use super::ridge;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::file::{AxisError, Base, ModelFile};
 use crate::signal::motion::Motion;
 use crate::study::Axis;
@@ -106,12 +106,12 @@ impl<'a> OnRecords<'a> {
     /// Records that leave the base undetermined.
     pub(crate) fn followed(
         &self,
-        terms: &[(Bound, Vec<f64>)],
+        terms: &[(AxisEffect, Vec<f64>)],
         ridge: &[f64],
     ) -> Result<Vec<Vec<Option<f64>>>> {
         let projections = self.projections(ridge)?;
         let rows = self.records.rows_per_axis().max(1);
-        let part = |(bound, values): &(Bound, Vec<f64>)| {
+        let part = |(bound, values): &(AxisEffect, Vec<f64>)| {
             let force = self.records.force(bound, values);
             let axes = force.chunks_exact(rows).zip(&projections);
             axes.map(|(force, projection)| {
@@ -128,7 +128,7 @@ impl<'a> OnRecords<'a> {
     }
 
     /// Columns of the terms' linear parameters and tangents of their shapes, of both axes.
-    fn columns(&self, terms: &[Bound], fit: &Solution) -> Vec<Vec<f64>> {
+    fn columns(&self, terms: &[AxisEffect], fit: &Solution) -> Vec<Vec<f64>> {
         let mut columns = Vec::new();
         for (bound, values) in terms.iter().zip(&fit.solved.values) {
             columns.extend(self.records.columns(bound, values));
@@ -153,10 +153,10 @@ impl<'a> OnRecords<'a> {
     /// Records that leave the base undetermined.
     pub(crate) fn held_out_errors(
         &self,
-        terms: &[(Bound, Vec<f64>)],
+        terms: &[(AxisEffect, Vec<f64>)],
         ridge: &[f64],
     ) -> Result<Vec<AxisError>> {
-        let bounds: Vec<Bound> = terms.iter().map(|(bound, _)| *bound).collect();
+        let bounds: Vec<AxisEffect> = terms.iter().map(|(bound, _)| *bound).collect();
         let mut columns: Vec<Vec<f64>> = self
             .records
             .accelerations
@@ -227,7 +227,7 @@ impl<'a> OnRecords<'a> {
     pub(crate) fn fit(
         &self,
         axes: &[Axis],
-        terms: &[Bound],
+        terms: &[AxisEffect],
         ridge: &[f64],
         another: AnotherStart<'_>,
     ) -> Result<WithBase> {
@@ -273,7 +273,7 @@ impl<'a> OnRecords<'a> {
     }
 
     /// Refuses effects that the base can do itself.
-    fn check_news(&self, axes: &[Axis], terms: &[Bound], fit: &Solution) -> Result<()> {
+    fn check_news(&self, axes: &[Axis], terms: &[AxisEffect], fit: &Solution) -> Result<()> {
         let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
         let power = |column: &[f64]| column.iter().map(|v| v * v).sum::<f64>();
         let mut left = fit.solved.columns.iter();
@@ -295,7 +295,7 @@ impl<'a> OnRecords<'a> {
     /// The base that follows what the effects leave.
     fn base_of_remainder(
         &self,
-        terms: &[Bound],
+        terms: &[AxisEffect],
         fit: &Solution,
         projections: &[NuisanceProjection],
     ) -> Base {

@@ -7,7 +7,7 @@ use super::version::Version;
 use crate::diagnose::Ranked;
 use crate::model::effects::is_correction;
 use crate::model::time_history::{TimeHistory, add_forces};
-use crate::model::{EffectTerm, ParameterValue};
+use crate::model::{ModelEffect, ParameterValue};
 use crate::report::axis_history;
 use crate::signal::motion::{self, Motion, low_pass};
 use crate::text::error::Result;
@@ -141,7 +141,7 @@ fn force(
         unit: p.unit.clone(),
         interval: None,
     });
-    let term = EffectTerm {
+    let term = ModelEffect {
         effect: ranked.effect.clone(),
         axis: Some(ranked.axis.clone()),
         parameters: parameters.collect(),

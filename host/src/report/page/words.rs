@@ -6,7 +6,7 @@ use super::version::Version;
 use crate::assess::where_it_fails::{Extent, significant};
 use crate::diagnose::{Diagnosis, PerAxis, Verdict};
 use crate::fit::identify;
-use crate::model::EffectTerm;
+use crate::model::ModelEffect;
 use crate::model::effects::is_correction;
 use crate::model::file::{Base, ModelFile};
 use crate::report::staircase::Step;
@@ -169,8 +169,8 @@ fn floor(axis: &str, floors: &PerAxis) -> String {
 /// The model of one axis as an equation.
 pub(super) fn model(model: &ModelFile, axis: usize) -> ModelWords {
     let own = &model.axes[axis];
-    let acts = |term: &&EffectTerm| term.axis.as_ref().is_none_or(|a| *a == own.name);
-    let terms: Vec<&EffectTerm> = model.effects.iter().filter(acts).collect();
+    let acts = |term: &&ModelEffect| term.axis.as_ref().is_none_or(|a| *a == own.name);
+    let terms: Vec<&ModelEffect> = model.effects.iter().filter(acts).collect();
     let joint = terms.iter().filter(|t| !is_correction(&t.effect));
     let mut summands: Vec<String> = joint.map(|t| t.effect.replace('_', " ")).collect();
     let mut notes = Vec::new();
@@ -210,7 +210,7 @@ pub(super) fn model(model: &ModelFile, axis: usize) -> ModelWords {
     }
 }
 
-fn term(term: &EffectTerm) -> Term {
+fn term(term: &ModelEffect) -> Term {
     let about = Entry::named(term.effect.split('*').next().unwrap_or_default()).map(|e| e.about);
     let value = |(at, p): (usize, &crate::model::ParameterValue)| {
         let known = about.and_then(|a| a.parameters.get(at));

@@ -1,11 +1,11 @@
 //! What a refinement may change in a model: parameters of effects, coefficients of a polynomial, identified inertias.
 
 use crate::fit::effects::unknowns as shapes;
-use crate::model::effects::Bound;
+use crate::model::effects::AxisEffect;
 use crate::model::evaluator::{Evaluator, Number};
 use crate::model::file::{Base, ModelFile};
 use crate::text::error::{Error, Result};
-use jointwatch_shared::base::terms::InSi;
+use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::Subsystem;
 use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::scalar::dual::Dual;
@@ -67,7 +67,7 @@ impl Unknowns {
         for (place, effect) in effects.iter().enumerate() {
             if effect.entry.subsystem != Subsystem::Sensor {
                 joint.push(place);
-                terms.push(Bound {
+                terms.push(AxisEffect {
                     entry: effect.entry,
                     axis: usize::from(effect.axis),
                     input: None,
@@ -211,7 +211,7 @@ impl Unknowns {
     }
 
     /// Whether a law takes one over the parameter.
-    fn is_reciprocal(&self, effects: &[InSi], number: Number) -> bool {
+    fn is_reciprocal(&self, effects: &[EffectValues], number: Number) -> bool {
         let Number::Parameter(term, index) = number else {
             return false;
         };
@@ -228,7 +228,7 @@ fn identified(model: &ModelFile) -> impl Iterator<Item = (usize, f64)> {
 }
 
 /// Parameters that the force is proportional to.
-fn linear(terms: &[Bound], references: &References) -> Vec<Unknown> {
+fn linear(terms: &[AxisEffect], references: &References) -> Vec<Unknown> {
     let mut list = Vec::new();
     for (term, bound) in terms.iter().enumerate() {
         for (index, parameter) in bound.entry.parameters().iter().enumerate() {
@@ -248,7 +248,7 @@ fn linear(terms: &[Bound], references: &References) -> Vec<Unknown> {
     list
 }
 
-fn size(bound: &Bound, parameter: &Parameter, references: &References) -> f64 {
+fn size(bound: &AxisEffect, parameter: &Parameter, references: &References) -> f64 {
     shapes::reference(bound, parameter, references)
 }
 
@@ -282,7 +282,7 @@ pub fn refuse_network() -> Error {
 }
 
 /// Refuses models that cannot be refined by simulation.
-fn refuse(model: &ModelFile, effects: &[InSi]) -> Result<()> {
+fn refuse(model: &ModelFile, effects: &[EffectValues]) -> Result<()> {
     if matches!(model.base, Base::Network(_)) {
         return Err(refuse_network());
     }

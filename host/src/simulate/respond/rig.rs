@@ -1,7 +1,7 @@
 //! The whole simulated rig with a law in place of its joint, shaken by the drive with which the study was simulated.
 
 use super::run::{Follower, MeasuredMotion, Mechanism};
-use crate::model::EffectTerm;
+use crate::model::ModelEffect;
 use crate::simulate::{
     Bodies, BodyState, Excitation, HiddenJoint, JointLaw, RigParameters, SUBSTEPS,
     SimulationOptions, joint_state, record_drives,
@@ -30,7 +30,7 @@ struct TruthFile {
     rig: RigParameters,
     /// What is hidden in the rig.
     #[serde(default)]
-    effects: Vec<EffectTerm>,
+    effects: Vec<ModelEffect>,
 }
 
 /// The truth beside a study, when it was simulated by `jointwatch simulate`.
