@@ -86,7 +86,7 @@ fn states(rows: usize, sizes: [f64; 2], random: &mut ChaCha8Rng) -> Vec<Vec<f64>
 fn truth(entry: &'static Entry, references: &References, random: &mut ChaCha8Rng) -> EffectValues {
     let values = entry.parameters().iter().map(|parameter| {
         let relative = match parameter.role {
-            Role::Linear { .. } | Role::SizePerRecord => 0.5 + random.random::<f64>(),
+            Role::Linear { .. } | Role::SizePerRecord { .. } => 0.5 + random.random::<f64>(),
             Role::Shape(shape) => {
                 let (first, last) = (shape.starts[0], shape.starts[shape.starts.len() - 1]);
                 let place = 0.3 + 0.4 * random.random::<f64>();
@@ -118,7 +118,7 @@ fn owners(
     let listed = hidden.entry.parameters().iter().zip(&hidden.values);
     let ties = listed.filter_map(|(parameter, &value)| match parameter.role {
         Role::Shape(shape) => shape.tie.map(|tie| (tie, value)),
-        Role::Linear { .. } | Role::SizePerRecord => None,
+        Role::Linear { .. } | Role::SizePerRecord { .. } => None,
     });
     let owner = |(tie, value): (Tie, f64)| {
         let entry = Entry::named(tie.effect).unwrap();

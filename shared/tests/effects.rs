@@ -48,7 +48,7 @@ fn parameters(entry: &Entry, seed: &[f64; MAX_PARAMETERS]) -> Vec<f64> {
     let listed = entry.parameters().iter().zip(seed);
     listed
         .map(|(parameter, s)| match parameter.role {
-            Role::Linear { .. } | Role::SizePerRecord => 0.2 + s,
+            Role::Linear { .. } | Role::SizePerRecord { .. } => 0.2 + s,
             Role::Shape(shape) => {
                 let starts = shape.starts;
                 let (low, high) = (starts[0], starts[starts.len() - 1]);
@@ -178,6 +178,7 @@ fn numbers_in_blobs_never_change() {
         (47, "periodic_friction"),
         (48, "power_contact"),
         (49, "backlash"),
+        (50, "force_zero"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);

@@ -94,16 +94,21 @@ fn places(
                 }
             })
             .collect();
-        where_it_fails::find(
+        let mut found = where_it_fails::find(
             &axis.name,
             &names,
             &records,
             study.sample_rate_hz,
             model.filters.band_hz,
-        )
+        );
+        let unit = axis.kind.force_unit();
+        found.extend(where_it_fails::zero(&axis.name, unit, &records));
+        found
     })
     // Without time only the state says where.
-    .filter(|place| !model.filters.quasi_static || place.kind == "state")
+    .filter(|place| {
+        !model.filters.quasi_static || place.kind != "time" && place.kind != "frequency"
+    })
     .collect()
 }
 
@@ -255,7 +260,7 @@ fn places_table(places: &[FailingRegion]) -> Table {
     let mut table = Table::new(&["axis", "share of error", "of", "in"]);
     for place in places {
         let of = match place.kind {
-            "state" => format!("{:.1} % of the rows", 100.0 * place.share_of_rows),
+            "state" | "zero" => format!("{:.1} % of the rows", 100.0 * place.share_of_rows),
             "time" => format!("{:.1} % of the time", 100.0 * place.share_of_rows),
             _ => format!("{:.1} % of the band", 100.0 * place.share_of_rows),
         };

@@ -5,7 +5,7 @@
 //! noise that grows with one over the frequency.
 
 use super::unmeasured::Shape;
-use crate::model::mains_hum;
+use crate::model::per_record;
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::fir::apply;
 use crate::signal::motion::Motion;
@@ -89,7 +89,7 @@ pub(crate) fn floors_under(
             axes.map(|(axis, predicted)| {
                 let mut left = motion.restoring_force(axis, inertia[axis], conventions[axis]);
                 left.iter_mut().zip(&predicted).for_each(|(r, p)| *r -= p);
-                mains_hum::take_out(terms, axis, &mut left, 1.0 / motion.sample_rate_hz);
+                per_record::take_out(terms, axis, &mut left, 1.0 / motion.sample_rate_hz);
                 left
             })
             .collect()

@@ -109,6 +109,13 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
         )));
     }
     let corrections = file.corrections()?;
+    if let Some(zero) = corrections.per_record.iter().find(|t| !t.entry.is_line()) {
+        return Err(Error::data(format!(
+            "{} is another one in every record, and a device that never stops has no records: tare the force channel before it starts, and \
+             learn a model with preload in its place for export",
+            zero.entry.about.name
+        )));
+    }
     let model = match &file.base {
         Base::Polynomial(polynomial) => {
             let coefficients: Vec<&[f64]> =

@@ -372,7 +372,7 @@ impl SetUp {
         let chain = &self.chain;
         let corrections = Corrections {
             force: *model.corrections(),
-            lines: Vec::new(),
+            per_record: Vec::new(),
         };
         let record_corrected = corrections.record(record, study.sample_rate_hz);
         let motion = motion::motion(study, 0, &record_corrected, &self.filters)?;

@@ -143,7 +143,7 @@ fn wider(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Vec<Axi
     let names: Vec<&str> = model.axes.iter().map(|a| a.name.as_str()).collect();
     let mut terms: Vec<String> = model.effects.iter().map(|e| e.name()).collect();
     for bound in AxisEffect::parse_all(effects, &names)? {
-        study.check_input(&bound.name(&names), bound.input)?;
+        bound.check_in(study, &names)?;
         if terms.contains(&bound.name(&names)) {
             return Err(Error::data(format!(
                 "the model has {} already: its value is found anew whenever something is added",

@@ -238,9 +238,10 @@ impl<'a> Bench<'a> {
                     },
                     f64::INFINITY,
                 ]),
-                Role::SizePerRecord => bounds.extend(
-                    (0..2 * self.records.rows.len()).map(|_| [f64::NEG_INFINITY, f64::INFINITY]),
-                ),
+                Role::SizePerRecord { .. } => bounds.extend(std::iter::repeat_n(
+                    [f64::NEG_INFINITY, f64::INFINITY],
+                    self.records.columns_of(parameter),
+                )),
                 Role::Shape(_) => {}
             }
         }

@@ -77,7 +77,10 @@ pub(super) fn candidates(
             let rival = known
                 .iter()
                 .any(|term| bound.rules_out(term) && !bound.replaces(term));
+            // Whether zeros differ is asked before what else is missing.
+            let of_record = bound.entry.is_per_record() && !bound.entry.is_line();
             !rival
+                && !of_record
                 && !known.contains(bound)
                 && (!of_inertia || inertia)
                 && !without.iter().any(|w| w == name)
@@ -311,7 +314,7 @@ fn starts(
     let mut combined = vec![first];
     for unknown in own {
         let index = unknown.places[0].1;
-        let candidates: Vec<f64> = if bound.entry.is_per_record() {
+        let candidates: Vec<f64> = if bound.entry.is_line() {
             vec![records.line_in(residual, bound.axis, &unknown.shape)]
         } else {
             let starts = unknown.shape.starts.iter();

@@ -91,7 +91,7 @@ pub(super) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
             .map(|(hypothesis, known)| {
                 let mut refined = field.excerpt.refined(&hypothesis, false, STEPS[0]);
                 // The frequency of a line is known as finely as the records are long.
-                if refined.added().iter().any(|b| b.entry.is_per_record()) {
+                if refined.added().iter().any(|b| b.entry.is_line()) {
                     refined = field.full.refined(&refined, false, STEPS[0]);
                 }
                 look(field.full, &refined, known)

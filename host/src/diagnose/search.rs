@@ -24,6 +24,8 @@ const LAGS_MS: [f64; 20] = [
     1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 70.0, 100.0, 150.0, 200.0, 300.0,
     500.0, 1000.0, 2000.0, 5000.0,
 ];
+/// The effect by which a model says that the zero of force differs from record to record.
+const FORCE_ZERO: &str = "force_zero";
 /// The longest lag that a record shows, beside its length.
 const LONGEST_LAG: f64 = 0.2;
 
@@ -99,6 +101,9 @@ pub(super) fn search(
             zeros[axis] = Some(spread_of_zeros(&records, axis, &decision.hypothesis));
         }
         known.take(&decision.hypothesis);
+        if zeros[axis].is_some() {
+            known.take(&zero_of_force(axis));
+        }
         decisions.push(decision);
     }
     decisions.sort_by_key(|d| d.axis);
@@ -258,9 +263,28 @@ fn on_axis(
     decide(&field, given.axes.len(), &base)
 }
 
-/// Whether every record has a zero of force of its own, beside a hypothesis.
+/// What a model is given where the zero of force differs from record to record.
+fn zero_of_force(axis: usize) -> Hypothesis {
+    let entry = Entry::named(FORCE_ZERO);
+    let members: Vec<AxisEffect> = entry
+        .map(|entry| AxisEffect {
+            input: None,
+            entry,
+            axis,
+        })
+        .into_iter()
+        .collect();
+    Hypothesis {
+        base: 0,
+        values: vec![vec![0.0]; members.len()],
+        members,
+    }
+}
+
+/// Whether every record has a zero of force of its own, beside a hypothesis that does not say so already.
 fn zeros_differ(records: &Records<'_>, axis: usize, hypothesis: &Hypothesis) -> bool {
-    if records.rows.len() < 2 {
+    let mut members = hypothesis.members.iter();
+    if records.rows.len() < 2 || members.any(|bound| bound.effect() == FORCE_ZERO) {
         return false;
     }
     let Some(preload) = Entry::named("preload") else {

@@ -10,6 +10,7 @@
 //! | `force_gain` | F·(1 − g) |
 //! | `time_delay` | F read later by τ, between the samples by a cubic |
 //! | `crosstalk` | F less χ times the other axis's force, after its own time and gain |
+//! | `force_zero` | F less a zero, which is found in every record anew: the mean of what the model leaves of it |
 //! | `mains_hum` | F less the line, whose size and phase are found in every record anew: in what the model leaves of it, so that no force that the model explains is taken for hum |
 
 use crate::model::ModelEffect;
@@ -30,8 +31,8 @@ use jointwatch_shared::effect::{Entry, Subsystem};
 pub struct Corrections {
     /// One per axis; that of an axis that is not there is none.
     pub force: [ForceCorrection; 2],
-    /// What stands in a channel with a size and phase of its own in every record; `ModelFile::corrected_record` takes it out.
-    pub lines: Vec<EffectValues>,
+    /// What stands in a channel with a size of its own in every record; `ModelFile::corrected_record` takes it out.
+    pub per_record: Vec<EffectValues>,
 }
 
 impl Corrections {
@@ -41,7 +42,7 @@ impl Corrections {
     /// [`crate::text::error::Kind::Data`] when a correction is too large to be one.
     pub fn of(effects: &[EffectValues], axes: usize) -> Result<Self> {
         let mut force = [ForceCorrection::NONE; 2];
-        let (lines, others): (Vec<&EffectValues>, Vec<&EffectValues>) =
+        let (per_record, others): (Vec<&EffectValues>, Vec<&EffectValues>) =
             of_instruments(effects).partition(|term| term.entry.is_per_record());
         for term in others {
             let (Some(place), [value, ..]) = (
@@ -66,14 +67,15 @@ impl Corrections {
         }
         Ok(Self {
             force,
-            lines: lines.into_iter().cloned().collect(),
+            per_record: per_record.into_iter().cloned().collect(),
         })
     }
 
     /// What a device is told of them.
     pub(crate) fn of_channels(&self) -> [ForceCorrection; 2] {
         let mut force = self.force;
-        for line in &self.lines {
+        let lines = self.per_record.iter();
+        for line in lines.filter(|term| term.entry.is_line()) {
             let (mut amplitude, mut frequency_hz) = (0.0, 0.0);
             for (parameter, value) in line.entry.parameters().iter().zip(&line.values) {
                 match parameter.is_per_record() {
@@ -93,10 +95,10 @@ impl Corrections {
 
     /// Whether every force channel is right.
     pub fn is_none(&self) -> bool {
-        self.force.iter().all(ForceCorrection::is_none) && self.lines.is_empty()
+        self.force.iter().all(ForceCorrection::is_none) && self.per_record.is_empty()
     }
 
-    /// A record with its force channels in time, of the right size and free of one another; lines stay in it.
+    /// A record with its force channels in time, of the right size and free of one another; what is another in every record stays in it.
     pub fn record(&self, record: &Record, sample_rate_hz: f64) -> Record {
         let mut record = record.clone();
         if self.force.iter().all(ForceCorrection::is_none) {
@@ -204,8 +206,13 @@ pub fn in_words(effects: &[ModelEffect]) -> Vec<String> {
             "crosstalk" => format!(
                 "the force channel of {axis} reads {value:.3e} {unit} of the force on the other axis"
             ),
+            "force_zero" => format!(
+                "the force channel of {axis} has another zero in every record, {} from nothing (RMS), which is found and taken out in every \
+                 record anew",
+                value_with_unit(value, unit)
+            ),
             _ => {
-                let entry = Entry::named(&term.effect).filter(|e| e.is_per_record())?;
+                let entry = Entry::named(&term.effect).filter(|e| e.is_line())?;
                 let size = entry.parameters().iter().position(|p| p.is_per_record())?;
                 let size = term.parameters.get(size)?;
                 let frequency = term.parameters.iter().find(|p| p.name != size.name)?;

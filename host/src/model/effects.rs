@@ -2,6 +2,7 @@
 
 use super::ModelAxis;
 use crate::model::time_history::with_lag;
+use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use crate::text::table::{Table, significant};
@@ -361,6 +362,22 @@ impl AxisEffect {
             all.push(bound);
         }
         Ok(all)
+    }
+
+    /// Refuses an effect that a study has no column or too few records for.
+    ///
+    /// # Errors
+    /// One sentence: an input that the study has not, or a zero per record in a study of one record.
+    pub(crate) fn check_in(&self, study: &Study, axes: &[&str]) -> Result<()> {
+        study.check_input(&self.name(axes), self.input)?;
+        let of_record = self.entry.is_per_record() && !self.entry.is_line();
+        if of_record && study.records.len() < 2 {
+            return Err(Error::data(format!(
+                "{} is another one in every record, and the study has one record: name preload in its place, or add records",
+                self.name(axes)
+            )));
+        }
+        Ok(())
     }
 
     /// Whether it contributes to the force of an axis.

@@ -3,7 +3,7 @@
 use crate::model::check_states;
 use crate::model::corrections::{Corrections, of_the_joint};
 use crate::model::effects::input_of;
-use crate::model::mains_hum;
+use crate::model::per_record;
 use crate::model::time_history::{TimeHistory, add_forces, with_lag};
 use crate::model::{InputRange, ModelAxis, ModelEffect, Network, Polynomial};
 use crate::signal::motion::{self, Filters, Motion};
@@ -414,7 +414,7 @@ impl ModelFile {
     /// One record of it, the one at `index`.
     ///
     /// # Errors
-    /// A record that is too short to see a line in.
+    /// A record that is too short to see such a part in.
     pub(crate) fn corrected_record(
         &self,
         study: &Study,
@@ -423,22 +423,22 @@ impl ModelFile {
     ) -> Result<Record> {
         let rate = study.sample_rate_hz;
         let mut record = corrections.record(&study.records[index], rate);
-        if corrections.lines.is_empty() {
+        if corrections.per_record.is_empty() {
             return Ok(record);
         }
         let motion = motion::motion(study, index, &record, &self.filters)?;
         let predicted = self.predict_motion(&motion)?;
-        for term in &corrections.lines {
+        for term in &corrections.per_record {
             let axis = usize::from(term.axis);
             let of = &self.axes[axis];
             let mut left = motion.restoring_force(axis, of.inertia, of.restoring_force);
             left.iter_mut()
                 .zip(&predicted[axis])
                 .for_each(|(r, p)| *r -= p);
-            let line = mains_hum::part_of(term, &left, motion.first_row, record.rows, 1.0 / rate);
+            let part = per_record::part_of(term, &left, motion.first_row, record.rows, 1.0 / rate);
             let sign = of.restoring_force.sign();
-            for (f, l) in record.axes[axis].force.iter_mut().zip(line) {
-                *f -= sign * l;
+            for (f, p) in record.axes[axis].force.iter_mut().zip(part) {
+                *f -= sign * p;
             }
         }
         Ok(record)

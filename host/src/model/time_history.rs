@@ -295,8 +295,8 @@ fn rate(force: &[f64], period_s: f64) -> Vec<f64> {
 
 /// Adds the forces of effects to those of every axis, N or N·m, row by row along a record.
 ///
-/// `forces` has one series per axis, as long as the record. An effect whose size and phase are the record's own is left out:
-/// it is found in what the others leave (`crate::model::mains_hum`).
+/// `forces` has one series per axis, as long as the record. An effect whose size is the record's own is left out:
+/// it is found in what the others leave (`crate::model::per_record`).
 pub fn add_forces(terms: &[EffectValues], history: &TimeHistory<'_>, forces: &mut [Vec<f64>]) {
     for term in terms.iter().filter(|term| !term.entry.is_per_record()) {
         let parameters = law_parameters(term.entry, &term.values);

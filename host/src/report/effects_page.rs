@@ -46,7 +46,11 @@ fn on_the_device(entry: &Entry) -> &'static str {
             "part of the joint's model on the host; refused at export, because a device that never stops does not know when a \
              record began"
         }
-        Subsystem::Sensor if entry.is_per_record() => {
+        Subsystem::Sensor if entry.is_per_record() && !entry.is_line() => {
+            "a correction: from the moment a model holds it, it is found and taken out in every record anew; refused at export, because a \
+             device that never stops has no records"
+        }
+        Subsystem::Sensor if entry.is_line() => {
             "a correction: from the moment a model holds it, it is found and taken out in every record anew, and a device follows it \
              sample by sample and takes it out"
         }
@@ -74,7 +78,8 @@ fn found_by(parameter: &Parameter) -> &'static str {
     match parameter.role {
         Role::Linear { positive: true } => "least squares; positive",
         Role::Linear { positive: false } => "least squares",
-        Role::SizePerRecord => "least squares in every record, with a phase",
+        Role::SizePerRecord { with_phase: true } => "least squares in every record, with a phase",
+        Role::SizePerRecord { with_phase: false } => "least squares in every record",
         Role::Shape(shape) if shape.is_given() => "given, not found",
         Role::Shape(_) => "search",
     }
@@ -179,7 +184,7 @@ const EXCEEDS: f64 = 1.5;
 fn example(entry: &Entry, place: usize) -> f64 {
     match entry.parameters()[place].role {
         _ if entry.never_less.iter().any(|(more, _)| *more == place) => EXCEEDS,
-        Role::Linear { .. } | Role::SizePerRecord => 1.0,
+        Role::Linear { .. } | Role::SizePerRecord { .. } => 1.0,
         Role::Shape(shape) => shape
             .starts
             .get(shape.starts.len() / 2)

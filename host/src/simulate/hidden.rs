@@ -11,7 +11,7 @@ use crate::fit::effects::unknowns::reference;
 use crate::model::corrections::Corrections;
 use crate::model::effects::AxisEffect;
 use crate::model::time_history::{TimeHistory, law_parameters};
-use crate::model::{Evaluator, ModelEffect, mains_hum};
+use crate::model::{Evaluator, ModelEffect, per_record};
 use crate::study::{Convention, Record};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::axis::AxisKind;
@@ -19,6 +19,7 @@ use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::Subsystem;
 use jointwatch_shared::effect::about::{About, Parameter, Role};
 use jointwatch_shared::units::References;
+use std::f64::consts::{SQRT_2, TAU};
 
 /// Which effect to hide in a simulated joint, and how strongly.
 #[derive(Clone, Debug, PartialEq)]
@@ -239,8 +240,13 @@ pub(super) fn in_the_log(
         let mut logged = record.clone();
         let force = &mut logged.axes[usize::from(term.axis)].force;
         let phase = PHASE_PER_RECORD * index as f64;
-        let hum = mains_hum::along(term, phase, force.len(), 1.0 / sample_rate_hz);
-        force.iter_mut().zip(hum).for_each(|(f, h)| *f += h);
+        let part = per_record::along(term, phase, force.len(), 1.0 / sample_rate_hz);
+        let size = if term.entry.is_line() {
+            1.0
+        } else {
+            SQRT_2 * (TAU * phase).cos()
+        };
+        force.iter_mut().zip(part).for_each(|(f, p)| *f += size * p);
         return Ok(logged);
     }
     let usage = |e: Error| Error::usage(e.sentence);
@@ -259,7 +265,7 @@ pub(super) fn in_the_log(
 /// What is said of a fault that the simulator cannot put into a log.
 fn cannot_simulate(about: &About) -> Error {
     Error::usage(format!(
-        "the simulated instruments know no {}: hide an effect of the joint, or inertia_error, force_gain, time_delay, crosstalk or mains_hum",
+        "the simulated instruments know no {}: hide an effect of the joint, or inertia_error, force_gain, time_delay, crosstalk, mains_hum or force_zero",
         about.name
     ))
 }
@@ -291,12 +297,12 @@ fn starting_values(bound: &AxisEffect, references: &References) -> Vec<f64> {
         let share = match parameter.role {
             // The second is twice the first, so that a law with two of a kind does not collapse into a simpler one (static
             // and sliding friction); a third only rounds it off.
-            Role::Linear { .. } | Role::SizePerRecord => {
+            Role::Linear { .. } | Role::SizePerRecord { .. } => {
                 linear += 1;
                 [1.0, 2.0, 0.05][(linear - 1).min(2)]
             }
             // Hum has the frequency of a mains, and none between two of them.
-            Role::Shape(shape) if bound.entry.is_per_record() => shape.starts[0],
+            Role::Shape(shape) if bound.entry.is_line() => shape.starts[0],
             Role::Shape(shape) => {
                 let middle = (shape.starts.len() - 1) / 2;
                 let next = (middle + 1).min(shape.starts.len() - 1);

@@ -44,9 +44,12 @@ pub enum Role {
         /// Whether only positive values are physical.
         positive: bool,
     },
-    /// The force is proportional to it, and begins every record with another phase: size and phase are found by least squares
-    /// in every record anew, and the value that is reported is the root mean square of the records' sizes.
-    SizePerRecord,
+    /// The force is proportional to it, and it is another one in every record: least squares finds it in every record anew, and
+    /// the value that is reported is the root mean square of the records' sizes.
+    SizePerRecord {
+        /// Whether every record also begins at a phase of its own, found with the size.
+        with_phase: bool,
+    },
     /// It shapes the law: searched for, from several starts.
     Shape(Shape),
 }
@@ -116,7 +119,7 @@ impl Parameter {
 
     /// Whether the force is proportional to it.
     pub fn is_linear(&self) -> bool {
-        matches!(self.role, Role::Linear { .. } | Role::SizePerRecord)
+        matches!(self.role, Role::Linear { .. } | Role::SizePerRecord { .. })
     }
 
     /// Whether it has one value and is not searched for.
@@ -124,9 +127,18 @@ impl Parameter {
         matches!(self.role, Role::Shape(shape) if shape.is_given())
     }
 
-    /// Whether its size, and the phase that belongs to it, is another one in every record.
+    /// Whether its size is another one in every record.
     pub fn is_per_record(&self) -> bool {
-        self.role == Role::SizePerRecord
+        self.phases() > 0
+    }
+
+    /// Phases at which the law is evaluated in each record to find its size there: two, a quarter of a turn apart, when the phase is the
+    /// record's own as well; none when the size is not.
+    pub fn phases(&self) -> usize {
+        match self.role {
+            Role::SizePerRecord { with_phase } => 1 + usize::from(with_phase),
+            Role::Linear { .. } | Role::Shape(_) => 0,
+        }
     }
 
     /// The value as its law takes it: itself, or one over it.

@@ -274,10 +274,23 @@ impl Entry {
         self.acts == Acts::BothAxes || self.about.parameters.iter().any(crosses)
     }
 
-    /// Whether its size and phase are another one in every record.
+    /// Whether its size is another one in every record.
     #[cfg(feature = "fit")]
     pub fn is_per_record(&self) -> bool {
-        self.about.parameters.iter().any(Parameter::is_per_record)
+        self.phases_per_record() > 0
+    }
+
+    /// Phases at which it is evaluated in each record to find its size there, [`Parameter::phases`]; 0 when no size is a record's own.
+    #[cfg(feature = "fit")]
+    pub fn phases_per_record(&self) -> usize {
+        let phases = self.about.parameters.iter().map(Parameter::phases);
+        phases.max().unwrap_or(0)
+    }
+
+    /// Whether it is a line of the spectrum, with another size and phase in every record.
+    #[cfg(feature = "fit")]
+    pub fn is_line(&self) -> bool {
+        self.phases_per_record() == 2
     }
 
     /// Whether the searched values of this parameter of its are in SI.

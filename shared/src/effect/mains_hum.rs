@@ -26,7 +26,7 @@ impl Effect for MainsHum {
                 symbol: "A",
                 meaning: "amplitude of the line, root mean square over the records",
                 dimension: Dimension::FORCE,
-                role: Role::SizePerRecord,
+                role: Role::SizePerRecord { with_phase: true },
             },
             Parameter {
                 name: "frequency",

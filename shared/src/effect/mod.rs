@@ -25,6 +25,7 @@ mod damping_by_other_squared;
 mod digressive_damping;
 mod end_stop;
 mod force_gain;
+mod force_zero;
 mod gap_jenkins;
 mod gap_jenkins_by_direction;
 mod gravity;
@@ -126,4 +127,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<periodic_friction::PeriodicFriction>(),
     Entry::of::<power_contact::PowerContact>(),
     Entry::of::<backlash::Backlash>(),
+    Entry::of::<force_zero::ForceZero>(),
 ];

@@ -8,7 +8,7 @@ use serde::Serialize;
 pub struct FailingRegion {
     /// The axis whose force is wrong there.
     pub axis: String,
-    /// `state`, `time` or `frequency`.
+    /// `state`, `time`, `frequency`, or `zero` for a constant in one record.
     pub kind: &'static str,
     /// The place in words and numbers.
     pub region: String,
@@ -111,6 +111,36 @@ pub fn find(
     places.extend(time_span(axis, records, sample_rate_hz, total));
     places.extend(frequency_band(axis, records, sample_rate_hz, band_hz));
     places
+}
+
+/// The record in which a constant holds most of the error of an axis, where it is most of the error of that record: what is wrong there
+/// is the zero of force, in `unit`, and not how the force follows the motion.
+pub fn zero(axis: &str, unit: &str, records: &[ErrorRecord<'_>]) -> Option<FailingRegion> {
+    let power = |error: &[f64]| error.iter().map(|e| e * e).sum::<f64>();
+    let total: f64 = records.iter().map(|r| power(r.error)).sum();
+    let rows: usize = records.iter().map(|r| r.error.len()).sum();
+    let of_constant = |record: &ErrorRecord<'_>| {
+        let mean = record.error.iter().sum::<f64>() / record.error.len().max(1) as f64;
+        (mean, mean * mean * record.error.len() as f64)
+    };
+    let constants = records.iter().map(|record| (record, of_constant(record)));
+    let (record, (mean, held)) = constants.max_by(|a, b| a.1.1.total_cmp(&b.1.1))?;
+    // An error that is not a number holds nothing.
+    if held.is_nan() || held <= HALF * power(record.error) {
+        return None;
+    }
+    Some(FailingRegion {
+        axis: axis.into(),
+        kind: "zero",
+        region: format!(
+            "a constant {} {unit} in {}: the zero of its force, so tare the channel or add force_zero@{axis}",
+            significant(mean),
+            record.file
+        ),
+        share_of_error: held / total,
+        share_of_rows: record.error.len() as f64 / rows as f64,
+        extent: Extent::Everywhere,
+    })
 }
 
 /// A quantity by which a region can be cut.

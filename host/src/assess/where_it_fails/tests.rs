@@ -114,3 +114,32 @@ fn three_digits_as_a_person_writes_them() {
         ["0.000812", "0.812", "41.3", "123", "5120", "1.50e-9"]
     );
 }
+
+#[test]
+fn a_constant_is_named_as_the_zero_of_the_record_that_it_is_in() {
+    let of = |mean: f64| -> Vec<f64> {
+        let swing = |n: usize| if n.is_multiple_of(2) { 1.0 } else { -1.0 };
+        (0..1000).map(|n| mean + swing(n)).collect()
+    };
+    let (still, shifted) = (of(0.1), of(-3.0));
+    let record = |file: &'static str, error| ErrorRecord {
+        file,
+        start_s: 0.0,
+        states: Vec::new(),
+        error,
+    };
+    let found = zero(
+        "x",
+        "N",
+        &[record("a.csv", &still), record("b.csv", &shifted)],
+    )
+    .unwrap();
+    assert!(
+        found.region.contains("-3.0") && found.region.contains("b.csv"),
+        "{}",
+        found.region
+    );
+    assert!((found.share_of_error - 9000.0 / (1010.0 + 10_000.0)).abs() < 1e-9);
+    assert_eq!((found.kind, found.share_of_rows), ("zero", 0.5));
+    assert_eq!(zero("x", "N", &[record("a.csv", &still)]), None);
+}

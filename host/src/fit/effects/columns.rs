@@ -6,7 +6,7 @@
 
 use crate::model::corrections::of_the_joint;
 use crate::model::effects::AxisEffect;
-use crate::model::mains_hum::{self, QUARTER};
+use crate::model::per_record::{self, PHASES};
 use crate::model::time_history::{TimeHistory, add_forces, law_parameters};
 use crate::signal::fir::{apply_every, shut_from_hz};
 use crate::signal::motion::Motion;
@@ -17,6 +17,7 @@ use jointwatch_shared::effect::{Acts, MAX_PARAMETERS, Parameters};
 use jointwatch_shared::scalar::dual::Dual;
 use jointwatch_shared::units::References;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Takes out of a column (both axes, one after the other) what something that is fitted beside the laws makes of it.
 pub(crate) type Projection<'a> = &'a (dyn Fn(&mut [f64]) + Sync);
@@ -39,6 +40,8 @@ pub(crate) struct Records<'a> {
     /// Of so many rows one is kept.
     pub(crate) every: usize,
     projection: Option<Projection<'a>>,
+    /// Whether a base beside the terms has a constant of its own, so that zeros of records are known only relative to one another.
+    pub(crate) beside_constant: bool,
     /// Thinned rows per second.
     pub(crate) thinned_rate_hz: f64,
     /// Thinned rows of each record.
@@ -76,6 +79,7 @@ impl<'a> Records<'a> {
             taps: low_pass,
             every,
             projection: None,
+            beside_constant: false,
             thinned_rate_hz: rate / every as f64,
             rows: Vec::new(),
             references: References {
@@ -249,7 +253,7 @@ impl<'a> Records<'a> {
     }
 
     /// One column per linear parameter of a term: its share of the force when it is 1 and the other linear ones are 0. A
-    /// parameter with a size and phase of its own in every record has two per record, a quarter of a turn apart.
+    /// parameter with a size of its own in every record has one per record and phase.
     ///
     /// `values` are the term's parameters in SI, of which only those that shape the law are read.
     pub(crate) fn columns(&self, bound: &AxisEffect, values: &[f64]) -> Vec<Vec<f64>> {
@@ -259,12 +263,12 @@ impl<'a> Records<'a> {
             .collect();
         let mut wanted = Vec::new();
         for &unit in &linear {
-            if bound.entry.parameters()[unit].is_per_record() {
-                let phases = [0.0, QUARTER];
-                let all = (0..self.rows.len()).flat_map(|record| phases.map(|p| (Some(record), p)));
-                wanted.extend(all.map(|(record, phase)| (unit, record, phase)));
-            } else {
+            let phases = &PHASES[..bound.entry.parameters()[unit].phases()];
+            if phases.is_empty() {
                 wanted.push((unit, None, 0.0));
+            }
+            for record in self.own_size(&bound.entry.parameters()[unit]) {
+                wanted.extend(phases.iter().map(|&phase| (unit, Some(record), phase)));
             }
         }
         wanted
@@ -285,12 +289,30 @@ impl<'a> Records<'a> {
         listed.map(|p| self.columns_of(p)).sum()
     }
 
-    fn columns_of(&self, parameter: &Parameter) -> usize {
+    /// How many columns it makes of one parameter.
+    pub(crate) fn columns_of(&self, parameter: &Parameter) -> usize {
         match parameter.role {
             Role::Linear { .. } => 1,
-            Role::SizePerRecord => 2 * self.rows.len(),
+            Role::SizePerRecord { .. } => parameter.phases() * self.own_size(parameter).len(),
             Role::Shape(_) => 0,
         }
+    }
+
+    /// The records in which a size is found: all; of a zero beside a base with a constant, all but the first.
+    fn own_size(&self, parameter: &Parameter) -> Range<usize> {
+        let relative = self.beside_constant && parameter.phases() == 1;
+        usize::from(relative)..self.rows.len()
+    }
+
+    /// The sizes that factors of a parameter's columns mean: the factors; of zeros that are known only relative to one another, what they
+    /// are above their mean, the first record's as well.
+    pub(crate) fn sizes(&self, parameter: &Parameter, factors: &[f64]) -> Vec<f64> {
+        if self.own_size(parameter).start == 0 {
+            return factors.to_vec();
+        }
+        let mean = factors.iter().sum::<f64>() / self.rows.len() as f64;
+        let all = std::iter::once(&0.0).chain(factors);
+        all.map(|f| f - mean).collect()
     }
 
     /// Puts what least squares found for the columns of a term into its parameters.
@@ -301,8 +323,9 @@ impl<'a> Records<'a> {
             rest = others;
             match parameter.role {
                 Role::Linear { .. } => *value = mine.first().copied().unwrap_or(0.0),
-                Role::SizePerRecord => {
-                    let square: f64 = mine.iter().map(|f| f * f).sum();
+                Role::SizePerRecord { .. } => {
+                    let sizes = self.sizes(parameter, mine);
+                    let square: f64 = sizes.iter().map(|f| f * f).sum();
                     *value = (square / self.rows.len().max(1) as f64).sqrt();
                 }
                 Role::Shape(_) => {}
@@ -310,7 +333,7 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// The force of a term with all of its parameters, SI; of one with a phase of its own in every record, nothing.
+    /// The force of a term with all of its parameters, SI; of one with a size of its own in every record, nothing.
     pub(crate) fn force(&self, bound: &AxisEffect, values: &[f64]) -> Vec<f64> {
         if bound.entry.is_per_record() {
             return vec![0.0; self.axes * self.rows_per_axis()];
@@ -318,16 +341,19 @@ impl<'a> Records<'a> {
         self.real_column(bound, &law_parameters(bound.entry, values), None, 0.0)
     }
 
-    /// Takes from a residual what a term with a phase of its own in every record has in it, by least squares in each.
+    /// Takes from a residual what a term with a size of its own in every record has in it, by least squares in each.
     pub(crate) fn take_out(&self, bound: &AxisEffect, values: &[f64], residual: &mut [f64]) {
         if !bound.entry.is_per_record() {
             return;
         }
-        for pair in self.columns(bound, values).chunks_exact(2) {
-            let [first, second] = pair else { continue };
-            let found = mains_hum::least_squares([first, second], residual);
-            for ((r, a), b) in residual.iter_mut().zip(first).zip(second) {
-                *r -= found[0] * a + found[1] * b;
+        let columns = self.columns(bound, values);
+        for of_record in columns.chunks(bound.entry.phases_per_record()) {
+            let factors = per_record::least_squares(of_record, residual);
+            for (column, factor) in of_record.iter().zip(factors) {
+                residual
+                    .iter_mut()
+                    .zip(column)
+                    .for_each(|(r, c)| *r -= factor * c);
             }
         }
     }
@@ -340,7 +366,7 @@ impl<'a> Records<'a> {
             &residual[start - count..start]
         });
         let records: Vec<&[f64]> = records.collect();
-        mains_hum::strongest(&records, self.thinned_rate_hz, shape)
+        per_record::strongest(&records, self.thinned_rate_hz, shape)
     }
 
     /// The force of a law with these parameters, as the law takes them; in one record alone, or in all.
@@ -417,9 +443,11 @@ impl<'a> Records<'a> {
             return along(&parameters, None, 0.0);
         };
         let mut sum = vec![0.0; self.axes * self.rows_per_axis()];
-        for (record, pair) in factors.chunks_exact(2).enumerate() {
-            parameters[size] = Dual::constant(pair[0].hypot(pair[1]));
-            let phase = pair[1].atan2(pair[0]) / std::f64::consts::TAU;
+        let phases = bound.entry.phases_per_record();
+        for (record, factors) in factors.chunks_exact(phases).enumerate() {
+            let quarter = factors.get(1).copied().unwrap_or(0.0);
+            parameters[size] = Dual::constant(factors[0].hypot(quarter));
+            let phase = quarter.atan2(factors[0]) / std::f64::consts::TAU;
             for (s, part) in sum.iter_mut().zip(along(&parameters, Some(record), phase)) {
                 *s += part;
             }

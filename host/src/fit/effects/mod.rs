@@ -148,13 +148,14 @@ pub(crate) fn assemble(
                 Role::Linear { .. } => {
                     of_linear(value, bound.is_positive(parameter), linear.next())
                 }
-                Role::SizePerRecord => {
+                Role::SizePerRecord { .. } => {
                     let count = problem.records.count(bound);
                     let start = columns_before(problem, term);
                     let factors = &solved.factors[start..start + count];
                     let errors: Vec<f64> = linear.by_ref().take(count).collect();
                     let records = problem.records.rows.len();
-                    (of_size_per_record(value, factors, &errors, records), None)
+                    let sizes = problem.records.sizes(parameter, factors);
+                    (of_size_per_record(value, &sizes, &errors, records), None)
                 }
                 Role::Shape(shape) => {
                     of_shape(problem, errors.as_ref(), (term, index), value, &shape)
@@ -224,16 +225,17 @@ pub(in crate::fit) fn of_linear(
     (interval, doubt)
 }
 
-/// The interval of √(Σf²/records), for the records' factors f and their standard errors.
+/// The interval of √(Σf²/records), for the records' sizes f and the standard errors of all of them, or of all but the first.
 fn of_size_per_record(
     value: f64,
-    factors: &[f64],
+    sizes: &[f64],
     errors: &[f64],
     records: usize,
 ) -> Option<[f64; 2]> {
-    let square: f64 = factors.iter().zip(errors).map(|(f, e)| f * f * e * e).sum();
+    let known = sizes.iter().rev().zip(errors.iter().rev());
+    let square: f64 = known.map(|(f, e)| f * f * e * e).sum();
     let error = square.sqrt() / (value * records as f64);
-    let known = errors.len() == factors.len() && error.is_finite();
+    let known = !errors.is_empty() && error.is_finite();
     let low = (value - QUANTILE * error).max(0.0);
     known.then_some([low, value + QUANTILE * error])
 }

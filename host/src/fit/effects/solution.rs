@@ -146,7 +146,7 @@ fn scanned(
     terms: &[AxisEffect],
     shapes: &[ShapeUnknown],
 ) -> Result<Vec<Vec<f64>>> {
-    if terms.iter().any(|t| t.entry.is_per_record()) {
+    if terms.iter().any(|t| t.entry.is_line()) {
         return Ok(vec![lines_last(records, axes, terms, shapes)?]);
     }
     Ok(starts::starts(records, terms, shapes, axes.len()))
@@ -220,7 +220,7 @@ fn lines_last(
     terms: &[AxisEffect],
     shapes: &[ShapeUnknown],
 ) -> Result<Vec<f64>> {
-    let is_line = |term: usize| terms[term].entry.is_per_record();
+    let is_line = |term: usize| terms[term].entry.is_line();
     let others: Vec<usize> = (0..terms.len()).filter(|&term| !is_line(term)).collect();
     let bounds: Vec<AxisEffect> = others.iter().map(|&term| terms[term]).collect();
     let (values, residual) = if bounds.is_empty() {

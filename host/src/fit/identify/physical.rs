@@ -103,7 +103,7 @@ pub(crate) fn fit_in_time<T>(
     }
     let mut delays = Corrections {
         force: [ForceCorrection::NONE; 2],
-        lines: Vec::new(),
+        per_record: Vec::new(),
     };
     for _ in 0..SHIFTS {
         for term in fit.terms.iter().filter(|term| late(term)) {
@@ -160,7 +160,7 @@ pub(crate) fn base_terms(study: &Study) -> Result<(Vec<AxisEffect>, Option<Strin
         ..e
     })?;
     for term in &bound {
-        study.check_input(&term.name(&axes), term.input)?;
+        term.check_in(study, &axes)?;
     }
     Ok((bound, proposed))
 }

@@ -76,7 +76,8 @@ impl<'a> OnRecords<'a> {
                 axis.inertia = Some(found.value);
             }
         }
-        let records = Records::new(&axes, motions, low_pass);
+        let mut records = Records::new(&axes, motions, low_pass);
+        records.beside_constant = !matches!(model.base, Base::None(_));
         let functions = Functions::new(&model.base, &model.fit, motions, &records)?;
         let smear =
             (low_pass.len() as f64 * records.thinned_rate_hz / motions[0].sample_rate_hz).ceil();
@@ -241,8 +242,9 @@ impl<'a> OnRecords<'a> {
                 let parts = column.chunks_exact_mut(rows).zip(&projections);
                 parts.for_each(|(part, projection)| projection.take_out(part));
             };
-            let records =
-                Records::new(&self.axes, self.motions, self.low_pass).orthogonal_to(&take_out);
+            let mut records = Records::new(&self.axes, self.motions, self.low_pass);
+            records.beside_constant = self.records.beside_constant;
+            let records = records.orthogonal_to(&take_out);
             let fit = match from.take() {
                 None => solve_also_from(&records, &self.axes, terms, another)?,
                 known => solve(&records, &self.axes, terms, known)?,
@@ -300,9 +302,14 @@ impl<'a> OnRecords<'a> {
         projections: &[NuisanceProjection],
     ) -> Base {
         let mut left = self.records.measured.clone();
+        // Not by their forces: what is another in every record has none beyond it.
+        let mut factors = fit.solved.factors.iter();
         for (bound, values) in terms.iter().zip(&fit.solved.values) {
-            let force = self.records.force(bound, values);
-            left.iter_mut().zip(force).for_each(|(l, f)| *l -= f);
+            for (column, factor) in self.records.columns(bound, values).iter().zip(&mut factors) {
+                left.iter_mut()
+                    .zip(column)
+                    .for_each(|(l, c)| *l -= factor * c);
+            }
         }
         let axes = left.chunks_exact(self.records.rows_per_axis().max(1));
         let factors: Vec<Vec<f64>> = axes

@@ -1,36 +1,42 @@
-//! Lines in a signal: a sine of known frequency, whose size and phase are those of the record it is found in.
+//! Parts of a force channel that are another in every record: its zero, and the size and phase of mains hum.
 //!
-//! Hum of the mains begins every record with another phase, so only its frequency carries over from one record to the next.
-//! Its law is evaluated twice, a quarter of a turn apart, and least squares on the two says how much of it a record holds.
+//! Only what shapes such a law carries over from one record to the next, the frequency of the mains for one. The law is evaluated at a
+//! size of 1, for hum twice, a quarter of a turn apart, and least squares says how much of it a record holds.
 
 use crate::model::time_history::{TimeHistory, law_parameters};
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::Shape;
 use std::f64::consts::TAU;
 
-/// A quarter of a turn.
-pub(crate) const QUARTER: f64 = 0.25;
+/// Phases at which a law is evaluated, in turns: a sum of the two is the law at any size and phase.
+pub(crate) const PHASES: [f64; 2] = [0.0, 0.25];
 /// How far from a shape's starts a line is looked for, as a part of them: grids are held to a tenth of that.
 const NEIGHBOURHOOD: f64 = 0.01;
 /// Points per width of a line (one over the length of the longest record) at which its neighbourhood is scanned.
 const POINTS_PER_LINE: f64 = 6.0;
 
-/// The factors of two columns that leave least of a series; 0 for columns that cannot be told apart.
-pub(crate) fn least_squares([a, b]: [&[f64]; 2], series: &[f64]) -> [f64; 2] {
+/// The factors of one column or two, one per phase, that leave least of a series; 0 for columns that cannot be told apart.
+pub(crate) fn least_squares(columns: &[Vec<f64>], series: &[f64]) -> [f64; 2] {
     let dot = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| u * v).sum::<f64>();
-    let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
-    let (ay, by) = (dot(a, series), dot(b, series));
-    let determinant = aa * bb - ab * ab;
-    if determinant <= 1e-12 * aa * bb {
-        return [0.0; 2];
+    match columns {
+        [a] if dot(a, a) > 0.0 => [dot(a, series) / dot(a, a), 0.0],
+        [a, b] => {
+            let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
+            let (ay, by) = (dot(a, series), dot(b, series));
+            let determinant = aa * bb - ab * ab;
+            if determinant <= 1e-12 * aa * bb {
+                return [0.0; 2];
+            }
+            [
+                (bb * ay - ab * by) / determinant,
+                (aa * by - ab * ay) / determinant,
+            ]
+        }
+        _ => [0.0; 2],
     }
-    [
-        (bb * ay - ab * by) / determinant,
-        (aa * by - ab * ay) / determinant,
-    ]
 }
 
-/// What an effect with a size and phase of its own in every record has in one: that part, for each of the record's `rows`.
+/// What an effect with a size of its own in every record has in one: that part, for each of the record's `rows`.
 ///
 /// `series` is what everything else leaves of the record from row `first` on, one value per `period_s`.
 pub(crate) fn part_of(
@@ -47,12 +53,23 @@ pub(crate) fn part_of(
         values: unit.collect(),
         ..term.clone()
     };
-    let along = |phase: f64| along(&unit, phase, rows, period_s);
-    let (sine, cosine) = (along(0.0), along(QUARTER));
-    let seen = first..first + series.len();
-    let [a, b] = least_squares([&sine[seen.clone()], &cosine[seen]], series);
-    let both = sine.iter().zip(&cosine);
-    both.map(|(f, g)| a * f + b * g).collect()
+    let phases = term.entry.phases_per_record();
+    let columns = PHASES[..phases].iter();
+    let columns: Vec<Vec<f64>> = columns
+        .map(|&phase| along(&unit, phase, rows, period_s))
+        .collect();
+    let seen: Vec<Vec<f64>> = columns
+        .iter()
+        .map(|column| column[first..first + series.len()].to_vec())
+        .collect();
+    let factors = least_squares(&seen, series);
+    let mut part = vec![0.0; rows];
+    for (column, factor) in columns.iter().zip(factors) {
+        part.iter_mut()
+            .zip(column)
+            .for_each(|(p, c)| *p += factor * c);
+    }
+    part
 }
 
 /// What such an effect adds to a record in which it begins at `phase`, in turns.
@@ -71,8 +88,8 @@ pub(crate) fn along(term: &EffectValues, phase: f64, rows: usize, period_s: f64)
 pub(crate) fn take_out(terms: &[EffectValues], axis: usize, residual: &mut [f64], period_s: f64) {
     let mine = |term: &&EffectValues| term.entry.is_per_record() && usize::from(term.axis) == axis;
     for term in terms.iter().filter(mine) {
-        let line = part_of(term, residual, 0, residual.len(), period_s);
-        residual.iter_mut().zip(line).for_each(|(r, l)| *r -= l);
+        let part = part_of(term, residual, 0, residual.len(), period_s);
+        residual.iter_mut().zip(part).for_each(|(r, p)| *r -= p);
     }
 }
 
@@ -131,7 +148,7 @@ mod tests {
     const RATE: f64 = 500.0;
 
     fn hum() -> &'static Entry {
-        EFFECTS.iter().find(|e| e.is_per_record()).unwrap()
+        EFFECTS.iter().find(|e| e.is_line()).unwrap()
     }
 
     fn line(rows: usize, hz: f64, size: f64, phase: f64) -> Vec<f64> {
