@@ -2,9 +2,9 @@
 //! to physical bounds, and what it leaves on blocks that it was not learnt from.
 
 use super::blocks::Blocks;
-use super::bounded;
 use super::criteria::CRITERIA;
 use super::hypothesis::{Column, Hypothesis, Part, is_at_bound};
+use crate::fit::bounded;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
 use crate::fit::effects::unknowns::{ShapeUnknown, shapes};

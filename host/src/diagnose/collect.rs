@@ -4,12 +4,13 @@
 //! columns alone, strengths solved for within their bounds.
 
 use super::bench::Bench;
-use super::bounded;
 use super::hypothesis::{Column, Hypothesis, Part};
+use crate::fit::bounded;
 use crate::fit::effects::projection::product;
 use crate::fit::effects::unknowns::{ShapeUnknown, is_physical, shapes};
 use crate::fit::normal_equations::Cholesky;
 use crate::model::effects::AxisEffect;
+use crate::study::Axis;
 use crate::text::work;
 use faer::Mat;
 use jointwatch_shared::effect::{Acts, EFFECTS, Subsystem};
@@ -50,16 +51,17 @@ pub(super) struct Library {
 /// Every effect that could be added on an axis to a model that has the `known` terms.
 pub(super) fn candidates(
     bench: &Bench<'_>,
-    axes: usize,
+    axes: &[Axis],
     known: &[AxisEffect],
     inputs: &[&'static str],
     without: &[String],
 ) -> Vec<AxisEffect> {
     let axis = bench.axis;
+    let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();
     let bound = |entry, axis, input| AxisEffect { entry, axis, input };
     let bounds = EFFECTS.iter().filter_map(|entry| match entry.acts {
         Acts::OwnAxis => Some(bound(entry, axis, None)),
-        Acts::BothAxes => (axes == 2).then_some(bound(entry, 0, None)),
+        Acts::BothAxes => (axes.len() == 2).then_some(bound(entry, 0, None)),
     });
     // Every force of the joint may follow an input that changes.
     let of_joint = EFFECTS
@@ -83,7 +85,9 @@ pub(super) fn candidates(
                 && !of_record
                 && !known.contains(bound)
                 && (!of_inertia || inertia)
-                && !without.iter().any(|w| w == name)
+                && !without
+                    .iter()
+                    .any(|w| w == name || *w == bound.name(&names))
         })
         .collect()
 }

@@ -1,8 +1,8 @@
 //! The descent to the shapes that leave least: Gauss–Newton on their logarithms, with what the columns can take up projected out.
 
 use super::bench::Bench;
-use super::bounded;
 use super::hypothesis::{Column, Hypothesis, Part};
+use crate::fit::bounded;
 use crate::fit::effects::unknowns::ShapeUnknown;
 use crate::fit::normal_equations;
 use crate::text::work;

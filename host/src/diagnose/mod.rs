@@ -7,7 +7,6 @@ pub mod apply;
 mod base;
 mod bench;
 mod blocks;
-mod bounded;
 mod chances;
 pub mod changed;
 mod collect;

@@ -24,6 +24,8 @@ const LAGS_MS: [f64; 20] = [
     1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 70.0, 100.0, 150.0, 200.0, 300.0,
     500.0, 1000.0, 2000.0, 5000.0,
 ];
+/// How often a choice that validation records refute is opened again.
+const MAX_REOPENED: usize = 3;
 /// The effect by which a model says that the zero of force differs from record to record.
 const FORCE_ZERO: &str = "force_zero";
 /// The longest lag that a record shows, beside its length.
@@ -56,15 +58,55 @@ pub(super) struct Given<'a> {
     pub(super) motions: &'a [&'a Motion],
     pub(super) unseen: &'a Unseen<'a>,
     pub(super) low_pass: &'a [f64],
-    /// Effects that are not to be thought of.
+    /// Effects that are not to be thought of: by name, or on one axis.
     pub(super) without: &'a [String],
 }
 
 /// Searches for what is missing beside a base, whose fit starts from `values` where they are known.
 ///
+/// Where validation records refute what was found, the choice is open again without it, for as long as the errors there fall.
+///
 /// # Errors
 /// As the fit of the terms.
 pub(super) fn search(
+    given: &Given<'_>,
+    base: &[AxisEffect],
+    values: Option<Vec<Vec<f64>>>,
+) -> Result<Search> {
+    let names: Vec<&str> = given.axes.iter().map(|a| a.name.as_str()).collect();
+    let error = |search: &Search| -> Result<f64> {
+        let last = &search.last;
+        Ok(given
+            .unseen
+            .errors(&last.terms, &last.solution)?
+            .iter()
+            .sum())
+    };
+    let mut without = given.without.to_vec();
+    let mut best = search_once(given, base, values.clone())?;
+    let mut open = best.refuted.clone();
+    for _ in 0..MAX_REOPENED {
+        if open.is_empty() {
+            break;
+        }
+        without.extend(open.iter().map(|(bound, ..)| bound.name(&names)));
+        let reopened = Given {
+            without: &without,
+            ..*given
+        };
+        let mut again = search_once(&reopened, base, values.clone())?;
+        if error(&again)? >= error(&best)? {
+            break;
+        }
+        open.clone_from(&again.refuted);
+        again.refuted.splice(0..0, best.refuted);
+        best = again;
+    }
+    Ok(best)
+}
+
+/// One search, in which the choice is made once.
+fn search_once(
     given: &Given<'_>,
     base: &[AxisEffect],
     values: Option<Vec<Vec<f64>>>,
@@ -101,7 +143,7 @@ pub(super) fn search(
             zeros[axis] = Some(spread_of_zeros(&records, axis, &decision.hypothesis));
         }
         known.take(&decision.hypothesis);
-        if zeros[axis].is_some() {
+        if zeros[axis].is_some() && !given.without.iter().any(|w| w == FORCE_ZERO) {
             known.take(&zero_of_force(axis));
         }
         decisions.push(decision);
@@ -244,7 +286,7 @@ fn on_axis(
         .collect();
     let name = &given.axes[axis].name;
     work::say(&format!("axis {name}: candidates"));
-    let mut candidates = candidates(searched, given.axes.len(), terms, &inputs, given.without);
+    let mut candidates = candidates(searched, given.axes, terms, &inputs, given.without);
     if zero_per_record {
         candidates.retain(|bound| bound.effect() != "preload");
     }

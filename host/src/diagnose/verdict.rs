@@ -293,12 +293,26 @@ fn added(search: &Search) -> Vec<(AxisEffect, Vec<f64>)> {
 
 /// The verdict: an effect where what has a name explains most of what can be explained.
 fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool) -> Verdict {
-    let named: f64 = search.decisions.iter().map(Decision::named).sum();
-    let unnamed = search
-        .decisions
-        .iter()
-        .map(|decision| decision.without_name().max(unmeasured[decision.axis]));
-    let unnamed: f64 = unnamed.sum();
+    let of_axis = |decision: &Decision| {
+        let (named, unnamed) = (decision.named(), decision.without_name());
+        let refuted = search
+            .refuted
+            .iter()
+            .any(|(_, axis, _)| *axis == decision.axis);
+        let stays = search
+            .found
+            .iter()
+            .any(|bound| bound.acts_on(decision.axis));
+        // Most of an error that laws explain here and not on other records has a cause that is none of them.
+        let of_another = refuted && !stays && named > 0.5 * decision.errors[0].powi(2);
+        let (named, unnamed) = match of_another {
+            true => (0.0, unnamed + named),
+            false => (named, unnamed),
+        };
+        (named, unnamed.max(unmeasured[decision.axis]))
+    };
+    let powers = search.decisions.iter().map(of_axis);
+    let (named, unnamed) = powers.fold((0.0, 0.0), |sum: (f64, f64), p| (sum.0 + p.0, sum.1 + p.1));
     let unknown = unnamed > CRITERIA.unknown * named && unnamed > 0.0;
     match (unknown, none_found) {
         _ if serious => Verdict::Data,

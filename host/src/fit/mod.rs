@@ -1,5 +1,6 @@
 //! Learning a model from motions.
 
+pub(crate) mod bounded;
 pub mod coverage;
 pub mod cross_validation;
 pub mod effects;

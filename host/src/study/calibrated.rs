@@ -2,6 +2,7 @@
 
 use super::description::{ChannelTable, Source};
 use super::log::{Log, Request, Wanted};
+use super::naming;
 use super::units::Quantity;
 use crate::text::error::{Error, Result};
 use std::ops::Range;
@@ -18,15 +19,17 @@ pub(crate) struct Calibrated {
     quantity: Quantity,
     /// The unit that study.toml states, and how many SI units one of it is.
     stated: Option<(String, f64)>,
+    /// The unit that stands in the column's name, as in `Force (kN)`.
+    named: Option<String>,
 }
 
 impl Calibrated {
     /// Some rows of the column in SI; `None` where an optional column is absent.
     pub(crate) fn series(&self, log: &Log, rows: Range<usize>) -> Option<Vec<f64>> {
         let logged = log.values[self.place].as_ref()?;
-        let factor = match (&self.stated, &log.units[self.place]) {
+        let factor = match (&self.stated, self.unit_in(log)) {
             (Some((_, factor)), _) => *factor,
-            (None, Some(unit)) => self.quantity.factor(unit, true).unwrap_or(1.0),
+            (None, Some(unit)) => self.factor(unit).unwrap_or(1.0),
             (None, None) => 1.0,
         };
         Some(
@@ -37,14 +40,30 @@ impl Calibrated {
         )
     }
 
-    /// Holds the unit that the file states against the study's: a note where they differ, an error where the study states none
-    /// and the file's cannot be used.
+    /// The unit that the file states for the column; failing that, the one in its name.
+    fn unit_in<'a>(&'a self, log: &'a Log) -> Option<&'a str> {
+        let of_file = log.units[self.place].as_deref();
+        of_file.or(self.named.as_deref())
+    }
+
+    /// SI units in one of the file's; of volts and counts, what the study's scale says.
+    fn factor(&self, unit: &str) -> std::result::Result<f64, String> {
+        self.quantity.factor(unit, self.scale != 1.0)
+    }
+
+    /// Holds the unit that the file states against the study's: a note where they differ or where only the column's name says it, an
+    /// error where the study states none and the file's cannot be used.
     pub(super) fn check_unit(&self, request: &Request<'_>, log: &Log) -> Result<Option<String>> {
-        let Some(unit) = &log.units[self.place] else {
+        let Some(unit) = self.unit_in(log) else {
             return Ok(None);
         };
-        let found = self.quantity.factor(unit, true);
-        match (&self.stated, found) {
+        let of_name = log.units[self.place].is_none();
+        match (&self.stated, self.factor(unit)) {
+            (None, Ok(factor)) if of_name && factor != 1.0 => Ok(Some(format!(
+                "{}: column {:?} is read in {unit}, as its name says",
+                log.file(self.place, request.file),
+                self.column
+            ))),
             (None, Ok(_)) => Ok(None),
             (None, Err(what)) => Err(Error::data(format!(
                 "{} states for column {:?}: {what}; or write the right unit into study.toml, {{ column = {:?}, unit = … }}",
@@ -97,6 +116,7 @@ impl Columns {
             offset: 0.0,
             quantity: Quantity::Time,
             stated: None,
+            named: naming::unit_for(Quantity::Time, column),
         });
         self.clocks.len()
     }
@@ -147,6 +167,7 @@ pub(super) fn calibrate(
             offset,
             quantity,
             stated,
+            named: naming::unit_for(quantity, column),
         });
     }
     Ok(list)

@@ -153,6 +153,17 @@ pub(crate) fn seconds(unit: &str) -> Option<f64> {
     Quantity::Time.factor(unit, false).ok()
 }
 
+/// The unit that stands in the name of a column of this quantity: whatever is in brackets, and behind the name what fits the quantity, as
+/// `a_in` may be an input and no inch.
+pub(crate) fn unit_for(quantity: Quantity, name: &str) -> Option<String> {
+    let unit = split_unit(name).1?;
+    // `x_F[1]` is a column of a matrix.
+    let is_word = unit.chars().any(|c| c.is_alphabetic() || c == '°');
+    let in_brackets = name.contains(['[', '(']);
+    let fits = in_brackets || quantity.factor(&unit, false).is_ok() && unit != "in";
+    (is_word && fits && quantity != Quantity::Input).then_some(unit)
+}
+
 /// The name and the unit in it: `Weg [mm]`, `Weg (mm)`, `Weg/mm`, `Weg in mm`, `x2_m`, `a_m_s2`.
 fn split_unit(name: &str) -> (&str, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
@@ -220,6 +231,23 @@ mod tests {
         ] {
             assert!(read(name, unit).time > 0, "{name}");
         }
+    }
+
+    #[test]
+    fn a_unit_in_a_name_counts_where_it_is_meant_as_one() {
+        let length = Quantity::Displacement(Translation);
+        for (name, unit) in [
+            ("Weg (mm)", Some("mm")),
+            ("stroke (V)", Some("V")),
+            ("x_mm", Some("mm")),
+            ("x_F[1]", None),
+            ("x_in", None),
+            ("x_N", None),
+            ("x", None),
+        ] {
+            assert_eq!(unit_for(length, name), unit.map(str::to_owned), "{name}");
+        }
+        assert_eq!(unit_for(Quantity::Input, "coil (mA)"), None);
     }
 
     #[test]

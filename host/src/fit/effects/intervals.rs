@@ -16,7 +16,7 @@ const INDEPENDENT: f64 = 0.05;
 /// The sum over lags goes on to this many times the lag at which rows become independent.
 const LAGS: usize = 3;
 
-/// Standard errors, or nothing where the records do not determine the parameters.
+/// Standard errors, or nothing where the records do not determine the parameters. That of a parameter that changes nothing is not a number.
 pub(crate) struct Errors {
     /// Of every linear unknown, terms first, then inertias; SI.
     pub(crate) linear: Vec<f64>,
@@ -36,18 +36,20 @@ pub(crate) fn errors(problem: &Problem<'_>, solved: &Solved) -> Option<Errors> {
         let unknown = c.checked_sub(linear).map(|shape| &problem.shapes[shape]);
         unknown.is_some_and(|unknown| unknown.shape.is_given())
     };
-    let lengths = (0..unknowns).map(|c| if given(c) { 1.0 } else { lengths[c] });
-    let lengths: Vec<f64> = lengths.collect();
-    if lengths.iter().any(|l| l.is_nan() || *l <= 0.0) {
+    if lengths.iter().any(|l| l.is_nan()) {
         return None;
     }
+    // Nor has what changes nothing, as a strength that is held at its bound and the shapes of its law.
+    let idle: Vec<bool> = lengths.iter().map(|l| *l <= 0.0).collect();
+    let lengths = lengths.iter().map(|l| if *l <= 0.0 { 1.0 } else { *l });
+    let lengths: Vec<f64> = lengths.collect();
     for (c, length) in lengths.iter().enumerate() {
         design.col_mut(c).iter_mut().for_each(|v| *v /= length);
     }
     let residual: Vec<f64> = design.col(unknowns).iter().copied().collect();
     let jacobian = design.subcols(0, unknowns).to_owned();
     let mut gram = product(&jacobian, &jacobian);
-    for c in (0..unknowns).filter(|&c| given(c)) {
+    for c in (0..unknowns).filter(|&c| idle[c]) {
         gram[(c, c)] = 1.0;
     }
 
@@ -82,7 +84,10 @@ pub(crate) fn errors(problem: &Problem<'_>, solved: &Solved) -> Option<Errors> {
     factor.solve(half.as_mut());
     let mut covariance = half.transpose().to_owned();
     factor.solve(covariance.as_mut());
-    let error = |c: usize| (correction * covariance[(c, c)].max(0.0)).sqrt() / lengths[c];
+    let error = |c: usize| match idle[c] && !given(c) {
+        true => f64::NAN,
+        false => (correction * covariance[(c, c)].max(0.0)).sqrt() / lengths[c],
+    };
     Some(Errors {
         linear: (0..linear).map(error).collect(),
         shapes: (linear..unknowns).map(error).collect(),

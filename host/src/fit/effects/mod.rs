@@ -64,7 +64,7 @@ pub struct EffectsFit {
 /// go through it alike.
 ///
 /// # Errors
-/// One sentence: no term, no record, too few rows for the parameters, a force that never changes, an inertia that is not positive.
+/// One sentence: no term, no record, too few rows for the parameters, a force that never changes.
 pub fn fit_effects(
     axes: &[Axis],
     motions: &[&Motion],
@@ -175,7 +175,11 @@ pub(crate) fn assemble(
     }
     let mut inertia = Vec::new();
     for (axis, identified) in axes.iter().zip(&solved.inertia) {
-        inertia.push(found_inertia(axis, *identified, &mut linear)?);
+        let found = found_inertia(axis, *identified, &mut linear)?;
+        if found.identified && found.value == 0.0 {
+            warnings.push(no_inertia(axis));
+        }
+        inertia.push(found);
     }
     Ok(EffectsFit {
         terms: found,
@@ -216,11 +220,10 @@ pub(in crate::fit) fn of_linear(
     positive: bool,
     error: Option<f64>,
 ) -> (Option<[f64; 2]>, Option<String>) {
+    let error = error.filter(|e| e.is_finite());
     let interval = error.map(|e| [value - QUANTILE * e, value + QUANTILE * e]);
-    let doubt = (positive && value < 0.0).then(|| {
-        format!(
-            "came out as {value:.3e}, which is not physical: another effect is missing or takes its place"
-        )
+    let doubt = (positive && value <= 0.0).then(|| {
+        "would be below 0, which is not physical, and is held there: another effect is missing or takes its place".to_owned()
     });
     (interval, doubt)
 }
@@ -253,6 +256,7 @@ fn of_shape(
         .iter()
         .position(|u| u.places.contains(&place));
     let error = errors.zip(unknown).map(|(e, u)| e.shapes[u]);
+    let error = error.filter(|e| e.is_finite());
     let interval = error.map(|e| {
         let factor = (QUANTILE * e).min(700.0).exp();
         [value / factor, value * factor]
@@ -285,6 +289,15 @@ fn out_of_order(bound: &AxisEffect, values: &[f64], names: &[&str]) -> Vec<Strin
         .collect()
 }
 
+/// What is said of an inertia that is held at its smallest physical value.
+fn no_inertia(axis: &Axis) -> String {
+    format!(
+        "the inertia of axis {} would be below 0, which is not physical, and is held there: an effect is missing that follows the \
+         displacement, such as a spring or gravity; or the sign of the force or restoring_force in study.toml is wrong; or state the inertia",
+        axis.name
+    )
+}
+
 /// The inertia of an axis, stated or identified; `errors` are the standard errors of those identified that are left.
 pub(in crate::fit) fn found_inertia(
     axis: &Axis,
@@ -297,10 +310,10 @@ pub(in crate::fit) fn found_inertia(
             identified: false,
             standard_error: None,
         }),
-        Some(value) if value > 0.0 => Ok(Inertia {
+        Some(value) if value >= 0.0 => Ok(Inertia {
             value,
             identified: true,
-            standard_error: errors.next(),
+            standard_error: errors.next().filter(|e| e.is_finite()),
         }),
         Some(value) => Err(Error::data(format!(
             "the inertia of axis {} came out as {value:.3e}, which cannot be: check the sign of its force and \

@@ -6,6 +6,7 @@
 
 use super::columns::Records;
 use super::unknowns::ShapeUnknown;
+use crate::fit::bounded;
 use crate::fit::levenberg_marquardt::{self, SumOfSquares};
 use crate::fit::normal_equations;
 use crate::model::effects::AxisEffect;
@@ -29,6 +30,8 @@ pub(crate) struct Solved {
     pub(crate) residual: Vec<f64>,
     /// The factor of every column.
     pub(crate) factors: Vec<f64>,
+    /// Whether a factor would be below its smallest physical value, nothing, and is held there.
+    pub(crate) held: Vec<bool>,
     /// Σ (residual·weight)².
     pub(crate) cost: f64,
     /// Linear unknowns that the records determine.
@@ -120,17 +123,25 @@ impl Problem<'_> {
         let gram = products.submatrix(0, 0, unknowns, unknowns).to_owned();
         let cross = products.submatrix(0, unknowns, unknowns, 1).to_owned();
         let solution = normal_equations::solve(&gram, &cross)?;
+        let mut factors: Vec<f64> = (0..unknowns)
+            .map(|c| solution.coefficients[(c, 0)])
+            .collect();
+        let bounds = self.bounds();
+        let outside =
+            |factors: &[f64]| factors.iter().zip(&bounds).any(|(f, [least, _])| f < least);
+        if outside(&factors) {
+            factors = bounded::factors(&products, &bounds);
+        }
+        let held = factors.iter().zip(&bounds);
+        let held = held.map(|(f, [least, _])| f <= least).collect();
 
         let mut residual = self.records.measured.clone();
         for (c, column) in columns.iter().enumerate() {
-            let factor = solution.coefficients[(c, 0)];
+            let factor = factors[c];
             for (r, value) in residual.iter_mut().zip(column) {
                 *r -= factor * value;
             }
         }
-        let factors: Vec<f64> = (0..unknowns)
-            .map(|c| solution.coefficients[(c, 0)])
-            .collect();
         let mut rest = factors.as_slice();
         for (bound, values) in self.terms.iter().zip(&mut values) {
             let (mine, others) = rest.split_at(self.records.count(bound));
@@ -150,7 +161,28 @@ impl Problem<'_> {
             residual,
             rank: solution.rank,
             factors,
+            held,
         })
+    }
+
+    /// The least and the most of the factor of every column: what is physical, as a strength or an inertia, is not less than nothing.
+    fn bounds(&self) -> Vec<[f64; 2]> {
+        const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+        const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
+        let of_term = |bound: &AxisEffect| {
+            let parameters = bound.entry.parameters().iter();
+            let columns = parameters.map(|parameter| {
+                let bounds = match bound.is_positive(parameter) {
+                    true => POSITIVE,
+                    false => FREE,
+                };
+                std::iter::repeat_n(bounds, self.records.columns_of(parameter))
+            });
+            columns.flatten().collect::<Vec<_>>()
+        };
+        let inertias = self.records.accelerations.iter().flatten();
+        let terms = self.terms.iter().flat_map(of_term);
+        terms.chain(inertias.map(|_| POSITIVE)).collect()
     }
 
     /// How the fitted force changes with the logarithm of each shape, at fixed linear parameters.
@@ -236,9 +268,11 @@ impl Problem<'_> {
     /// The weighted columns of a solution, then the slopes of its shapes, then its residual.
     pub(crate) fn design(&self, solved: &Solved) -> Mat<f64> {
         let slopes = self.slopes(solved);
-        let all: Vec<&[f64]> = solved
-            .columns
-            .iter()
+        // What is held takes no part in a step.
+        let nothing = vec![0.0; solved.residual.len()];
+        let columns = solved.columns.iter().zip(&solved.held);
+        let columns = columns.map(|(column, held)| if *held { &nothing } else { column });
+        let all: Vec<&[f64]> = columns
             .chain(&slopes)
             .chain([&solved.residual])
             .map(Vec::as_slice)

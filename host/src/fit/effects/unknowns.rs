@@ -105,7 +105,7 @@ pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<
     let entry = bound.entry;
     let parameters = entry.parameters();
     let mut listed = parameters.iter().zip(values);
-    let positive = listed.all(|(parameter, value)| !bound.is_positive(parameter) || *value >= 0.0);
+    let positive = listed.all(|(parameter, value)| !bound.is_positive(parameter) || *value > 0.0);
     let at_most = |place: usize| match parameters[place].role {
         Role::Shape(shape) => {
             let unit = reference(bound, &parameters[place], &records.references);

@@ -1,7 +1,7 @@
 //! Least squares whose factors keep to physical bounds: what has to be positive is, and what instruments do within their tolerances stays
 //! within them.
 
-use crate::fit::normal_equations::Cholesky;
+use super::normal_equations::Cholesky;
 use faer::Mat;
 
 /// A trace of a ridge, beside columns of length 1: keeps columns apart that nearly repeat each other.
@@ -10,7 +10,7 @@ const RIDGE: f64 = 1e-9;
 /// The factors of columns, from the products of all of them, the series last; `bounds` are the least and the most of each factor.
 ///
 /// A factor that would leave its bounds stands at the one it crosses, and the others are found anew beside it.
-pub(super) fn factors(products: &Mat<f64>, bounds: &[[f64; 2]]) -> Vec<f64> {
+pub(crate) fn factors(products: &Mat<f64>, bounds: &[[f64; 2]]) -> Vec<f64> {
     let count = bounds.len();
     let scale: Vec<f64> = (0..count)
         .map(|c| {
@@ -62,7 +62,7 @@ pub(super) fn factors(products: &Mat<f64>, bounds: &[[f64; 2]]) -> Vec<f64> {
 }
 
 /// Σ of the squared error that factors leave, from the products.
-pub(super) fn left(products: &Mat<f64>, factors: &[f64]) -> f64 {
+pub(crate) fn left(products: &Mat<f64>, factors: &[f64]) -> f64 {
     let count = factors.len();
     let mut square = products[(count, count)];
     for (c, factor) in factors.iter().enumerate() {
