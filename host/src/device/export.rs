@@ -1,14 +1,15 @@
 //! From a model in newtons to the blob that the device evaluates, and back.
 
 use crate::model::Network;
-use crate::model::corrections::of_the_joint;
+use crate::model::corrections::{Corrections, of_the_joint};
 use crate::model::file::{Base, ModelFile};
+use crate::signal::filters::Filters;
 use crate::study::Convention;
 use crate::text::error::{Error, Result};
 use crate::text::input;
 use jointwatch_shared::base::axis::{self, Axis, Name};
 use jointwatch_shared::base::network_quantise::Weights;
-use jointwatch_shared::base::terms::Memory;
+use jointwatch_shared::base::terms::{EffectValues, Memory};
 use jointwatch_shared::base::{Header, Model};
 use jointwatch_shared::effect::Subsystem;
 use jointwatch_shared::scalar::fixed::q31_to_f64;
@@ -79,12 +80,6 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
     let refuse = |e: jointwatch_shared::fault::Error| {
         Error::data(format!("this model cannot be exported: {e}"))
     };
-    if file.filters.quasi_static {
-        return Err(Error::data(
-            "this model was learnt without time (time = \"none\"), and a device judges a joint in time: learn one from records with \
-             time for export",
-        ));
-    }
     let header = header(file).map_err(refuse)?;
     let budgets: Vec<f64> = file
         .fits
@@ -92,30 +87,8 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
         .map(|fit| budget * fit.training_force_rms)
         .collect();
     let effects = of_the_joint(&file.effects_in_si()?);
-    if let Some(term) = effects
-        .iter()
-        .find(|t| t.entry.subsystem == Subsystem::TimeVaryingPlant)
-    {
-        return Err(Error::data(format!(
-            "{} depends on the time since a record began, and a device that never stops does not know when that was: learn a \
-             model without it for export",
-            term.entry.about.name
-        )));
-    }
-    if let Some((term, input)) = effects.iter().find_map(|t| Some((t, t.input?))) {
-        return Err(Error::data(format!(
-            "{}*{input} follows the input {input:?}, and the device has no channel for inputs: learn a model without it for export",
-            term.entry.about.name
-        )));
-    }
     let corrections = file.corrections()?;
-    if let Some(zero) = corrections.per_record.iter().find(|t| !t.entry.is_line()) {
-        return Err(Error::data(format!(
-            "{} is another one in every record, and a device that never stops has no records: tare the force channel before it starts, and \
-             learn a model with preload in its place for export",
-            zero.entry.about.name
-        )));
-    }
+    check_exportable(file, &header, &effects, &corrections)?;
     let model = match &file.base {
         Base::Polynomial(polynomial) => {
             let coefficients: Vec<&[f64]> =
@@ -150,6 +123,55 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
         blob: blob::encode(&model),
         model,
     })
+}
+
+/// Refuses a model that a device cannot evaluate, with what to do instead.
+fn check_exportable(
+    file: &ModelFile,
+    header: &Header,
+    effects: &[EffectValues],
+    corrections: &Corrections,
+) -> Result<()> {
+    if file.filters.quasi_static {
+        return Err(Error::data(
+            "this model was learnt without time (time = \"none\"), and a device judges a joint in time: learn one from records with \
+             time for export",
+        ));
+    }
+    let of_device =
+        Filters::for_bands(header.sample_rate_hz, header.band_hz, header.state_band_hz)?;
+    if [&of_device.velocity, &of_device.band].map(Vec::len)
+        != [&file.filters.velocity, &file.filters.band].map(Vec::len)
+    {
+        return Err(Error::data(
+            "this model was learnt behind filters that were shortened for a short record, and a device's are longer: learn one from longer \
+             records for export",
+        ));
+    }
+    if let Some(term) = effects
+        .iter()
+        .find(|t| t.entry.subsystem == Subsystem::TimeVaryingPlant)
+    {
+        return Err(Error::data(format!(
+            "{} depends on the time since a record began, and a device that never stops does not know when that was: learn a \
+             model without it for export",
+            term.entry.about.name
+        )));
+    }
+    if let Some((term, input)) = effects.iter().find_map(|t| Some((t, t.input?))) {
+        return Err(Error::data(format!(
+            "{}*{input} follows the input {input:?}, and the device has no channel for inputs: learn a model without it for export",
+            term.entry.about.name
+        )));
+    }
+    if let Some(zero) = corrections.per_record.iter().find(|t| !t.entry.is_line()) {
+        return Err(Error::data(format!(
+            "{} is another one in every record, and a device that never stops has no records: tare the force channel before it starts, and \
+             learn a model with preload in its place for export",
+            zero.entry.about.name
+        )));
+    }
+    Ok(())
 }
 
 /// What the blob says of the model beside its numbers.

@@ -3,11 +3,13 @@
 use crate::assess::compare::{self, RecordFigures};
 use crate::assess::noise_floor;
 use crate::diagnose::PerAxis;
+use crate::diagnose::bench::{MAX_FORCE, rms};
 use crate::diagnose::start::start;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::{FitResult, Prepared, effect_terms, fit_alone, fit_in_time};
 use crate::fit::with_base::{OnRecords, WithBase};
-use crate::model::corrections::missing_inertia;
+use crate::model::ModelEffect;
+use crate::model::corrections::{missing_inertia, of_the_joint};
 use crate::model::effects::AxisEffect;
 use crate::model::file::{AxisError, Base, ErrorChange, HistoryEntry, JudgedOn, ModelFile};
 use crate::model::time_history::{TimeHistory, add_forces};
@@ -15,6 +17,8 @@ use crate::signal::motion::Motion;
 use crate::study::{Role, Study};
 use crate::text::date;
 use crate::text::error::{Error, Result};
+use jointwatch_shared::effect::Entry;
+use jointwatch_shared::effect::about::Role as ParameterRole;
 use serde::Serialize;
 use std::path::Path;
 
@@ -59,6 +63,8 @@ pub struct Added {
     pub helps: bool,
     /// Whether every noise floor was seen on an axis at rest.
     pub floors_at_rest: bool,
+    /// An effect whose force has become so large that only another one cancels it, where there is one: the two are one too many.
+    pub cancels: Option<String>,
 }
 
 impl Added {
@@ -78,9 +84,10 @@ impl Added {
 /// # Errors
 /// [`crate::text::error::Kind::Data`]: an effect that is not known, is there already, acts on an axis that is not there or does what
 /// the model does without it; a study that is not the model's.
-pub fn add(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Added> {
+pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added> {
+    let model = from;
     model.check_fits(study)?;
-    let terms = wider(study, model, effects)?;
+    let mut terms = wider(study, model, effects)?;
     let prepared = Prepared::with_filters(study, model.filters.clone())?;
     model.check_motion(study, &prepared.motions)?;
     let before = compare::compare_motions(study, model, &prepared.motions)?;
@@ -90,7 +97,27 @@ pub fn add(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Added
     } else {
         before.validation.clone()
     };
-    let learnt = learnt_with(study, &prepared, model, &terms)?;
+    let mut learnt = learnt_with(study, &prepared, model, &terms)?;
+    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    let gone: Vec<String> = learnt
+        .effects
+        .iter()
+        .filter(|e| has_vanished(e))
+        .map(ModelEffect::name)
+        .collect();
+    let gone: Vec<String> = gone
+        .into_iter()
+        .filter(|name| !effects.contains(name))
+        .collect();
+    if !gone.is_empty() {
+        terms.retain(|term| !gone.contains(&term.name(&names)));
+        learnt = learnt_with(study, &prepared, model, &terms)?;
+        learnt.warnings.push(format!(
+            "{} takes the place of {}, which would have no strength beside it",
+            effects.join(", "),
+            gone.join(", ")
+        ));
+    }
     let inertia: Vec<f64> = learnt.inertia.iter().map(|i| i.value).collect();
     let mut model = with_history(study, prepared, learnt, model)?;
 
@@ -133,9 +160,68 @@ pub fn add(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Added
         helps: errors.before.iter().zip(&errors.after).any(fell),
         noise_floor: noise_floor.collect(),
         floors_at_rest: floors.iter().all(|f| f.at_rest),
+        cancels: cancelled(study, &prepared, from, &model)?,
         errors,
         model,
     })
+}
+
+/// Whether nothing is left of an effect: every strength that has to be positive is held at nothing.
+fn has_vanished(effect: &ModelEffect) -> bool {
+    let Some(entry) = Entry::named(&effect.effect) else {
+        return false;
+    };
+    let listed = entry.parameters().iter().zip(&effect.parameters);
+    let strengths =
+        listed.filter(|(p, _)| matches!(p.role, ParameterRole::Linear { positive: true }));
+    let values: Vec<f64> = strengths.map(|(_, found)| found.value).collect();
+    !values.is_empty() && values.iter().all(|value| *value == 0.0)
+}
+
+/// The effect of a model whose force is largest, where that is several times the measured force and every force of the model before.
+fn cancelled(
+    study: &Study,
+    prepared: &Prepared,
+    before: &ModelFile,
+    after: &ModelFile,
+) -> Result<Option<String>> {
+    let training = prepared.training(study);
+    let records = Records::new(&study.axes, &training, &after.filters.band);
+    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    let rows = records.rows_per_axis().max(1);
+    // Per effect and axis.
+    let sizes = |model: &ModelFile| -> Result<Vec<(String, Vec<f64>)>> {
+        let joint = of_the_joint(&model.effects_in_si()?).into_iter();
+        let sizes = joint.map(|term| {
+            let bound = AxisEffect {
+                entry: term.entry,
+                axis: usize::from(term.axis),
+                input: term.input,
+            };
+            let force = records.force(&bound, &term.values);
+            let axes = force.chunks_exact(rows).map(rms);
+            (bound.name(&names), axes.collect())
+        });
+        Ok(sizes.collect())
+    };
+    let (old, new) = (sizes(before)?, sizes(after)?);
+    // Near a resonance a spring is as large as the inertia force, and the applied force small.
+    let inertia_force = |axis: usize| {
+        let column = records.accelerations[axis].as_ref();
+        column.map_or(0.0, |column| {
+            after.axes[axis].inertia * rms(&column[axis * rows..][..rows])
+        })
+    };
+    let too_large = |axis: usize, size: f64| {
+        let known = old.iter().map(|(_, sizes)| sizes[axis]);
+        let known = known.fold(records.references.force[axis], f64::max);
+        size > MAX_FORCE * known.max(inertia_force(axis))
+    };
+    let mut cancelled = new.iter().filter(|(_, sizes)| {
+        let mut sizes = sizes.iter().enumerate();
+        sizes.any(|(axis, size)| too_large(axis, *size))
+    });
+    Ok(cancelled.next().map(|(name, _)| name.clone()))
 }
 
 /// The model's terms, without those that are special cases of what is added, and those to be added.

@@ -142,9 +142,20 @@ fn add_all(
             model: wider,
             errors,
             helps,
+            cancels,
             ..
-        } = add::add(study, model, &names)?;
-        if helps {
+        } = match add::add(study, model, &names) {
+            Ok(added) => added,
+            Err(error) => {
+                left_out = Some(format!("{listed} could not be added: {error}"));
+                continue;
+            }
+        };
+        if let Some(cancelled) = cancels {
+            left_out = Some(format!(
+                "{listed} was found on the training records but would be cancelled by {cancelled}, so it was left out"
+            ));
+        } else if helps {
             *model = wider;
             staircase.steps.push(Step {
                 added: names,

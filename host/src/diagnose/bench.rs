@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// The base's own shapes may move by this part beside a hypothesis, by their tangents.
 const SHAPES_MOVE: f64 = 0.3;
 /// Force that an added effect may have, beside the largest force of the base's terms or the measured one: two that cancel are one too many.
-const MAX_FORCE: f64 = 3.0;
+pub(super) const MAX_FORCE: f64 = 3.0;
 /// Error power that counts as none, beside that of the force.
 pub(super) const NO_POWER: f64 = 1e-7;
 /// Without an applied force there is no second channel whose gain, zero or lateness could pass for a force: then so much less is explained
@@ -81,7 +81,7 @@ fn rows_of(records: &Records<'_>, axis: usize) -> Range<usize> {
     axis * rows..(axis + 1) * rows
 }
 
-fn rms(series: &[f64]) -> f64 {
+pub(super) fn rms(series: &[f64]) -> f64 {
     (series.iter().map(|v| v * v).sum::<f64>() / series.len().max(1) as f64).sqrt()
 }
 
@@ -230,14 +230,7 @@ impl<'a> Bench<'a> {
         let mut bounds = Vec::new();
         for parameter in bound.entry.parameters() {
             match parameter.role {
-                Role::Linear { .. } => bounds.push([
-                    if bound.is_positive(parameter) {
-                        0.0
-                    } else {
-                        f64::NEG_INFINITY
-                    },
-                    f64::INFINITY,
-                ]),
+                Role::Linear { .. } => bounds.push(self.records.bounds(bound, parameter)),
                 Role::SizePerRecord { .. } => bounds.extend(std::iter::repeat_n(
                     [f64::NEG_INFINITY, f64::INFINITY],
                     self.records.columns_of(parameter),

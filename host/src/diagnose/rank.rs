@@ -6,7 +6,9 @@ use super::collect::Library;
 use super::criteria::CRITERIA;
 use super::hypothesis::{Hypothesis, Part};
 use crate::fit::effects::are_enough;
+use crate::model::effects::AxisEffect;
 use crate::text::work;
+use jointwatch_shared::effect::{Acts, Subsystem};
 use rayon::prelude::*;
 use std::collections::HashSet;
 
@@ -129,16 +131,23 @@ fn added(field: &Field<'_, '_>, hypothesis: &Hypothesis, most: usize) -> Vec<Hyp
     let told = hypothesis.added().is_empty();
     promises
         .into_iter()
-        .take(most)
         .enumerate()
-        .take_while(|(place, promise)| {
+        .filter(|(place, promise)| {
             let rival = *place < ALWAYS || promise.gain > RIVAL * best;
-            (told && *place < ALWAYS) || (rival && promise.gain > worth)
+            // What has no shape costs next to nothing to try, and may count only beside others: a spring beside a damper's law.
+            let tried = (*place < most && rival) || is_plain(&promise.bound);
+            (told && *place < ALWAYS) || (tried && promise.gain > worth)
         })
         .map(|(_, promise)| promise)
         .map(|promise| hypothesis.with(promise.bound, promise.values))
         .filter(|wider| are_enough(field.full.records, &wider.members))
         .collect()
+}
+
+/// Whether it is one strength of the joint and no shape: a spring, a damper, a constant force.
+fn is_plain(bound: &AxisEffect) -> bool {
+    let of_joint = bound.entry.subsystem == Subsystem::Plant && bound.entry.acts == Acts::OwnAxis;
+    of_joint && bound.input.is_none() && bound.entry.parameters().len() == 1
 }
 
 /// What is not physics comes after what is.

@@ -65,7 +65,9 @@ impl Filters {
             )));
         }
         let noise_limited_hz = state_band_hz(study);
-        let mut filters = Self::differentiators(rate, noise_limited_hz)?;
+        let shortest = study.records.iter().map(|r| r.rows).min();
+        let longest = longest_for(shortest.unwrap_or(usize::MAX));
+        let mut filters = Self::differentiators(rate, noise_limited_hz, longest)?;
         let mut reason;
         match study.band_hz {
             Some(stated) => {
@@ -83,7 +85,7 @@ impl Filters {
         }
         let band_hz = filters.band_hz;
         let wanted_hz = (STATES_OVER_COMMON * band_hz).min(most);
-        let common = Edges::of_band(band_hz, wanted_hz.max(noise_limited_hz), rate);
+        let common = Edges::of_band(band_hz, wanted_hz.max(noise_limited_hz), rate, longest);
         if common.widened {
             reason += &format!(
                 " (falling to zero at {} Hz, as steeply as {} taps allow)",
@@ -92,7 +94,7 @@ impl Filters {
             );
         }
         if wanted_hz > noise_limited_hz {
-            filters = Self::differentiators(rate, wanted_hz)?;
+            filters = Self::differentiators(rate, wanted_hz, longest)?;
             filters.band_hz = band_hz;
             reason += &format!(
                 "; states up to {} Hz as that band needs, although the displacement is below its noise floor above {} Hz",
@@ -111,8 +113,8 @@ impl Filters {
     }
 
     /// Both differentiators, with a low-pass that changes nothing.
-    fn differentiators(rate: f64, pass_hz: f64) -> Result<Self> {
-        let edges = Edges::new(pass_hz, rate);
+    fn differentiators(rate: f64, pass_hz: f64, longest: usize) -> Result<Self> {
+        let edges = Edges::new(pass_hz, rate, longest);
         Ok(Self {
             sample_rate_hz: rate,
             band_hz: pass_hz,
@@ -139,14 +141,15 @@ impl Filters {
         }
     }
 
-    /// The filters for two given bands: the same numbers as [`Filters::design`] gives when it chooses these bands.
+    /// The filters for two given bands: the same numbers as [`Filters::design`] gives when it chooses these bands for records that are long
+    /// enough for every filter.
     ///
     /// # Errors
     /// When a band does not fit below half the sample rate.
     pub fn for_bands(sample_rate_hz: f64, band_hz: f64, state_band_hz: f64) -> Result<Self> {
-        let mut filters = Self::differentiators(sample_rate_hz, state_band_hz)?;
+        let mut filters = Self::differentiators(sample_rate_hz, state_band_hz, MAX_BAND_TAPS)?;
         filters.band_hz = band_hz;
-        filters.band = Edges::of_band(band_hz, state_band_hz, sample_rate_hz)
+        filters.band = Edges::of_band(band_hz, state_band_hz, sample_rate_hz, MAX_BAND_TAPS)
             .filter(Ideal::LowPass, sample_rate_hz)?;
         Ok(filters)
     }
@@ -219,6 +222,11 @@ fn short(hz: f64) -> String {
     }
 }
 
+/// The most taps of each filter of a record of so many rows: a quarter, so that half of a short record is left behind the filters. Odd.
+fn longest_for(rows: usize) -> usize {
+    (rows / 4).clamp(2, MAX_BAND_TAPS + 1) - 1 | 1
+}
+
 /// Edges and length of one filter.
 struct Edges {
     pass_hz: f64,
@@ -229,21 +237,24 @@ struct Edges {
 }
 
 impl Edges {
-    fn new(pass_hz: f64, rate: f64) -> Self {
-        Self::with_taps(pass_hz, TRANSITION_WIDTH * pass_hz, rate, MAX_TAPS)
+    /// A differentiator of at most `longest` taps.
+    fn new(pass_hz: f64, rate: f64, longest: usize) -> Self {
+        let most = longest.min(MAX_TAPS);
+        Self::with_taps(pass_hz, TRANSITION_WIDTH * pass_hz, rate, most)
     }
 
     /// The low-pass of the common band. It is shut where the states' band ends: beyond, an acceleration that is derived falls
     /// behind the force.
-    fn of_band(pass_hz: f64, state_band_hz: f64, rate: f64) -> Self {
+    fn of_band(pass_hz: f64, state_band_hz: f64, rate: f64, longest: usize) -> Self {
+        let most = longest.min(MAX_BAND_TAPS);
         let usual = TRANSITION_WIDTH * pass_hz;
         let room = state_band_hz - pass_hz;
         if room < usual && room > 0.0 {
-            return Self::with_taps(pass_hz, room, rate, MAX_BAND_TAPS);
+            return Self::with_taps(pass_hz, room, rate, most);
         }
-        let short = Self::with_taps(pass_hz, usual, rate, MAX_TAPS);
+        let short = Self::with_taps(pass_hz, usual, rate, most.min(MAX_TAPS));
         if short.stop_hz > (1.0 + WIDEST_FALL) * pass_hz {
-            Self::with_taps(pass_hz, usual, rate, MAX_BAND_TAPS)
+            Self::with_taps(pass_hz, usual, rate, most)
         } else {
             short
         }

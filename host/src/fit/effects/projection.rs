@@ -167,22 +167,19 @@ impl Problem<'_> {
 
     /// The least and the most of the factor of every column: what is physical, as a strength or an inertia, is not less than nothing.
     fn bounds(&self) -> Vec<[f64; 2]> {
-        const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
-        const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
         let of_term = |bound: &AxisEffect| {
             let parameters = bound.entry.parameters().iter();
             let columns = parameters.map(|parameter| {
-                let bounds = match bound.is_positive(parameter) {
-                    true => POSITIVE,
-                    false => FREE,
-                };
+                let bounds = self.records.bounds(bound, parameter);
                 std::iter::repeat_n(bounds, self.records.columns_of(parameter))
             });
             columns.flatten().collect::<Vec<_>>()
         };
         let inertias = self.records.accelerations.iter().flatten();
         let terms = self.terms.iter().flat_map(of_term);
-        terms.chain(inertias.map(|_| POSITIVE)).collect()
+        terms
+            .chain(inertias.map(|_| [0.0, f64::INFINITY]))
+            .collect()
     }
 
     /// How the fitted force changes with the logarithm of each shape, at fixed linear parameters.

@@ -99,13 +99,16 @@ pub(crate) fn reference(bound: &AxisEffect, parameter: &Parameter, references: &
 /// Friction at rest is at most so many times that in motion, for any lubricated or dry pair of materials.
 const AT_REST: f64 = 3.0;
 
-/// Whether a law is what it is called: every parameter that has to be positive is, none is less than what it exceeds in nature or more than a few times that, and it has
+/// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is absent, none is less than what it exceeds in nature or more than a few times that, and it has
 /// not become another one. One whose memory outlasts the records has: it is a spring about another zero, and follows the drift of an instrument.
 pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
     let entry = bound.entry;
     let parameters = entry.parameters();
     let mut listed = parameters.iter().zip(values);
-    let positive = listed.all(|(parameter, value)| !bound.is_positive(parameter) || *value > 0.0);
+    let inside = listed.all(|(parameter, value)| {
+        !matches!(parameter.role, Role::Linear { .. })
+            || *value > records.bounds(bound, parameter)[0]
+    });
     let at_most = |place: usize| match parameters[place].role {
         Role::Shape(shape) => {
             let unit = reference(bound, &parameters[place], &records.references);
@@ -121,7 +124,7 @@ pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<
             && *value > longest_s
     });
     let mut pairs = entry.never_less.iter();
-    positive
+    inside
         && pairs.all(|&(more, less)| (1.0..=AT_REST).contains(&(values[more] / values[less])))
         && !entry.not_at_most.iter().any(|&place| at_most(place))
         && !outlasts

@@ -103,11 +103,22 @@ impl<'a> Parts<'a> {
             found.truncate(TRIED);
             found
         };
+        let force = list("force", Quantity::Force(kind));
+        // Beside a torque, a position that states no unit is an angle.
+        let turned = kind == AxisKind::Rotation && !force.is_empty();
+        let motion = |role: &str, quantity: fn(AxisKind) -> Quantity| {
+            let mut found = list(role, quantity(kind));
+            if found.is_empty() && turned {
+                found = list(role, quantity(AxisKind::Translation));
+                found.retain(|c| c.unit.is_none());
+            }
+            found
+        };
         Self {
-            displacement: list("displacement", Quantity::Displacement(kind)),
-            velocity: list("velocity", Quantity::Velocity(kind)),
-            acceleration: list("acceleration", Quantity::Acceleration(kind)),
-            force: list("force", Quantity::Force(kind)),
+            displacement: motion("displacement", Quantity::Displacement),
+            velocity: motion("velocity", Quantity::Velocity),
+            acceleration: motion("acceleration", Quantity::Acceleration),
+            force,
         }
     }
 }
@@ -147,10 +158,12 @@ fn best_axis(
     let pairs = trials.iter().filter(|t| t.second.is_some());
     let best_pair = pairs.min_by(|a, b| a.fitted.rest.total_cmp(&b.fitted.rest));
     let pair = best_pair.is_some_and(|t| t.fitted.rest < BETTER * single);
-    let chosen = trials
-        .iter()
-        .filter(|t| t.second.is_some() == pair)
-        .min_by(|a, b| a.fitted.rest.total_cmp(&b.fitted.rest));
+    // The likeliest name comes first: another single column must explain clearly more.
+    let mut likeliest = trials.iter().filter(|t| t.second.is_none());
+    let chosen = match pair {
+        true => best_pair,
+        false => likeliest.find(|t| BETTER * t.fitted.rest <= single),
+    };
     let Some(chosen) = chosen else {
         return Err(Error::data(format!(
             "{}: the columns {:?} and {:?} do not go together as displacement and force, or too few rows are there; name the \
@@ -253,14 +266,15 @@ fn trial<'a>(
 
 fn channel(column: &SurveyedColumn, quantity: Quantity, said: &Said) -> DraftChannel {
     let named = said.columns.iter().any(|(_, name)| *name == column.name);
+    let unit = column.unit.clone();
+    let unit = unit.filter(|u| quantity.factor(u, false).is_ok());
     DraftChannel {
         column: column.name.clone(),
-        unit: column
-            .unit
-            .clone()
-            .filter(|u| quantity.factor(u, false).is_ok()),
+        // Volts and counts have a size that nobody has stated.
+        guessed: !named && column.named.score(quantity) < 2
+            || unit.is_none() && column.unit.is_some(),
+        unit,
         scale: 1.0,
-        guessed: !named && column.named.score(quantity) < 2,
     }
 }
 

@@ -101,6 +101,8 @@ fn time_of(surveys: &[Survey], said: &Said) -> Result<Option<SurveyedTime>> {
 
 /// Rows of one record of which the last part validates.
 const SPLIT: f64 = 0.7;
+/// A record with fewer rows is not split: its parts would be too short for the study's filters.
+const MIN_SPLIT: usize = 1000;
 
 /// The shortest record validates, the last of several that are alike; a single one is split.
 fn records(surveys: &[Survey]) -> Vec<DraftRecord> {
@@ -109,6 +111,11 @@ fn records(surveys: &[Survey]) -> Vec<DraftRecord> {
         role,
         rows,
     };
+    if let [only] = surveys
+        && only.rows < MIN_SPLIT
+    {
+        return vec![record(only, Role::Train, None)];
+    }
     if let [only] = surveys {
         let middle = (SPLIT * only.rows as f64) as usize;
         return vec![

@@ -100,13 +100,20 @@ fn axis_text(text: &mut String, axis: &DraftAxis) {
         AxisKind::Translation => ("m", "translation"),
         AxisKind::Rotation => ("rad", "rotation"),
     };
+    let mut channels = axis.displacement.iter().chain([&axis.force]);
+    let states_units = channels.any(|channel| channel.unit.is_some());
     let _ = write!(
         text,
-        "\n[[axis]]\nname = {}   # stands behind the @ of an effect\nkind = \"{kind}\"   # or \"{}\"\n",
+        "\n[[axis]]\nname = {}   # stands behind the @ of an effect\nkind = \"{kind}\"   # or \"{}\"{}\n",
         quoted(&axis.name),
         match axis.kind {
             AxisKind::Translation => "rotation",
             AxisKind::Rotation => "translation",
+        },
+        if states_units {
+            String::new()
+        } else {
+            format!("  {GUESSED}")
         }
     );
     let list: Vec<String> = axis.displacement.iter().map(written).collect();
