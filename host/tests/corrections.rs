@@ -2,6 +2,7 @@
 
 use jointwatch::assess::compare;
 use jointwatch::device::{export, replay};
+use jointwatch::diagnose::diagnose;
 use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
 use jointwatch::simulate::{SimulationOptions, simulate};
@@ -293,4 +294,58 @@ fn a_wrong_gain_is_that_of_the_channel_and_not_of_what_a_ground_spring_leaves() 
             "{error}"
         );
     }
+}
+
+#[test]
+fn a_zero_that_differs_from_record_to_record_is_named_and_taken_out_of_every_record() {
+    println!("seed {SEED}");
+    let options = SimulationOptions {
+        seed: SEED,
+        ..SimulationOptions::default()
+    };
+    let right = simulate(&options).unwrap().study;
+    let mut wrong = right.clone();
+    let zeros = [0.0, 3.0, -2.0, 5.0];
+    for (record, zero) in wrong.records.iter_mut().zip(zeros) {
+        let force = record.axes[0].force.iter_mut();
+        force.for_each(|f| *f += zero);
+    }
+    let model = learnt(&wrong, &JOINT);
+    let diagnosis = diagnose(&wrong, &model).unwrap();
+    let found: Vec<String> = diagnosis
+        .found
+        .iter()
+        .map(|f| format!("{}@{}", f.effect, f.axis))
+        .collect();
+    assert_eq!(found, ["force_zero@x"]);
+
+    let with = learnt(&wrong, &[&JOINT[..], &["force_zero@x"]].concat());
+    let best = learnt(&right, &JOINT);
+    let corrected = with.corrected(&wrong).unwrap();
+    for (seen, truth) in corrected.records.iter().zip(&right.records) {
+        let pairs = seen.axes[0].force.iter().zip(&truth.axes[0].force);
+        let off = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        assert!(off < 0.05, "{}: {off} N", truth.file);
+    }
+    let error = |model: &ModelFile| model.validation[0].relative_error;
+    assert!(error(&with) < 1.1 * error(&best));
+    // The root mean square over the three training records.
+    let mean_square = zeros[..3].iter().map(|z| z * z).sum::<f64>() / 3.0;
+    assert!((value(&with, "force_zero@x") - mean_square.sqrt()).abs() < 0.05);
+
+    let Err(refusal) = export::export(&with, None) else {
+        panic!("a zero of each record went to the device");
+    };
+    assert!(refusal.sentence.contains("tare"), "{refusal}");
+    let mut one = wrong.clone();
+    one.records.truncate(1);
+    one.base_terms = vec![
+        "stiffness@x".into(),
+        "stiffness@phi".into(),
+        "force_zero@x".into(),
+    ];
+    let Err(refusal) = identify::physical(&one) else {
+        panic!("one record has no zeros that differ");
+    };
+    assert!(refusal.sentence.contains("has one record"), "{refusal}");
 }

@@ -192,7 +192,9 @@ fn cancelled(
     // Per effect and axis.
     let sizes = |model: &ModelFile| -> Result<Vec<(String, Vec<f64>)>> {
         let joint = of_the_joint(&model.effects_in_si()?).into_iter();
-        let sizes = joint.map(|term| {
+        // A strength a + b·u is two terms, of which one cancels the mean of the other.
+        let alone = joint.filter(|term| term.input.is_none());
+        let sizes = alone.map(|term| {
             let bound = AxisEffect {
                 entry: term.entry,
                 axis: usize::from(term.axis),

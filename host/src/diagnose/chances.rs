@@ -67,17 +67,42 @@ impl<'a> Rivals<'a> {
         let Some(best) = all.clone().min_by(|a, b| means[*a].total_cmp(&means[*b])) else {
             return Vec::new();
         };
-        let good = all.filter(|&at| {
-            let behind = means[at] - means[best];
-            let pairs = self.errors[at].iter().zip(self.errors[best]);
-            let square = pairs.zip(weights);
-            let square: f64 = square.map(|((a, b), w)| w * (a - b - behind).powi(2)).sum();
-            let chance = (square / whole / whole)
-                .sqrt()
-                .max(CRITERIA.least_difference);
-            behind <= chance || self.powers[at] - self.powers[best] < self.least_share.powi(2)
-        });
-        good.collect()
+        let best = (self.errors[best], means[best], self.powers[best]);
+        all.filter(|&at| self.is_as_good(at, best, weights, whole))
+            .collect()
+    }
+
+    /// Whether a set loses no more than that to another one, given by its log errors, their mean, and the power that it leaves.
+    fn is_as_good(
+        &self,
+        at: usize,
+        (errors, mean, power): (&[f64], f64, f64),
+        weights: &[f64],
+        whole: f64,
+    ) -> bool {
+        let behind = self.mean(at, weights) - mean;
+        let pairs = self.errors[at].iter().zip(errors).zip(weights);
+        let square: f64 = pairs.map(|((a, b), w)| w * (a - b - behind).powi(2)).sum();
+        let chance = (square / whole / whole)
+            .sqrt()
+            .max(CRITERIA.least_difference);
+        behind <= chance || self.powers[at] - power < self.least_share.powi(2)
+    }
+
+    /// The simplest set that is as good as this one and has fewer numbers.
+    pub(super) fn simpler(&self, than: &Looked) -> Option<usize> {
+        let errors = than.score.log_errors.as_slice();
+        let weights = vec![1.0; errors.len()];
+        let (mean, whole) = (
+            errors.iter().sum::<f64>() / errors.len() as f64,
+            errors.len() as f64,
+        );
+        let other = (errors, mean, than.score.error.powi(2));
+        let fewer = (0..self.errors.len()).filter(|&at| self.numbers[at] < than.score.numbers);
+        let good: Vec<usize> = fewer
+            .filter(|&at| self.is_as_good(at, other, &weights, whole))
+            .collect();
+        (!good.is_empty()).then(|| self.simplest(&good, &weights))
     }
 
     /// The simplest of some.

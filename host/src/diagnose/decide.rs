@@ -196,9 +196,15 @@ impl<'a> Choice<'a> {
         let rivals = Rivals::of(sound, field.full.least_share);
         let alike = vec![1.0; base.score.log_errors.len()];
         let good = rivals.good(&alike);
-        let chosen = sound[rivals.simplest(&good, &alike)];
+        let mut chosen = sound[rivals.simplest(&good, &alike)];
+        let mut pruned_set = pruned(field, inputs, chosen.clone(), base);
+        // Of what is left of a set another one may be as good, and simpler.
+        while let Some(simpler) = rivals.simpler(&pruned_set.decided) {
+            chosen = sound[simpler];
+            pruned_set = pruned(field, inputs, chosen.clone(), base);
+        }
         Self {
-            pruned: pruned(field, inputs, chosen.clone(), base),
+            pruned: pruned_set,
             rivals,
             good,
             chosen,

@@ -177,8 +177,12 @@ fn never_rests(study: &Study, floors: &[Floor]) -> Vec<String> {
     let axes = study.axes.iter().zip(floors);
     let axes = axes.filter(|(_, floor)| !floor.at_rest);
     axes.map(|(axis, _)| {
+        let from = match study.quasi_static {
+            true => "how neighbouring rows differ",
+            false => "high frequencies",
+        };
         format!(
-            "axis {} rests in no record, so its noise floor is taken from high frequencies and may be too low",
+            "axis {} rests in no record, so its noise floor is taken from {from} and may be too low",
             axis.name
         )
     })

@@ -143,9 +143,11 @@ pub fn table(effects: &[ModelEffect]) -> Table {
     for effect in effects {
         let mut name = effect.name();
         for parameter in &effect.parameters {
-            let interval = parameter.interval.map_or("unknown".into(), |[low, high]| {
-                format!("{} to {}", significant(low), significant(high))
-            });
+            let interval = parameter
+                .interval
+                .map_or("not determined".into(), |[low, high]| {
+                    format!("{} to {}", significant(low), significant(high))
+                });
             let mut row = vec![
                 std::mem::take(&mut name),
                 parameter.name.clone(),

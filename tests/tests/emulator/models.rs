@@ -105,7 +105,7 @@ fn in_the_middle(entry: &'static Entry, header: &Header) -> EffectValues {
     }
     let value = |parameter: &Parameter| {
         let size = match parameter.role {
-            Role::Linear { .. } | Role::SizePerRecord => 5.0,
+            Role::Linear { .. } | Role::SizePerRecord { .. } => 5.0,
             Role::Shape(shape) => shape.starts[shape.starts.len() / 2],
         };
         size * parameter.dimension.scale(&references)

@@ -261,6 +261,9 @@ fn of_shape(
         let factor = (QUANTILE * e).min(700.0).exp();
         [value / factor, value * factor]
     });
+    // What is wider than all that was searched says nothing.
+    let interval =
+        interval.filter(|[low, high]| shape.is_given() || high / low < shape.most / shape.least);
     let reference = unknown.map_or(1.0, |u| problem.shapes[u].reference);
     let relative = value / reference;
     let at_edge = relative <= shape.least * 1.001 || relative >= shape.most * 0.999;

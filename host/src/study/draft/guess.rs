@@ -23,7 +23,7 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         (None, Some(time)) => time.rate_hz,
         (None, None) => {
             return Err(Error::data(format!(
-                "{}: no column counts the time; name it with --column time=COLUMN, or state the rate with --rate HZ",
+                "{}: no column counts the time; name it with --column time=COLUMN, state the rate with --rate HZ, or write time = \"none\" into a study.toml of your own if the log has no time",
                 first.file
             )));
         }
