@@ -7,7 +7,7 @@ use super::hypothesis::{Column, Hypothesis, Part, is_at_bound};
 use crate::fit::bounded;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
-use crate::fit::effects::unknowns::{ShapeUnknown, shapes};
+use crate::fit::effects::unknowns::{ShapeUnknown, bounds as physical_bounds, shapes};
 use crate::model::effects::AxisEffect;
 use faer::Mat;
 use jointwatch_shared::effect::Entry;
@@ -230,7 +230,7 @@ impl<'a> Bench<'a> {
         let mut bounds = Vec::new();
         for parameter in bound.entry.parameters() {
             match parameter.role {
-                Role::Linear { .. } => bounds.push(self.records.bounds(bound, parameter)),
+                Role::Linear { .. } => bounds.push(physical_bounds(bound, parameter, self.records)),
                 Role::SizePerRecord { .. } => bounds.extend(std::iter::repeat_n(
                     [f64::NEG_INFINITY, f64::INFINITY],
                     self.records.columns_of(parameter),

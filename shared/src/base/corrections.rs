@@ -8,10 +8,13 @@ use super::axis::MAGNITUDE;
 use crate::base::hum::Hum;
 use crate::fault::{Checks, Error};
 
+/// The largest share of a reading that can be too much or too little; a channel that is further off is another channel.
+pub const MAX_GAIN: f64 = 0.9;
+
 /// Corrections of one axis's force channel; all 0 for a channel that is right.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceCorrection {
-    /// Share of the reading that is too much, −0.9 to 0.9.
+    /// Share of the reading that is too much, −[`MAX_GAIN`] to [`MAX_GAIN`].
     pub excess: f64,
     /// Reading of this channel per force on the other axis: N per N, N·m per N, …
     pub cross: f64,
@@ -47,7 +50,12 @@ impl ForceCorrection {
 
     /// [`Self::check`] among others.
     pub(super) fn check_in(&self, axes: usize, checks: &mut Checks) {
-        checks.within("correction of a force gain", self.excess, -0.9, 0.9);
+        checks.within(
+            "correction of a force gain",
+            self.excess,
+            -MAX_GAIN,
+            MAX_GAIN,
+        );
         let most = if axes == 2 { MAGNITUDE } else { 0.0 };
         checks.within("correction of cross-talk", self.cross, -most, most);
         let quantity = "correction of a force delay in s";

@@ -298,19 +298,6 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// The least and the most of a parameter that the force is proportional to: a strength that has to be positive is not below nothing, and
-    /// an inertia is not less than stated by all that is stated.
-    pub(crate) fn bounds(&self, bound: &AxisEffect, parameter: &Parameter) -> [f64; 2] {
-        let least = if bound.is_positive(parameter) {
-            0.0
-        } else if bound.entry.about.name == "inertia_error" {
-            -self.inertias[bound.axis].unwrap_or(f64::INFINITY)
-        } else {
-            f64::NEG_INFINITY
-        };
-        [least, f64::INFINITY]
-    }
-
     /// The records in which a size is found: all; of a zero beside a base with a constant, all but the first.
     fn own_size(&self, parameter: &Parameter) -> Range<usize> {
         let relative = self.beside_constant && parameter.phases() == 1;

@@ -5,7 +5,7 @@
 //! residual is that of the force at fixed linear parameters, projected off the columns (Kaufman, BIT 15 (1975) 49–57).
 
 use super::columns::Records;
-use super::unknowns::ShapeUnknown;
+use super::unknowns::{self, ShapeUnknown};
 use crate::fit::bounded;
 use crate::fit::levenberg_marquardt::{self, SumOfSquares};
 use crate::fit::normal_equations;
@@ -30,7 +30,7 @@ pub(crate) struct Solved {
     pub(crate) residual: Vec<f64>,
     /// The factor of every column.
     pub(crate) factors: Vec<f64>,
-    /// Whether a factor would be below its smallest physical value, nothing, and is held there.
+    /// Whether a factor would be outside what is physical, and is held at the bound.
     pub(crate) held: Vec<bool>,
     /// Σ (residual·weight)².
     pub(crate) cost: f64,
@@ -127,13 +127,16 @@ impl Problem<'_> {
             .map(|c| solution.coefficients[(c, 0)])
             .collect();
         let bounds = self.bounds();
-        let outside =
-            |factors: &[f64]| factors.iter().zip(&bounds).any(|(f, [least, _])| f < least);
+        let outside = |factors: &[f64]| {
+            let mut pairs = factors.iter().zip(&bounds);
+            pairs.any(|(f, [least, most])| f < least || f > most)
+        };
         if outside(&factors) {
             factors = bounded::factors(&products, &bounds);
         }
         let held = factors.iter().zip(&bounds);
-        let held = held.map(|(f, [least, _])| f <= least).collect();
+        let held = held.map(|(f, [least, most])| f <= least || f >= most);
+        let held = held.collect();
 
         let mut residual = self.records.measured.clone();
         for (c, column) in columns.iter().enumerate() {
@@ -170,7 +173,7 @@ impl Problem<'_> {
         let of_term = |bound: &AxisEffect| {
             let parameters = bound.entry.parameters().iter();
             let columns = parameters.map(|parameter| {
-                let bounds = self.records.bounds(bound, parameter);
+                let bounds = unknowns::bounds(bound, parameter, self.records);
                 std::iter::repeat_n(bounds, self.records.columns_of(parameter))
             });
             columns.flatten().collect::<Vec<_>>()

@@ -2,6 +2,7 @@
 
 use super::columns::Records;
 use crate::model::effects::AxisEffect;
+use jointwatch_shared::base::corrections::MAX_GAIN;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
 use jointwatch_shared::units::{Dimension, References};
 
@@ -99,15 +100,30 @@ pub(crate) fn reference(bound: &AxisEffect, parameter: &Parameter, references: &
 /// Friction at rest is at most so many times that in motion, for any lubricated or dry pair of materials.
 const AT_REST: f64 = 3.0;
 
-/// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is absent, none is less than what it exceeds in nature or more than a few times that, and it has
-/// not become another one. One whose memory outlasts the records has: it is a spring about another zero, and follows the drift of an instrument.
+/// The least and the most of a parameter that the force is proportional to: a strength that has to be positive is not below nothing, an
+/// inertia is not less than stated by all that is stated, and the gain of a channel is one that can be put right.
+pub(crate) fn bounds(bound: &AxisEffect, parameter: &Parameter, records: &Records<'_>) -> [f64; 2] {
+    match bound.entry.about.name {
+        _ if bound.is_positive(parameter) => [0.0, f64::INFINITY],
+        "force_gain" => [-MAX_GAIN, MAX_GAIN],
+        "inertia_error" => {
+            let stated = records.inertias[bound.axis].unwrap_or(f64::INFINITY);
+            [-stated, f64::INFINITY]
+        }
+        _ => [f64::NEG_INFINITY, f64::INFINITY],
+    }
+}
+
+/// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is absent; none is less than what it exceeds
+/// in nature or more than a few times that; and it has not become another one. One whose memory outlasts the records has: it is a spring about another zero, and follows the drift of an instrument.
 pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
     let entry = bound.entry;
     let parameters = entry.parameters();
     let mut listed = parameters.iter().zip(values);
     let inside = listed.all(|(parameter, value)| {
-        !matches!(parameter.role, Role::Linear { .. })
-            || *value > records.bounds(bound, parameter)[0]
+        let [least, most] = bounds(bound, parameter, records);
+        let linear = matches!(parameter.role, Role::Linear { .. });
+        !linear || (least < *value && *value < most)
     });
     let at_most = |place: usize| match parameters[place].role {
         Role::Shape(shape) => {
