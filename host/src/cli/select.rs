@@ -2,11 +2,19 @@
 
 use super::console::Console;
 use crate::fit::sums::{Choice, Plan, Selection};
-use crate::study::Study;
+use crate::study::long_study::LongStudy;
+use crate::study::{Role, Study};
 use crate::study::further::Template;
-use crate::text::error::{Error, Result};
+use crate::text::error::{Error, Result, in_order};
 use clap::Args;
+use indicatif::ProgressBar;
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
+
+/// Rows of a long log that are read at a time.
+const STRETCH: usize = 1 << 21;
+/// As many such stretches are held at once at most.
+const MOST_AT_ONCE: usize = 2;
 
 /// Options of `jointwatch select`.
 #[derive(Args)]
@@ -33,7 +41,11 @@ pub(crate) struct Select {
 impl Select {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("reading the study");
-        let study = Study::read(&self.study)?;
+        let long = LongStudy::of(&self.study)?;
+        let study = match &long {
+            Some(long) => long.sampled()?,
+            None => Study::read(&self.study)?,
+        };
         let template = Template::of_study(&study)?;
         let plan = Plan::of(&study, &template)?;
         if !(self.seconds.is_finite() && self.seconds > 0.0) {
@@ -48,8 +60,10 @@ impl Select {
         };
         let mut selection = Selection::new(plan, choice);
         working.set_message("choosing segments");
-        if self.records.is_empty() {
-            selection.add(&study)?;
+        match &long {
+            _ if !self.records.is_empty() => {}
+            Some(long) => add_stretches(&mut selection, long, &study, &working)?,
+            None => selection.add(&study)?,
         }
         for path in &self.records {
             add(&mut selection, &template, path)?;
@@ -71,6 +85,38 @@ impl Select {
         ))?;
         console.json(&selection)
     }
+}
+
+/// Adds the segments of a study with logs that are too long to be held in memory, stretch by stretch.
+fn add_stretches(
+    selection: &mut Selection,
+    long: &LongStudy,
+    study: &Study,
+    working: &ProgressBar,
+) -> Result<()> {
+    let length = selection.rows().max(1);
+    let length = length * (STRETCH / length).max(1);
+    let training = long.records.iter().filter(|r| r.role == Role::Train);
+    let stretches = training.flat_map(|record| {
+        let starts = record.rows.clone().step_by(length);
+        starts.map(move |start| (record, start..record.rows.end.min(start + length)))
+    });
+    let stretches: Vec<_> = stretches
+        .filter(|(record, rows)| record.log.is_some() && rows.len() >= selection.rows())
+        .collect();
+    for (done, some) in stretches.chunks(MOST_AT_ONCE).enumerate() {
+        let done = 100 * done * MOST_AT_ONCE / stretches.len();
+        working.set_message(format!("choosing segments, {done} % of the log read"));
+        let read = some.par_iter().map(|(record, rows)| {
+            let log = record.log.unwrap_or_default();
+            long.stretch(log, rows.clone(), study.sample_rate_hz)
+        });
+        let read: Vec<Study> = in_order(read)?;
+        for (part, (record, _)) in read.iter().zip(some) {
+            selection.add_part(part, Some(&record.rows))?;
+        }
+    }
+    Ok(())
 }
 
 /// Adds the segments of a log, or those of a folder that was selected before.

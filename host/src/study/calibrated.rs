@@ -24,17 +24,24 @@ impl Calibrated {
     /// Some rows of the column in SI; `None` where an optional column is absent.
     pub(crate) fn series(&self, log: &Log, rows: Range<usize>) -> Option<Vec<f64>> {
         let logged = log.values[self.place].as_ref()?;
-        let factor = match (&self.stated, &log.units[self.place]) {
+        let si = self.si(log.units[self.place].as_deref());
+        Some(logged[rows].iter().map(|value| si(*value)).collect())
+    }
+
+    /// What makes SI of the numbers of a file that states this unit for them.
+    pub(super) fn si(&self, unit: Option<&str>) -> impl Fn(f64) -> f64 + use<> {
+        let factor = match (&self.stated, unit) {
             (Some((_, factor)), _) => *factor,
             (None, Some(unit)) => self.quantity.factor(unit, true).unwrap_or(1.0),
             (None, None) => 1.0,
         };
-        Some(
-            logged[rows]
-                .iter()
-                .map(|value| (value * self.scale + self.offset) * factor)
-                .collect(),
-        )
+        let (scale, offset) = (self.scale, self.offset);
+        move |value| (value * scale + offset) * factor
+    }
+
+    /// Its SI unit.
+    pub(super) fn unit(&self) -> String {
+        self.quantity.si()
     }
 
     /// Holds the unit that the file states against the study's: a note where they differ, an error where the study states none

@@ -75,6 +75,7 @@ impl Survey {
             rows: None,
             columns,
             memory: None,
+            long: None,
             sparse: false,
         };
         let mut headed = true;
@@ -149,6 +150,7 @@ fn columns_of(path: &Path) -> Result<usize> {
             rows: Some([0, 1]),
             columns: Some(&names),
             memory: None,
+            long: None,
             sparse: false,
         };
         if request.table().is_ok() {
