@@ -2,13 +2,14 @@
 
 use super::console::Console;
 use crate::fit::sums::{Choice, Plan, Selection};
+use crate::study::further::Template;
 use crate::study::long_study::LongStudy;
 use crate::study::{Role, Study};
-use crate::study::further::Template;
-use crate::text::error::{Error, Result, in_order};
+use crate::text::error::{Error, Kind, Result, in_order};
 use clap::Args;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Rows of a long log that are read at a time.
@@ -60,9 +61,10 @@ impl Select {
         };
         let mut selection = Selection::new(plan, choice);
         working.set_message("choosing segments");
+        let mut refused = Vec::new();
         match &long {
             _ if !self.records.is_empty() => {}
-            Some(long) => add_stretches(&mut selection, long, &study, &working)?,
+            Some(long) => refused = add_stretches(&mut selection, long, &study, &working)?,
             None => selection.add(&study)?,
         }
         for path in &self.records {
@@ -83,19 +85,25 @@ impl Select {
             selection.cells(),
             self.output.display()
         ))?;
+        if let Some(first) = refused.first() {
+            console.say(format!(
+                "Note: {} segments were left out; the first because {first}.",
+                refused.len()
+            ))?;
+        }
         console.json(&selection)
     }
 }
 
-/// Adds the segments of a study with logs that are too long to be held in memory, stretch by stretch.
+/// Adds the segments of a study with logs that are too long to be held in memory, stretch by stretch; gives why some were left out.
 fn add_stretches(
     selection: &mut Selection,
     long: &LongStudy,
     study: &Study,
     working: &ProgressBar,
-) -> Result<()> {
-    let length = selection.rows().max(1);
-    let length = length * (STRETCH / length).max(1);
+) -> Result<Vec<String>> {
+    let length_of_one = selection.rows().max(1);
+    let length = length_of_one * (STRETCH.min(long.most_rows) / length_of_one).max(1);
     let training = long.records.iter().filter(|r| r.role == Role::Train);
     let stretches = training.flat_map(|record| {
         let starts = record.rows.clone().step_by(length);
@@ -104,19 +112,55 @@ fn add_stretches(
     let stretches: Vec<_> = stretches
         .filter(|(record, rows)| record.log.is_some() && rows.len() >= selection.rows())
         .collect();
+    let mut refused = Vec::new();
     for (done, some) in stretches.chunks(MOST_AT_ONCE).enumerate() {
         let done = 100 * done * MOST_AT_ONCE / stretches.len();
         working.set_message(format!("choosing segments, {done} % of the log read"));
         let read = some.par_iter().map(|(record, rows)| {
             let log = record.log.unwrap_or_default();
-            long.stretch(log, rows.clone(), study.sample_rate_hz)
+            let read = |rows| long.stretch(log, rows, study.sample_rate_hz);
+            sound(&read, rows.clone(), length_of_one)
         });
-        let read: Vec<Study> = in_order(read)?;
-        for (part, (record, _)) in read.iter().zip(some) {
-            selection.add_part(part, Some(&record.rows))?;
+        let read: Vec<Sound> = in_order(read)?;
+        for (part, (record, _)) in read.into_iter().zip(some) {
+            for study in &part.studies {
+                selection.add_part(study, Some(&record.rows))?;
+            }
+            refused.extend(part.refused);
         }
     }
-    Ok(())
+    Ok(refused)
+}
+
+/// What can be used of a stretch of a log.
+#[derive(Default)]
+struct Sound {
+    studies: Vec<Study>,
+    /// Why the rest cannot.
+    refused: Vec<String>,
+}
+
+/// A stretch of a log without what is refused of it: of hours one damaged row must not cost more than the segment that it is in.
+fn sound(
+    read: &impl Fn(Range<usize>) -> Result<Study>,
+    rows: Range<usize>,
+    segment: usize,
+) -> Result<Sound> {
+    let mut found = Sound::default();
+    match read(rows.clone()) {
+        Ok(study) => found.studies.push(study),
+        Err(e) if e.kind != Kind::Data => return Err(e),
+        Err(e) if rows.len() < 2 * segment => found.refused.push(e.sentence),
+        Err(_) => {
+            let middle = rows.start + rows.len() / segment / 2 * segment;
+            for half in [rows.start..middle, middle..rows.end] {
+                let half = sound(read, half, segment)?;
+                found.studies.extend(half.studies);
+                found.refused.extend(half.refused);
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// Adds the segments of a log, or those of a folder that was selected before.

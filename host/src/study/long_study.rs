@@ -31,6 +31,8 @@ pub struct LongStudy {
     pub logs: Vec<Channels>,
     /// Its records, those of short logs as well.
     pub records: Vec<LongRecord>,
+    /// As many rows are held in memory at once.
+    pub most_rows: usize,
     folder: PathBuf,
     template: Template,
 }
@@ -86,6 +88,7 @@ impl LongStudy {
         let said: Description = source.parse("reference/study.md")?;
         let (plan, _) = plan(&source, &said)?;
         let folder = path.parent().unwrap_or(Path::new(".")).to_owned();
+        let most_rows = input::limit() as usize / (8 * plan.wanted.len().max(1));
         let mut long = false;
         let (mut logs, mut records) = (Vec::<Channels>::new(), Vec::new());
         for entry in &said.record {
@@ -104,7 +107,7 @@ impl LongStudy {
                 Some(log) if stated.is_none() => 0..logs[log].rows(),
                 _ => rows,
             };
-            long |= log.is_some() && 8 * rows.len() * plan.wanted.len() > input::limit() as usize;
+            long |= log.is_some() && rows.len() > most_rows;
             records.push(LongRecord {
                 file: file.clone(),
                 role: entry.role,
@@ -120,6 +123,7 @@ impl LongStudy {
             logs,
             records,
             template: Template::of_text(&path.to_string_lossy(), text, 0.0),
+            most_rows,
             folder,
         }))
     }
@@ -142,7 +146,8 @@ impl LongStudy {
                         role: entry.role,
                         columns: entry.columns.clone(),
                     };
-                    said.record.extend(spread(&record.rows).map(stretch));
+                    said.record
+                        .extend(spread(&record.rows, self.most_rows).map(stretch));
                 }
             }
         }
@@ -179,18 +184,15 @@ impl LongStudy {
     }
 }
 
-/// Stretches spread evenly over some rows; all of them where they are few.
-fn spread(rows: &Range<usize>) -> impl Iterator<Item = Range<usize>> {
+/// Stretches spread evenly over some rows, each of `most` at most; all of the rows where they are few.
+fn spread(rows: &Range<usize>, most: usize) -> impl Iterator<Item = Range<usize>> {
     let (start, count) = (rows.start, rows.len());
-    let several = count > STRETCHES * STRETCH;
-    let last = count.saturating_sub(STRETCH);
-    let stretches = if several { STRETCHES } else { 1 };
-    (0..stretches).map(move |k| match several {
-        true => {
-            let from = start + k * last / (STRETCHES - 1);
-            from..from + STRETCH
-        }
-        false => start..start + count,
+    let several = count > most.min(STRETCHES * STRETCH);
+    let length = if several { most.min(STRETCH) } else { count };
+    let stretches = (count / length.max(1)).clamp(1, STRETCHES);
+    (0..stretches).map(move |k| {
+        let from = start + k * (count - length) / (stretches - 1).max(1);
+        from..from + length
     })
 }
 
@@ -319,5 +321,21 @@ impl Channels {
             long: None,
             sparse: true,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stretches_stand_for_a_record_from_its_first_row_to_its_last() {
+        let spread = |rows, most| spread(&rows, most).collect::<Vec<_>>();
+        assert_eq!(spread(5..100, 1_000), [5..100]);
+        let many = spread(7..100_000_007, 1 << 25);
+        assert_eq!(many.len(), STRETCHES);
+        assert!(many.iter().all(|s| s.len() == STRETCH));
+        assert_eq!((many[0].start, many[15].end), (7, 100_000_007));
+        assert_eq!(spread(0..60_000, 25_000), [0..25_000, 35_000..60_000]);
     }
 }

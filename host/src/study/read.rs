@@ -81,7 +81,10 @@ impl Study {
         }
         Ok(Self {
             quasi_static: said.is_quasi_static(),
-            name: said.name.clone().unwrap_or_else(|| folder_name(logs.folder)),
+            name: said
+                .name
+                .clone()
+                .unwrap_or_else(|| folder_name(logs.folder)),
             sample_rate_hz,
             band_hz: said.band_hz.as_ref().map(|b| *b.get_ref()),
             axes,

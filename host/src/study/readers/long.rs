@@ -67,9 +67,8 @@ impl LongLog {
         let kind = if numpy::recognises(&head) {
             let array = numpy::Array::described(request, "", &head)?;
             if !array.fits(length) {
-                return Err(request.error(
-                    "holds a NumPy array that is cut off; write it again with numpy.save",
-                ));
+                return Err(request
+                    .error("holds a NumPy array that is cut off; write it again with numpy.save"));
             }
             Kind::Array(array)
         } else if parquet::recognises(&head) {
@@ -117,7 +116,9 @@ impl LongLog {
             Kind::Array(array) => array.columns.iter().map(|c| (c.as_str(), None)).collect(),
             Kind::Groups(groups) => {
                 let columns = groups.columns.iter();
-                columns.map(|c| (c.name.as_str(), c.unit.as_deref())).collect()
+                columns
+                    .map(|c| (c.name.as_str(), c.unit.as_deref()))
+                    .collect()
             }
         }
     }
@@ -184,11 +185,16 @@ impl LongLog {
             )));
         }
         let mut values = self.stretch(request, &needed, rows.clone())?.into_iter();
-        let columns = known.iter().enumerate().map(|(place, (name, unit))| Column {
-            name: (*name).to_owned(),
-            unit: unit.map(str::to_owned),
-            values: needed.contains(&place).then(|| values.next().unwrap_or_default()),
-        });
+        let columns = known
+            .iter()
+            .enumerate()
+            .map(|(place, (name, unit))| Column {
+                name: (*name).to_owned(),
+                unit: unit.map(str::to_owned),
+                values: needed
+                    .contains(&place)
+                    .then(|| values.next().unwrap_or_default()),
+            });
         let columns = columns.collect();
         Ok(Table {
             numbering: Numbering::From(rows.start + 1),
@@ -243,4 +249,97 @@ fn opened(request: &Request<'_>) -> Result<File> {
             "cannot be read ({e}); check the path, which is relative to study.toml"
         ))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::readers;
+
+    fn request<'a>(file: &'a str, path: &'a Path) -> Request<'a> {
+        Request {
+            file,
+            path,
+            wanted: None,
+            rows: None,
+            columns: None,
+            memory: None,
+            long: None,
+            sparse: true,
+        }
+    }
+
+    /// Every stretch of a file is what the same rows of the whole are.
+    fn check(path: &Path) {
+        let file = path.display().to_string();
+        let request = request(&file, path);
+        let whole = readers::read(&request, &std::fs::read(path).unwrap()).unwrap();
+        let long = LongLog::open(&request).unwrap().unwrap();
+        let names: Vec<&str> = whole.columns.iter().map(|c| c.name.as_str()).collect();
+        let known = long.columns();
+        assert_eq!(known.iter().map(|c| c.0).collect::<Vec<_>>(), names);
+        let rows = long.rows();
+        let places: Vec<usize> = (0..names.len()).rev().collect();
+        for stretch in [0..rows, 0..1, rows - 1..rows, rows / 3..rows / 2] {
+            let read = long.stretch(&request, &places, stretch.clone()).unwrap();
+            for (values, place) in read.iter().zip(&places) {
+                let wanted = whole.columns[*place].values.as_deref().unwrap();
+                let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
+                assert!(
+                    values.len() == stretch.len()
+                        && values.iter().zip(&wanted[stretch.clone()]).all(same),
+                    "{file}, column {place}, rows {stretch:?}"
+                );
+            }
+        }
+        let blocks = long.blocks();
+        assert!(blocks.windows(2).all(|pair| pair[0].end == pair[1].start));
+        assert_eq!(blocks.last().unwrap().end, rows);
+    }
+
+    fn logs() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/logs")
+    }
+
+    #[test]
+    fn a_stretch_of_a_file_is_what_the_same_rows_of_the_whole_are() {
+        let names = [
+            "structured.npy",
+            "matrix.npy",
+            "record.parquet",
+            "packed.parquet",
+            "types.parquet",
+        ];
+        names.iter().for_each(|name| check(&logs().join(name)));
+        let folder = tempfile::tempdir().unwrap();
+        for (order, kind) in [("True", "<f8"), ("False", ">i2"), ("True", "<f4")] {
+            let head =
+                format!("{{'descr': '{kind}', 'fortran_order': {order}, 'shape': (600, 3), }}\n");
+            let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+            bytes.extend((head.len() as u16).to_le_bytes());
+            bytes.extend(head.as_bytes());
+            bytes.extend((0..600 * 3 * 8_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 11) as u8));
+            let path = folder.path().join("made.npy");
+            std::fs::write(&path, bytes).unwrap();
+            check(&path);
+        }
+    }
+
+    #[test]
+    fn what_is_cut_off_or_of_another_format_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, wanted) in [("matrix.npy", "cut off"), ("record.parquet", "cut off")] {
+            let whole = std::fs::read(logs().join(name)).unwrap();
+            let path = folder.path().join(name);
+            std::fs::write(&path, &whole[..whole.len() - 9]).unwrap();
+            let error = LongLog::open(&request(name, &path)).err().unwrap();
+            assert!(error.sentence.contains(wanted), "{}", error.sentence);
+        }
+        let path = logs().join("record.csv");
+        assert!(
+            LongLog::open(&request("record.csv", &path))
+                .unwrap()
+                .is_none()
+        );
+    }
 }

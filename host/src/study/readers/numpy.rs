@@ -178,7 +178,11 @@ impl Array {
         for column in columns {
             let (first, step, field) = self.layout(*column);
             // Rows whose columns stand side by side are read once for all of them.
-            let before = if self.by_columns { first - field.offset } else { 0 };
+            let before = if self.by_columns {
+                first - field.offset
+            } else {
+                0
+            };
             let begin = self.start + before + rows.start * step;
             if read.0 != begin {
                 let mut bytes = vec![0; rows.len() * step];
@@ -187,7 +191,10 @@ impl Array {
                 read = (begin, bytes);
             }
             let rows = read.1.chunks_exact(step);
-            all.push(rows.map(|row| (field.number)(&row[first - before..])).collect());
+            all.push(
+                rows.map(|row| (field.number)(&row[first - before..]))
+                    .collect(),
+            );
         }
         Ok(all)
     }

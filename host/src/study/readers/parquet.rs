@@ -82,9 +82,12 @@ impl Groups {
         let metadata = ParquetMetaDataReader::new()
             .parse_and_finish(file)
             .map_err(|e| broken(request, e))?;
-        let rows = metadata.row_groups().iter().try_fold(0_usize, |sum, group| {
-            sum.checked_add(usize::try_from(group.num_rows()).ok()?)
-        });
+        let rows = metadata
+            .row_groups()
+            .iter()
+            .try_fold(0_usize, |sum, group| {
+                sum.checked_add(usize::try_from(group.num_rows()).ok()?)
+            });
         let rows = rows.ok_or_else(|| broken(request, "it has fewer than 0 rows"))?;
         let units = units(metadata.file_metadata());
         let mut columns = Vec::new();
