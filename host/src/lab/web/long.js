@@ -1,6 +1,7 @@
 // A study whose log is too long to be held in memory: its channels thinned by smallest and largest value, and segments to work on.
 
 import { act, read, refuse } from "./talk.js";
+import { commandList } from "./history.js";
 
 const HEIGHT = 128;
 const count = new Intl.NumberFormat("en");
@@ -24,7 +25,7 @@ export function showLong(next, page) {
     log = Math.min(log, state.long.logs.length - 1);
     page.replaceChildren(...build());
   }
-  const told = JSON.stringify([key, log, state.long, Boolean(state.job)]);
+  const told = JSON.stringify([key, log, state.long, Boolean(state.job), state.done.length]);
   if (told === shown) return;
   shown = told;
   tell();
@@ -51,7 +52,7 @@ function build() {
   return [element("section", { class: "long" }, element("div", { class: "long-head" }, element("h2", {}, "Channels over time"), pick, element("div", { class: "buttons" }, ...buttons)),
     element("p", { class: "hint", id: "long-read", role: "status" }), element("p", { class: "sentence", id: "long-failed", hidden: true }), plots,
     element("p", { class: "hint" }, "Drag to zoom, wheel to zoom at the pointer. Each column of pixels shows the smallest and largest value of its rows, so peaks are kept.")),
-  segments()];
+  segments(), element("section", { id: "commands", hidden: true }, element("h2", {}, "Commands"), element("div", { class: "body" }))];
 }
 
 /** How the log is worked on: segments that `select` chooses become a study of their own. */
@@ -78,6 +79,9 @@ function tell() {
   const failed = document.getElementById("long-failed");
   failed.hidden = !state.long.sentence;
   failed.textContent = state.long.sentence ? `${state.long.sentence}.` : "";
+  const commands = document.getElementById("commands");
+  commands.hidden = !state.done.length;
+  commands.querySelector(".body").replaceChildren(...commandList(state));
   for (const button of document.querySelectorAll("#select, .work")) button.disabled = Boolean(state.job);
   if (done) document.documentElement.dataset.drawn = "long";
 }

@@ -137,6 +137,11 @@ function tabs() {
 /** Opens a tab; what is in it is drawn now that it has a width. `come`: asked for from elsewhere, so it is brought into sight. */
 export function openTab(id, come = false) {
   if (!document.getElementById(id)) return;
+  if (!document.getElementById(`tab-${id}`)) {
+    // A stage without tabs has its parts below one another.
+    document.getElementById(id).scrollIntoView();
+    return;
+  }
   tab = id;
   for (const [other] of TABS) {
     const panel = document.getElementById(other);
