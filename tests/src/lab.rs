@@ -38,7 +38,16 @@ impl Lab {
     /// # Panics
     /// When it does not start.
     pub fn start(folder: &Path, words: &[&str]) -> Self {
+        Self::start_with(folder, words, &[])
+    }
+
+    /// The same in an environment with these variables.
+    ///
+    /// # Panics
+    /// When it does not start.
+    pub fn start_with(folder: &Path, words: &[&str], variables: &[(&str, &str)]) -> Self {
         let mut process = Command::new(jointwatch())
+            .envs(variables.iter().copied())
             .current_dir(folder)
             .arg("lab")
             .args(words)

@@ -379,6 +379,14 @@ fn hostile(lab: &Lab) -> Vec<(&'static str, Vec<u8>)> {
             "many headers",
             act(&format!("{host}{token}{}", "X: y\r\n".repeat(200)), body),
         ),
+        (
+            "a study elsewhere",
+            act(
+                &format!("{host}{token}"),
+                r#"{"do":"work","study":"../study.toml"}"#,
+            ),
+        ),
+        ("an overview of nothing", get("/api/overview/0/0/100")),
         ("a path upwards", get("/lab/..%2F..%2Fstudy.toml")),
         ("another path upwards", get("/lab/../../study.toml")),
         ("a download upwards", get("/api/download/..%2Fstudy.toml")),

@@ -2,11 +2,20 @@
 
 use super::console::Console;
 use crate::fit::sums::{Choice, Plan, Selection};
-use crate::study::Study;
 use crate::study::further::Template;
-use crate::text::error::{Error, Result};
+use crate::study::long_study::LongStudy;
+use crate::study::{Role, Study};
+use crate::text::error::{Error, Kind, Result, in_order};
 use clap::Args;
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
+
+/// Rows of a long log that are read at a time.
+const STRETCH: usize = 1 << 21;
+/// As many such stretches are held at once at most.
+const MOST_AT_ONCE: usize = 2;
 
 /// Options of `jointwatch select`.
 #[derive(Args)]
@@ -33,7 +42,11 @@ pub(crate) struct Select {
 impl Select {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("reading the study");
-        let study = Study::read(&self.study)?;
+        let long = LongStudy::of(&self.study)?;
+        let study = match &long {
+            Some(long) => long.sampled()?,
+            None => Study::read(&self.study)?,
+        };
         let template = Template::of_study(&study)?;
         let plan = Plan::of(&study, &template)?;
         if !(self.seconds.is_finite() && self.seconds > 0.0) {
@@ -48,8 +61,11 @@ impl Select {
         };
         let mut selection = Selection::new(plan, choice);
         working.set_message("choosing segments");
-        if self.records.is_empty() {
-            selection.add(&study)?;
+        let mut refused = Vec::new();
+        match &long {
+            _ if !self.records.is_empty() => {}
+            Some(long) => refused = add_stretches(&mut selection, long, &study, &working)?,
+            None => selection.add(&study)?,
         }
         for path in &self.records {
             add(&mut selection, &template, path)?;
@@ -69,8 +85,82 @@ impl Select {
             selection.cells(),
             self.output.display()
         ))?;
+        if let Some(first) = refused.first() {
+            console.say(format!(
+                "Note: {} segments were left out; the first because {first}.",
+                refused.len()
+            ))?;
+        }
         console.json(&selection)
     }
+}
+
+/// Adds the segments of a study with logs that are too long to be held in memory, stretch by stretch; gives why some were left out.
+fn add_stretches(
+    selection: &mut Selection,
+    long: &LongStudy,
+    study: &Study,
+    working: &ProgressBar,
+) -> Result<Vec<String>> {
+    let length_of_one = selection.rows().max(1);
+    let length = length_of_one * (STRETCH.min(long.most_rows) / length_of_one).max(1);
+    let training = long.records.iter().filter(|r| r.role == Role::Train);
+    let stretches = training.flat_map(|record| {
+        let starts = record.rows.clone().step_by(length);
+        starts.map(move |start| (record, start..record.rows.end.min(start + length)))
+    });
+    let stretches: Vec<_> = stretches
+        .filter(|(record, rows)| record.log.is_some() && rows.len() >= selection.rows())
+        .collect();
+    let mut refused = Vec::new();
+    for (done, some) in stretches.chunks(MOST_AT_ONCE).enumerate() {
+        let done = 100 * done * MOST_AT_ONCE / stretches.len();
+        working.set_message(format!("choosing segments, {done} % of the log read"));
+        let read = some.par_iter().map(|(record, rows)| {
+            let log = record.log.unwrap_or_default();
+            let read = |rows| long.stretch(log, rows, study.sample_rate_hz);
+            sound(&read, rows.clone(), length_of_one)
+        });
+        let read: Vec<Sound> = in_order(read)?;
+        for (part, (record, _)) in read.into_iter().zip(some) {
+            for study in &part.studies {
+                selection.add_part(study, Some(&record.rows))?;
+            }
+            refused.extend(part.refused);
+        }
+    }
+    Ok(refused)
+}
+
+/// What can be used of a stretch of a log.
+#[derive(Default)]
+struct Sound {
+    studies: Vec<Study>,
+    /// Why the rest cannot.
+    refused: Vec<String>,
+}
+
+/// A stretch of a log without what is refused of it: of hours one damaged row must not cost more than the segment that it is in.
+fn sound(
+    read: &impl Fn(Range<usize>) -> Result<Study>,
+    rows: Range<usize>,
+    segment: usize,
+) -> Result<Sound> {
+    let mut found = Sound::default();
+    match read(rows.clone()) {
+        Ok(study) => found.studies.push(study),
+        Err(e) if e.kind != Kind::Data => return Err(e),
+        Err(e) if rows.len() < 2 * segment => found.refused.push(e.sentence),
+        Err(_) => {
+            let middle = rows.start + rows.len() / segment / 2 * segment;
+            for half in [rows.start..middle, middle..rows.end] {
+                let half = sound(read, half, segment)?;
+                found.studies.extend(half.studies);
+                found.refused.extend(half.refused);
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// Adds the segments of a log, or those of a folder that was selected before.

@@ -35,6 +35,19 @@ pub(super) enum Action {
     },
     /// Read the study's folder again.
     Reopen {},
+    /// Choose segments of a study whose logs are too long.
+    Select {
+        /// How many.
+        segments: u32,
+        /// How long each is, s.
+        #[serde(deserialize_with = "number")]
+        seconds: Option<f64>,
+    },
+    /// Work on another study of the folder.
+    Work {
+        /// Its file.
+        study: String,
+    },
     /// Learn a model.
     Identify {
         /// `polynomial`, `network` or `physical`.
@@ -105,6 +118,11 @@ pub(super) enum Then {
     },
     /// A study was written.
     Study,
+    /// Segments were chosen; they are worked on from now on.
+    Segments {
+        /// Their study.
+        study: String,
+    },
     /// A blob was written.
     Blob {
         /// Its file.
@@ -242,7 +260,21 @@ impl Known<'_> {
                 rate,
                 inertia,
             } => self.init(columns, *rate, *inertia),
-            Action::Draft { .. } | Action::Reopen {} | Action::Undo {} | Action::Cancel {} => {
+            Action::Select { segments, seconds } => {
+                let folder = self.folder.free("segments", "");
+                let (count, length) = (segments.to_string(), seconds.unwrap_or(2.0).to_string());
+                let words = ["select", &study, "--segments", &count, "--seconds", &length];
+                let words = [&words[..], &["-o", &folder]].concat();
+                let then = Then::Segments {
+                    study: format!("{folder}/study.toml"),
+                };
+                plan("Choose segments".into(), &words, then)
+            }
+            Action::Draft { .. }
+            | Action::Reopen {}
+            | Action::Work { .. }
+            | Action::Undo {}
+            | Action::Cancel {} => {
                 return Err(Error::usage("this is no command"));
             }
         })

@@ -14,7 +14,7 @@ const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
 
 /// Name, media type, text.
-const FILES: [(&str, &str, &str); 12] = [
+const FILES: [(&str, &str, &str); 13] = [
     (
         "",
         "text/html; charset=utf-8",
@@ -28,6 +28,7 @@ const FILES: [(&str, &str, &str); 12] = [
     ("rail.js", JAVASCRIPT, include_str!("web/rail.js")),
     ("models.js", JAVASCRIPT, include_str!("web/models.js")),
     ("draft.js", JAVASCRIPT, include_str!("web/draft.js")),
+    ("long.js", JAVASCRIPT, include_str!("web/long.js")),
     ("history.js", JAVASCRIPT, include_str!("web/history.js")),
     ("live.js", JAVASCRIPT, include_str!("web/live.js")),
     (

@@ -53,6 +53,7 @@ fn column(column: &SurveyedColumn) -> Value {
         "missing": column.missing,
         "range": column.range,
         "rms": column.rms,
+        "of": column.values.len(),
         "rows": rows,
         "values": values,
     })

@@ -101,6 +101,20 @@ impl Folder {
         Ok(())
     }
 
+    /// The studies in the folder: the one that it was opened with, and those of segments below what the lab writes.
+    pub(super) fn studies(&self, first: &str) -> Vec<String> {
+        let folders = std::fs::read_dir(self.path.join(WRITTEN));
+        let names = folders.into_iter().flatten().flatten();
+        let names = names.filter_map(|f| f.file_name().into_string().ok());
+        let mut below: Vec<String> = names
+            .map(|name| format!("{WRITTEN}/{name}/study.toml"))
+            .filter(|study| self.path.join(study).is_file())
+            .collect();
+        below.sort();
+        below.insert(0, first.into());
+        below
+    }
+
     /// A free name among what the lab writes, relative to the study's folder: the stem with an ending, or with -2, -3, …
     pub(super) fn free(&self, stem: &str, ending: &str) -> String {
         let plain: String = stem
@@ -108,9 +122,10 @@ impl Folder {
             .map(|c| if c.is_alphanumeric() { c } else { '-' })
             .collect();
         let stem = if plain.len() > 60 { "model" } else { &plain };
+        let dot = if ending.is_empty() { "" } else { "." };
         let named = |count: u32| match count {
-            1 => format!("{WRITTEN}/{stem}.{ending}"),
-            _ => format!("{WRITTEN}/{stem}-{count}.{ending}"),
+            1 => format!("{WRITTEN}/{stem}{dot}{ending}"),
+            _ => format!("{WRITTEN}/{stem}-{count}{dot}{ending}"),
         };
         let free = (1..).map(named);
         let mut free = free.filter(|name| !self.path.join(name).exists());

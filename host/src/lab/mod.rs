@@ -14,6 +14,7 @@ mod folder;
 mod guard;
 mod job;
 mod live;
+mod long;
 mod models;
 mod routes;
 mod server;

@@ -35,6 +35,7 @@ pub(super) fn routes(session: Arc<Session>, guard: Guard) -> Router {
         .route("/api/state/{seen}", get(state))
         .route("/api/view/{key}", get(view))
         .route("/api/draft", get(draft))
+        .route("/api/overview/{log}/{from}/{to}", get(overview))
         .route("/api/do", post(act))
         .route("/api/live", get(live).post(look).delete(leave))
         .route("/api/log/{name}", put(log))
@@ -96,6 +97,24 @@ async fn view(State(session): State<Arc<Session>>, Path(key): Path<u64>) -> Resp
             Bytes::from(view.json.as_bytes().to_vec()),
         ),
         None => refusal(StatusCode::NOT_FOUND, "this page is no longer kept"),
+    }
+}
+
+/// Some rows of a long log, thinned.
+async fn overview(
+    State(session): State<Arc<Session>>,
+    Path((log, from, to)): Path<(usize, usize, usize)>,
+) -> Response {
+    let Some(long) = session.state().long.clone() else {
+        return refusal(StatusCode::NOT_FOUND, "no long log is open");
+    };
+    match tokio::task::spawn_blocking(move || long.thinned(log, from, to)).await {
+        Ok(Ok(thinned)) => Json(thinned).into_response(),
+        Ok(Err(e)) => failed(&e),
+        Err(_) => refusal(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "the log could not be read; read it again",
+        ),
     }
 }
 

@@ -4,10 +4,12 @@ use super::action::{Action, Plan, Then};
 use super::folder::{Folder, WRITTEN};
 use super::job::{self, Running};
 use super::live::Live;
+use super::long::Long;
 use super::models::{self, Entry};
 use super::state::{Done, Job, Opened, State};
 use super::{draft, snapshot};
 use crate::study::draft::Said;
+use crate::study::long_study::LongStudy;
 use crate::study::{Study, mistakes};
 use crate::text::error::{Error, Result};
 use serde_json::Value;
@@ -21,6 +23,8 @@ pub(super) struct Session {
     state: Mutex<State>,
     revision: watch::Sender<u64>,
     program: PathBuf,
+    /// The study that the lab was opened with.
+    first: String,
     /// The device that is looked at.
     pub(super) live: Arc<Live>,
 }
@@ -29,6 +33,7 @@ impl Session {
     /// A session on a folder, with the model to show first.
     pub(super) fn new(folder: Folder, model: Option<String>, program: PathBuf) -> Arc<Self> {
         Arc::new(Self {
+            first: folder.study.clone(),
             state: Mutex::new(State::new(folder, model)),
             revision: watch::Sender::new(1),
             program,
@@ -60,12 +65,22 @@ impl Session {
 
     /// Reads the study and the models in its folder, in a thread of its own.
     pub(super) fn open(self: &Arc<Self>) {
-        self.state().opened = Opened::Reading;
+        {
+            let mut state = self.state();
+            state.opened = Opened::Reading;
+            if let Some(long) = state.long.take() {
+                long.leave();
+            }
+        }
         self.changed();
         let session = Arc::clone(self);
         std::thread::spawn(move || {
             session.read_folder();
             session.changed();
+            let long = session.state().long.clone();
+            if let Some(long) = long {
+                long.read(&|| session.changed());
+            }
             session.show_first();
         });
     }
@@ -94,6 +109,21 @@ impl Session {
             }
             return;
         }
+        match LongStudy::of(&folder.study_file()) {
+            Ok(None) => {}
+            Ok(Some(study)) => {
+                let mut state = self.state();
+                state.studies = folder.studies(&self.first);
+                state.draft = None;
+                state.long = Some(Arc::new(Long::new(study)));
+                state.opened = Opened::Long;
+                return;
+            }
+            Err(e) => {
+                self.state().opened = Opened::Wrong(e.sentence);
+                return;
+            }
+        }
         let study = Study::read(&folder.study_file()).and_then(|study| {
             let cure = "use identify, compare, diagnose and add at a terminal";
             study.check_has_time("the lab draws over it", cure)?;
@@ -102,6 +132,7 @@ impl Session {
         let models = models::found(&folder);
         let mut state = self.state();
         state.draft = None;
+        state.studies = folder.studies(&self.first);
         match study {
             Ok(study) => {
                 state.records = study.records.iter().map(|r| r.file.clone()).collect();
@@ -181,8 +212,7 @@ impl Session {
         match action {
             Action::Reopen {} => {
                 // Logs may have changed, and with them all that was drawn.
-                state.views.clear();
-                state.shown = None;
+                state.forget();
                 drop(state);
                 self.open();
                 Ok(())
@@ -197,6 +227,26 @@ impl Session {
                     sample_rate_hz: rate,
                     inertia,
                 };
+                drop(state);
+                self.open();
+                Ok(())
+            }
+            Action::Work { study } => {
+                if !state.folder.studies(&self.first).contains(&study) {
+                    return Err(Error::usage(format!(
+                        "{study:?} is none of the studies in this folder"
+                    )));
+                }
+                let command = job::line(&["lab".into(), study.clone()]);
+                state.remember(Done {
+                    what: "Work on another study".into(),
+                    command,
+                    done: true,
+                    said: String::new(),
+                    seconds: 0.0,
+                    useless: None,
+                });
+                state.work_on(study);
                 drop(state);
                 self.open();
                 Ok(())
@@ -320,7 +370,10 @@ impl Session {
             (done, said) = (false, e.sentence);
         }
         let helpless = !done && !job.cancelled && said.contains("does not help");
-        let made = done && plan.then == Then::Study;
+        let made = done && matches!(plan.then, Then::Study | Then::Segments { .. });
+        if done && let Then::Segments { study } = &plan.then {
+            state.work_on(study.clone());
+        }
         if made {
             // Nobody is to see the end of the command beside a folder that has no study.
             state.opened = Opened::Reading;

@@ -12,6 +12,7 @@ pub(super) fn snapshot(state: &State, revision: u64) -> Value {
         Opened::Reading => ("reading", None, None),
         Opened::Missing => ("missing", None, None),
         Opened::Study(study) => ("study", Some(study), None),
+        Opened::Long => ("long", None, None),
         Opened::Wrong(sentence) => ("wrong", None, Some(sentence)),
     };
     let all = 0..state.models.len();
@@ -41,6 +42,8 @@ pub(super) fn snapshot(state: &State, revision: u64) -> Value {
         "file": state.folder.study,
         "opened": opened,
         "study": study,
+        "long": state.long.as_ref().map(|long| long.told()),
+        "studies": state.studies,
         "sentence": sentence,
         "logs": state.folder.logs,
         "drafted": state.draft.is_some(),

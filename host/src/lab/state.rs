@@ -3,6 +3,7 @@
 use super::action::{Known, Then};
 use super::folder::Folder;
 use super::job::Running;
+use super::long::Long;
 use super::models::Entry;
 use crate::study::draft::Said;
 use crate::text::error::{Error, Result};
@@ -24,6 +25,8 @@ pub(super) enum Opened {
     Missing,
     /// It was read.
     Study(Value),
+    /// It has a log that is too long to be held in memory; its channels are shown, and segments can be chosen.
+    Long,
     /// It cannot be read, in a sentence.
     Wrong(String),
 }
@@ -67,11 +70,16 @@ pub(super) struct Job {
 pub(super) struct State {
     pub(super) folder: Folder,
     pub(super) opened: Opened,
+    pub(super) long: Option<Arc<Long>>,
+    /// Studies in the folder: the one that was opened, and those of segments that were chosen of it.
+    pub(super) studies: Vec<String>,
     pub(super) records: Vec<String>,
     pub(super) models: Vec<Entry>,
     pub(super) current: Option<usize>,
     pub(super) views: Vec<View>,
     pub(super) shown: Option<u64>,
+    /// How many were drawn since the start.
+    drawn: u64,
     pub(super) said: Said,
     pub(super) draft: Option<Arc<Value>>,
     pub(super) blob: Option<(String, String)>,
@@ -87,11 +95,14 @@ impl State {
         Self {
             folder,
             opened: Opened::Reading,
+            long: None,
+            studies: Vec::new(),
             records: Vec::new(),
             models: Vec::new(),
             current: None,
             views: Vec::new(),
             shown: None,
+            drawn: 0,
             said: Said::default(),
             draft: None,
             blob: None,
@@ -110,6 +121,20 @@ impl State {
             records: &self.records,
             blob: self.blob.as_ref(),
         }
+    }
+
+    /// Forgets what was drawn of the study's logs.
+    pub(super) fn forget(&mut self) {
+        self.views.clear();
+        self.shown = None;
+    }
+
+    /// Goes over to another study of the folder; models of one are not judged on the other.
+    pub(super) fn work_on(&mut self, study: String) {
+        self.folder.study = study;
+        self.forget();
+        self.current = None;
+        self.blob = None;
     }
 
     /// Remembers a command.
@@ -157,14 +182,16 @@ impl State {
                 self.blob = Some((file.clone(), model.clone()));
                 return Ok(());
             }
-            Then::Study | Then::Printed => return Ok(()),
+            Then::Study | Then::Segments { .. } | Then::Printed => return Ok(()),
         };
         let Some(contents) = contents else {
             return Err(Error::failed(
                 "the command drew nothing; look at what it printed",
             ));
         };
-        let key = self.views.last().map_or(1, |v| v.key + 1);
+        // Never the same twice: a page knows by it whether what it has drawn is still right.
+        self.drawn += 1;
+        let key = self.drawn;
         self.views.push(View {
             key,
             model: model.clone(),

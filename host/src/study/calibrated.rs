@@ -27,17 +27,24 @@ impl Calibrated {
     /// Some rows of the column in SI; `None` where an optional column is absent.
     pub(crate) fn series(&self, log: &Log, rows: Range<usize>) -> Option<Vec<f64>> {
         let logged = log.values[self.place].as_ref()?;
-        let factor = match (&self.stated, self.unit_in(log)) {
+        let si = self.si(log.units[self.place].as_deref());
+        Some(logged[rows].iter().map(|value| si(*value)).collect())
+    }
+
+    /// What makes SI of the numbers of a file that states this unit for them; failing that, the one in the column's name counts.
+    pub(super) fn si(&self, of_file: Option<&str>) -> impl Fn(f64) -> f64 + use<> {
+        let factor = match (&self.stated, of_file.or(self.named.as_deref())) {
             (Some((_, factor)), _) => *factor,
             (None, Some(unit)) => self.factor(unit).unwrap_or(1.0),
             (None, None) => 1.0,
         };
-        Some(
-            logged[rows]
-                .iter()
-                .map(|value| (value * self.scale + self.offset) * factor)
-                .collect(),
-        )
+        let (scale, offset) = (self.scale, self.offset);
+        move |value| (value * scale + offset) * factor
+    }
+
+    /// Its SI unit.
+    pub(super) fn unit(&self) -> String {
+        self.quantity.si()
     }
 
     /// The unit that the file states for the column; failing that, the one in its name.

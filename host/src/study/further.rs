@@ -3,7 +3,7 @@
 use super::check::{self, Extent};
 use super::description::{Description, RecordEntry, Source};
 use super::plan::plan;
-use super::read::description_text;
+use super::read::{Place, description_text};
 use super::{MemoryLog, Role, Study};
 use crate::text::error::{Error, Result};
 use crate::text::hexadecimal::hexadecimal;
@@ -53,12 +53,17 @@ impl Template {
         Ok((wanted.collect(), plan.time.map(|time| time.column)))
     }
 
-    fn source(&self) -> Source<'_> {
+    pub(super) fn source(&self) -> Source<'_> {
         Source {
             path: &self.path,
             text: &self.text,
             written: true,
         }
+    }
+
+    /// Where the description lies.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
     }
 
     /// The sample rate of the study that it is of, Hz.
@@ -76,7 +81,12 @@ impl Template {
     /// # Errors
     /// As [`Study::read`].
     pub fn read(&self, file: &Path) -> Result<Study> {
-        self.of_one(&file.to_string_lossy(), None)
+        let logs = Place {
+            folder: Path::new(""),
+            memory: None,
+            long: &[],
+        };
+        self.of_one(&file.to_string_lossy(), None, logs)
     }
 
     /// The same of a log in memory.
@@ -84,23 +94,34 @@ impl Template {
     /// # Errors
     /// As [`Study::of_memory`].
     pub fn read_memory(&self, log: &MemoryLog) -> Result<Study> {
-        self.of_one(&log.name, Some(std::slice::from_ref(log)))
+        let logs = Place {
+            folder: Path::new(""),
+            memory: Some(std::slice::from_ref(log)),
+            long: &[],
+        };
+        self.of_one(&log.name, None, logs)
     }
 
-    fn of_one(&self, file: &str, memory: Option<&[MemoryLog]>) -> Result<Study> {
+    /// The same of some rows of a log.
+    pub(super) fn of_one(
+        &self,
+        file: &str,
+        rows: Option<[usize; 2]>,
+        logs: Place<'_>,
+    ) -> Result<Study> {
         let source = self.source();
         let mut said: Description = source.parse("reference/study.md")?;
         let columns = said.record.iter().find_map(|entry| entry.columns.clone());
         said.record = vec![RecordEntry {
             file: Spanned::new(0..0, file.to_owned()),
             role: Role::Train,
-            rows: None,
+            rows: rows.map(|rows| Spanned::new(0..0, rows)),
             columns,
         }];
         // Rates that time columns show differ in their last digits; all records count as sampled at the study's.
         said.sample_rate_hz = Some(Spanned::new(0..0, self.sample_rate_hz));
         let (plan, axes) = plan(&source, &said)?;
-        let mut study = Study::of_records(&source, &said, (&plan, axes), (Path::new(""), memory))?;
+        let mut study = Study::of_records(&source, &said, (&plan, axes), logs)?;
         check::constant_channels(&study, &plan, Extent::Part)?;
         study.direct();
         Ok(study)

@@ -14,12 +14,14 @@ mod kinematics;
 mod linear;
 mod log;
 pub(crate) mod lone;
+pub mod long_study;
 mod memory;
 pub mod mistakes;
 mod naming;
 #[cfg(test)]
 mod noise;
 mod open;
+pub mod overview;
 mod pieces;
 mod plan;
 pub(crate) mod quasi_static;

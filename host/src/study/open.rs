@@ -2,7 +2,7 @@
 
 use super::log::{Column, Log, MemoryLog, Numbering, Request, Table};
 use super::lone;
-use super::readers;
+use super::readers::{self, long};
 use crate::text::error::Result;
 use crate::text::hexadecimal::hexadecimal;
 use crate::text::input;
@@ -11,12 +11,18 @@ use sha2::Digest;
 impl Request<'_> {
     /// Reads everything in the file that the request needs.
     pub(crate) fn table(&self) -> Result<Table> {
-        readers::read(self, &self.bytes()?)
+        match self.long {
+            Some(long) => long.table(self),
+            None => readers::read(self, &self.bytes()?),
+        }
     }
 
     fn bytes(&self) -> Result<Vec<u8>> {
         if self.path.is_dir() {
             return Err(self.error("is a folder, not a log; name the file in it"));
+        }
+        if long::is_long(self.path) {
+            return Err(self.error(long::too_long(self)));
         }
         input::read(self.path).map_err(|e| {
             self.error(format!(
@@ -27,9 +33,10 @@ impl Request<'_> {
 
     /// Reads the columns that the study uses.
     pub(crate) fn read(&self) -> Result<Log> {
-        let (mut table, sha256) = match self.memory {
-            Some(log) => (log.table(self), log.sha256()),
-            None => {
+        let (mut table, sha256) = match (self.memory, self.long) {
+            (Some(log), _) => (log.table(self), log.sha256()),
+            (None, Some(long)) => (long.table(self)?, long.sha256(self)?),
+            (None, None) => {
                 let bytes = self.bytes()?;
                 let digest = sha2::Sha256::digest(&bytes);
                 (readers::read(self, &bytes)?, hexadecimal(&digest))

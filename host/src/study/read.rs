@@ -6,6 +6,7 @@ use super::description::{Description, RecordEntry, Source};
 use super::log::{Log, MemoryLog, Request};
 use super::plan::{Plan, plan};
 use super::quasi_static::{ROWS_PER_SECOND, direction};
+use super::readers::long::LongLog;
 use super::sampling::Sampling;
 use super::second_logger::Wants;
 use super::{Record, Role, Study, second_logger, time};
@@ -13,6 +14,7 @@ use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Fewest rows of a record.
 const MIN_ROWS: usize = 100;
@@ -39,7 +41,12 @@ impl Study {
         let folder = source.path.parent().unwrap_or(Path::new("."));
         let mut notes = check_records(source, &said, folder)?;
         notes.extend(axis_notes(&plan, &axes));
-        let mut study = Self::of_records(source, &said, (&plan, axes), (folder, memory))?;
+        let logs = Place {
+            folder,
+            memory,
+            long: &[],
+        };
+        let mut study = Self::of_records(source, &said, (&plan, axes), logs)?;
         study.notes.splice(0..0, notes);
         check::constant_channels(&study, &plan, Extent::Whole)?;
         study.direct();
@@ -52,7 +59,7 @@ impl Study {
         source: &Source<'_>,
         said: &Description,
         (plan, axes): (&Plan, Vec<super::Axis>),
-        logs: (&Path, Option<&[MemoryLog]>),
+        logs: Place<'_>,
     ) -> Result<Self> {
         let mut notes = Vec::new();
         let Logs {
@@ -74,7 +81,10 @@ impl Study {
         }
         Ok(Self {
             quasi_static: said.is_quasi_static(),
-            name: said.name.clone().unwrap_or_else(|| folder_name(logs.0)),
+            name: said
+                .name
+                .clone()
+                .unwrap_or_else(|| folder_name(logs.folder)),
             sample_rate_hz,
             band_hz: said.band_hz.as_ref().map(|b| *b.get_ref()),
             axes,
@@ -159,7 +169,7 @@ fn constant_inputs(study: &Study) -> Vec<String> {
 }
 
 /// A study without a name is called after its folder.
-fn folder_name(folder: &Path) -> String {
+pub(super) fn folder_name(folder: &Path) -> String {
     folder
         .canonicalize()
         .ok()
@@ -243,6 +253,17 @@ fn axis_notes(plan: &Plan, axes: &[super::Axis]) -> Vec<String> {
         .collect()
 }
 
+/// Where the logs of a description are.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    /// The folder of their files.
+    pub(super) folder: &'a Path,
+    /// Those that are no files.
+    pub(super) memory: Option<&'a [MemoryLog]>,
+    /// Those that are opened already because they are too long to be read whole.
+    pub(super) long: &'a [Arc<LongLog>],
+}
+
 /// What all logs together give.
 struct Logs {
     sample_rate_hz: f64,
@@ -256,15 +277,16 @@ struct Logs {
 fn read_records(
     said: &Description,
     plan: &Plan,
-    (folder, memory): (&Path, Option<&[MemoryLog]>),
+    place: Place<'_>,
     notes: &mut Vec<String>,
 ) -> Result<Logs> {
+    let Place { folder, memory, .. } = place;
     let paths: Vec<PathBuf> = said
         .record
         .iter()
         .map(|entry| folder.join(entry.file.get_ref()))
         .collect();
-    let requests: Vec<Request<'_>> = said
+    let mut requests: Vec<Request<'_>> = said
         .record
         .iter()
         .zip(&paths)
@@ -276,9 +298,21 @@ fn read_records(
             columns: entry.columns.as_deref(),
             memory: memory
                 .and_then(|logs| logs.iter().find(|log| log.name == *entry.file.get_ref())),
+            long: None,
             sparse: plan.resample_hz.is_some(),
         })
         .collect();
+    let mut long = place.long.to_vec();
+    for request in &requests {
+        // Several records may be stretches of one log.
+        if !long.iter().any(|log| log.is_at(request.path)) {
+            long.extend(LongLog::where_needed(request)?.map(Arc::new));
+        }
+    }
+    for request in &mut requests {
+        let found = long.iter().find(|log| log.is_at(request.path));
+        request.long = found.map(Arc::as_ref);
+    }
     let wants = Wants {
         wanted: &plan.wanted,
         time: plan.time.as_ref(),

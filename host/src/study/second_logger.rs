@@ -197,6 +197,7 @@ impl SecondLogger {
             rows: None,
             columns: self.names.as_deref(),
             memory: memory.and_then(|logs| logs.iter().find(|log| log.name == self.file)),
+            long: None,
             sparse: true,
         };
         let other = request.read()?;

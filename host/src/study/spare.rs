@@ -3,6 +3,7 @@
 use super::description::{Description, InputEntry, RecordEntry, Source};
 use super::log::Request;
 use super::read::description_text;
+use super::readers::long::LongLog;
 use super::{Input, Study};
 use crate::text::error::Result;
 use std::path::Path;
@@ -91,7 +92,13 @@ fn numbers(folder: &Path, entry: &RecordEntry) -> Result<Vec<(String, bool)>> {
         rows: entry.rows.as_ref().map(|r| *r.get_ref()),
         columns: entry.columns.as_deref(),
         memory: None,
+        long: None,
         sparse: false,
+    };
+    let long = LongLog::where_needed(&request)?;
+    let request = Request {
+        long: long.as_ref(),
+        ..request
     };
     let table = request.table()?;
     let mut numbers = Vec::new();

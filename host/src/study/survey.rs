@@ -2,10 +2,14 @@
 
 use super::log::Request;
 use super::naming::{self, Named};
+use super::readers::long::{LongLog, is_long};
 use super::time::Stamps;
 use super::units::Quantity;
 use crate::text::error::{Error, Result};
 use std::path::Path;
+
+/// Rows of a long log that are looked at.
+const BEGINNING: usize = 1 << 18;
 
 /// One column, looked at.
 #[derive(Clone, Debug)]
@@ -75,10 +79,22 @@ impl Survey {
             rows: None,
             columns,
             memory: None,
+            long: None,
             sparse: false,
         };
         let mut headed = true;
-        let mut table = match request(None).table() {
+        let long = match is_long(path) {
+            true => LongLog::open(&request(None))?,
+            false => None,
+        };
+        // What the beginning of a long log holds is what its columns mean.
+        let beginning = long.as_ref().map(|log| [0, log.rows().min(BEGINNING)]);
+        let looked_at = Request {
+            rows: beginning,
+            long: long.as_ref(),
+            ..request(None)
+        };
+        let mut table = match looked_at.table() {
             Err(error) if error.sentence.contains("a heading with the columns' names") => {
                 headed = false;
                 let numbered: Vec<String> =
@@ -94,6 +110,12 @@ impl Survey {
             .map(|c| surveyed(c.name, c.unit, c.values.unwrap_or_default()))
             .collect();
         let rows = columns.iter().map(|c| c.values.len()).max().unwrap_or(0);
+        let rows = long.as_ref().map_or(rows, LongLog::rows);
+        if let Some([_, looked_at]) = beginning {
+            table.notes.push(format!(
+                "the log is long: its first {looked_at} rows were looked at"
+            ));
+        }
         if rows < 2 {
             return Err(Error::data(format!(
                 "{file} holds {rows} rows; check that the logger finished writing it"
@@ -149,6 +171,7 @@ fn columns_of(path: &Path) -> Result<usize> {
             rows: Some([0, 1]),
             columns: Some(&names),
             memory: None,
+            long: None,
             sparse: false,
         };
         if request.table().is_ok() {

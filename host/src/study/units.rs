@@ -122,6 +122,12 @@ impl Quantity {
         }
     }
 
+    /// The SI unit, as people write it; nothing for an input.
+    pub(crate) fn si(self) -> String {
+        let first = self.table().first().map_or("", |(unit, _)| unit);
+        first.replace('*', "·").replace("^2", "²")
+    }
+
     /// How many SI units one `unit` is, or the end of a sentence that says what is wrong with it.
     ///
     /// `scaled` tells whether the channel states a scale, without which a volt or a count means nothing.

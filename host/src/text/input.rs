@@ -6,10 +6,10 @@ use std::path::Path;
 /// Bytes that one file may have, unless the environment says otherwise: what is read of so many stays under 2 GB of memory.
 const DEFAULT_LIMIT: u64 = 1 << 28;
 /// The environment variable that raises it.
-const VARIABLE: &str = "JOINTWATCH_MAX_FILE_BYTES";
+pub(crate) const VARIABLE: &str = "JOINTWATCH_MAX_FILE_BYTES";
 
 /// Bytes that one file may have.
-fn limit() -> u64 {
+pub(crate) fn limit() -> u64 {
     let stated = std::env::var(VARIABLE).ok();
     stated
         .and_then(|value| value.parse().ok())

@@ -15,6 +15,7 @@ use crate::text::{input, output};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fs;
+use std::ops::Range;
 use std::path::Path;
 
 /// What the list of segments says first.
@@ -94,12 +95,25 @@ impl Selection {
         cells.len()
     }
 
+    /// Rows of a segment.
+    pub fn rows(&self) -> usize {
+        (self.choice.seconds * self.plan.filters.sample_rate_hz).round() as usize
+    }
+
     /// Cuts the training records of a study into segments, and keeps what is chosen of them and those that are there.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] for other axes or another rate, [`crate::text::error::Kind::Usage`] for segments that are
     /// shorter than the filters.
     pub fn add(&mut self, study: &Study) -> Result<()> {
+        self.add_part(study, None)
+    }
+
+    /// The same of a study of a stretch of a record, of which `whole` are all rows.
+    ///
+    /// # Errors
+    /// As [`Selection::add`].
+    pub fn add_part(&mut self, study: &Study, whole: Option<&Range<usize>>) -> Result<()> {
         let plan = &self.plan;
         let axes = plan.axes.iter().map(|a| (a.name.as_str(), a.kind));
         study.check_fits(
@@ -107,7 +121,7 @@ impl Selection {
             axes,
             plan.filters.sample_rate_hz,
         )?;
-        let rows = (self.choice.seconds * plan.filters.sample_rate_hz).round() as usize;
+        let rows = self.rows();
         let ends = plan.filters.velocity.len() - 1;
         let least = ends + 2 * plan.filters.band.len();
         if rows < least {
@@ -125,13 +139,13 @@ impl Selection {
             let sha256 = sha256_of(study, record);
             let count = record.rows / rows;
             for k in (0..count).filter(|k| moves(record, k * rows..(k + 1) * rows)) {
-                let cell = cell(
-                    plan,
-                    &motion,
-                    [k * rows, (k + 1) * rows - ends],
-                    TIMES * k / count,
-                );
                 let first_row = record.first_row + k * rows;
+                let time = match whole {
+                    None => TIMES * k / count,
+                    Some(whole) => TIMES * (first_row - whole.start) / whole.len(),
+                };
+                let states = [k * rows, (k + 1) * rows - ends];
+                let cell = cell(plan, &motion, states, time.min(TIMES - 1));
                 self.segments.push(Segment {
                     rank: rank(self.choice.seed, sha256, first_row),
                     file: own_name(&record.file),
@@ -261,7 +275,7 @@ impl Selection {
 }
 
 /// Whether any axis moves; a study of what stands still would be refused.
-fn moves(record: &Record, rows: std::ops::Range<usize>) -> bool {
+fn moves(record: &Record, rows: Range<usize>) -> bool {
     record.axes.iter().any(|channels| {
         let displacement = &channels.displacement_first[rows.clone()];
         displacement.windows(2).any(|pair| pair[0] != pair[1])

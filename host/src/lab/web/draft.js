@@ -98,7 +98,7 @@ function channel(column, log) {
     const [low, high] = limits(0.05, values.filter(Number.isFinite));
     context.strokeStyle = colour("model");
     context.lineWidth = 1;
-    line(context, column.rows.map((row, i) => [width * row / Math.max(1, log.rows - 1), height - height * (values[i] - low) / (high - low)]));
+    line(context, column.rows.map((row, i) => [width * row / Math.max(1, column.of - 1), height - height * (values[i] - low) / (high - low)]));
   });
   const range = column.range.map((v) => significant(v, 3)).join(" to ");
   return element("figure", {}, element("figcaption", {}, column.name, element("span", { class: "time" }, ` ${range}${column.unit ? ` ${column.unit}` : ""}`)), plot);

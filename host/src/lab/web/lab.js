@@ -15,7 +15,7 @@ document.addEventListener("securitypolicyviolation", (event) => { document.docum
 document.getElementById("to-live").addEventListener("click", switchLive);
 
 listen((state) => {
-  const name = state.study ? state.study.name : state.opened === "missing" ? "New study" : "Jointwatch lab";
+  const name = state.study || state.long ? (state.study || state.long).name : state.opened === "missing" ? "New study" : "Jointwatch lab";
   document.getElementById("title").textContent = name;
   document.title = `${state.job ? "… " : ""}${name} – Jointwatch lab`;
   document.getElementById("folder").textContent = state.folder;

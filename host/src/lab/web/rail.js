@@ -14,7 +14,7 @@ export function showRail(next) {
   const model = state.models.find((m) => m.file === state.current);
   const busy = Boolean(state.job);
   const parts = state.study ? [
-    ["study", [state.study, state.folder, state.file, busy], studyPart],
+    ["study", [state.study, state.folder, state.file, state.studies, busy], studyPart],
     ["learn", [state.current, state.models, busy], () => learnPart(model)],
     ["missing", [state.current, state.diagnosis, state.models, state.done.length, busy], () => missingPart(model)],
     ["device", [state.current, state.blob, state.study.records, busy], () => devicePart(model)],
@@ -56,11 +56,18 @@ const step = (number, words, extra) => element("h2", {}, element("span", { class
 function studyPart() {
   const { study } = state;
   const inertia = (a) => (a.inertia === null ? "inertia identified" : a.inertia === 0 ? "restoring force logged" : `${significant(a.inertia, 4)} ${a.inertia_unit}`);
-  const records = study.records.map((r) => element("li", {}, element("span", { class: "file" }, r.file),
+  const few = study.records.length <= 12;
+  const roles = ["training", "validation"].map((role) => [role, study.records.filter((r) => r.role === role)]).filter(([, all]) => all.length);
+  const summed = roles.map(([role, all]) => element("li", {}, element("span", { class: "file" }, `${all.length} records`),
+    element("span", { class: `tag ${role}` }, role), element("span", { class: "time" }, `${significant(all.reduce((sum, r) => sum + r.seconds, 0), 3)} s`)));
+  const others = state.studies.filter((file) => file !== state.file);
+  const records = !few ? summed : study.records.map((r) => element("li", {}, element("span", { class: "file" }, r.file),
     element("span", { class: `tag ${r.role}` }, r.role), element("span", { class: "time" }, `${significant(r.seconds, 3)} s`)));
   return [step(1, "Study", button("reopen", "read again", { do: "reopen" }, { class: "small" })),
     element("p", { class: "facts" }, `${significant(study.sample_rate_hz, 5)} Hz · ${study.axes.map((a) => `${a.name}: ${a.kind}, ${inertia(a)}`).join(" · ")}`),
     element("ul", { class: "records" }, ...records),
+    ...(others.length ? [element("div", { class: "row" }, element("span", { class: "label" }, "go to"), ...others.map((file, i) => button(`study-${i}`,
+      file.includes("/") ? file.split("/").slice(-2)[0] : file, { do: "work", study: file }, { class: "small", title: file })))] : []),
     ...(study.checks.length ? [element("ul", { class: "sentences problem" }, ...study.checks.map((c) => element("li", {}, `${c}.`)))] : [])];
 }
 

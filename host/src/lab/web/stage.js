@@ -4,6 +4,7 @@ import { act, read, refuse } from "./talk.js";
 import { commandList } from "./history.js";
 import { modelTable } from "./models.js";
 import { showDraft } from "./draft.js";
+import { showLong } from "./long.js";
 
 const TABS = [["where", "Where it fails"], ["candidates", "What is missing"], ["loops", "Loops"], ["residual", "Residual"],
   ["correlations", "Is it noise?"], ["errors", "Errors"], ["model", "Equation"], ["models", "Models"], ["data", "Data"], ["commands", "Commands"]];
@@ -136,6 +137,11 @@ function tabs() {
 /** Opens a tab; what is in it is drawn now that it has a width. `come`: asked for from elsewhere, so it is brought into sight. */
 export function openTab(id, come = false) {
   if (!document.getElementById(id)) return;
+  if (!document.getElementById(`tab-${id}`)) {
+    // A stage without tabs has its parts below one another.
+    document.getElementById(id).scrollIntoView();
+    return;
+  }
   tab = id;
   for (const [other] of TABS) {
     const panel = document.getElementById(other);
@@ -157,6 +163,10 @@ export function openTab(id, come = false) {
 /** What stands on the stage while there is nothing to draw. */
 function waiting(before) {
   const page = document.getElementById("page");
+  if (state.opened === "long") {
+    showLong(state, page);
+    return;
+  }
   const key = JSON.stringify([state.opened, state.study, state.sentence, state.logs, state.drafted, state.opened === "missing" && state.revision]);
   if (before && page.dataset.key === key) return;
   page.dataset.key = key;

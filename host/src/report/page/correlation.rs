@@ -58,8 +58,9 @@ pub(super) fn correlations(histories: &[AxisHistory], rate: f64, band_hz: f64) -
     let all = names.into_iter().enumerate();
     all.map(|(at, with)| {
         let first = if at == 0 { 0 } else { -(lags as isize) };
+        let size = size(&records, at);
         let coefficient = (first..=lags as isize)
-            .map(|lag| coefficient(&records, at, lag, None) as f32)
+            .map(|lag| coefficient(&records, at, lag, size, None) as f32)
             .collect();
         Correlation {
             with,
@@ -80,14 +81,15 @@ fn thinned(series: &[f64], step: usize) -> Vec<f64> {
     some.iter().map(|v| v - mean).collect()
 }
 
-/// The coefficient of the residual (or of surrogates in its place), `lag` rows later, with series `with` of every record.
+/// The coefficient of the residual (or of surrogates in its place), `lag` rows later, with series `with` of every record, of this size.
 fn coefficient(
     records: &[Vec<Vec<f64>>],
     with: usize,
     lag: isize,
+    size: f64,
     surrogates: Option<&[Vec<f64>]>,
 ) -> f64 {
-    let (mut product, mut own, mut other) = (0.0, 0.0, 0.0);
+    let mut product = 0.0;
     for (index, record) in records.iter().enumerate() {
         let e = surrogates.map_or(&record[0], |s| &s[index]);
         let u = &record[with];
@@ -96,20 +98,42 @@ fn coefficient(
             true => (&e[late..], &u[..u.len() - late]),
             false => (&e[..e.len() - late], &u[late..]),
         };
-        product += e_cut.iter().zip(u_cut).map(|(e, u)| e * u).sum::<f64>();
-        own += e.iter().map(|e| e * e).sum::<f64>();
-        other += u.iter().map(|u| u * u).sum::<f64>();
+        product += dot(e_cut, u_cut);
     }
-    match own * other > 0.0 {
-        true => product / (own * other).sqrt(),
+    match size > 0.0 {
+        true => product / size,
         false => 0.0,
     }
+}
+
+/// What the residual and series `with` have at most in common: the roots of their sums of squares. Surrogates have the residual's.
+fn size(records: &[Vec<Vec<f64>>], with: usize) -> f64 {
+    let squares = |series: usize| -> f64 {
+        let records = records.iter().map(|record| &record[series]);
+        records.map(|s| dot(s, s)).sum()
+    };
+    (squares(0) * squares(with)).sqrt()
+}
+
+/// The sum of products, in eight sums side by side, which the processor forms at once.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (left, right) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest = left.remainder().iter().zip(right.remainder());
+    let rest: f64 = rest.map(|(a, b)| a * b).sum();
+    let mut sums = [0.0; 8];
+    for (a, b) in left.zip(right) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 /// Per series, what 99 of 100 coefficients of surrogates stay below.
 fn bounds(records: &[Vec<Vec<f64>>], lags: usize) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut seen: Vec<Vec<f64>> = vec![Vec::new(); records[0].len()];
+    let sizes: Vec<f64> = (0..seen.len()).map(|with| size(records, with)).collect();
     for _ in 0..SURROGATES {
         let surrogates = records.iter();
         let surrogates: Vec<Vec<f64>> = surrogates
@@ -118,7 +142,7 @@ fn bounds(records: &[Vec<Vec<f64>>], lags: usize) -> Vec<f64> {
         for _ in 0..LOOKS {
             let lag = rng.random_range(-(lags as i64)..=lags as i64) as isize;
             for (with, seen) in seen.iter_mut().enumerate() {
-                seen.push(coefficient(records, with, lag, Some(&surrogates)).abs());
+                seen.push(coefficient(records, with, lag, sizes[with], Some(&surrogates)).abs());
             }
         }
     }

@@ -35,6 +35,10 @@ pub(super) fn answer(
     if let (Some(diagnosis), None) = (asked.diagnosis, asked.before) {
         return of_diagnosis(diagnosis, first, last, floors);
     }
+    if steps.len() > 1 && asked.steps.is_empty() {
+        // Two models of which nobody says that one was made from the other.
+        return format!("From before to after, {}.", fall(first, last, floors));
+    }
     if steps.len() > 1 {
         let added: Vec<&str> = steps[1..].iter().map(|s| s.label.as_str()).collect();
         return format!(
@@ -54,6 +58,14 @@ pub(super) fn answer(
             )
         })
         .collect();
+    // Above its noise, not in percent: an error that is noise lies nowhere.
+    let above =
+        |(axis, error): &(&String, &f64)| *error / floors.get(*axis).copied().unwrap_or(1.0);
+    let worst = last
+        .errors
+        .iter()
+        .max_by(|a, b| above(a).total_cmp(&above(b)));
+    let worst = worst.map_or("", |(axis, _)| axis.as_str());
     let mut text = format!(
         "On the {}, the {} model is off by {}",
         asked.judged_on,
@@ -65,7 +77,7 @@ pub(super) fn answer(
             .comparison
             .places
             .iter()
-            .filter(|p| p.kind != "frequency" && p.extent != Extent::Everywhere)
+            .filter(|p| p.axis == worst && p.kind != "frequency" && p.extent != Extent::Everywhere)
             .max_by(|a, b| {
                 contrast(a.share_of_error, a.share_of_rows)
                     .total_cmp(&contrast(b.share_of_error, b.share_of_rows))

@@ -12,6 +12,7 @@ mod hdf5;
 mod hierarchy;
 mod json;
 mod layout;
+pub(crate) mod long;
 mod matlab;
 mod mdf;
 mod measurement;

@@ -13,12 +13,15 @@ use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader}
 use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
 use parquet::file::metadata::{
-    ColumnChunkMetaData, FileMetaData, ParquetMetaDataReader, RowGroupMetaData,
+    ColumnChunkMetaData, FileMetaData, ParquetMetaData, ParquetMetaDataReader, RowGroupMetaData,
 };
 use parquet::file::reader::{ChunkReader, Length};
 use parquet::file::serialized_reader::SerializedPageReader;
 use parquet::schema::types::ColumnDescriptor;
 use std::collections::HashMap;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Rows that are decoded at a time.
@@ -32,66 +35,176 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
 /// Reads the columns that the request needs.
 pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     let bytes = Bytes::copy_from_slice(bytes);
-    let metadata = ParquetMetaDataReader::new()
-        .parse_and_finish(&bytes)
-        .map_err(|e| broken(request, e))?;
-    let groups = metadata.row_groups();
-    let rows = groups.iter().try_fold(0_u64, |sum, group| {
-        sum.checked_add(u64::try_from(group.num_rows()).ok()?)
-    });
-    let rows = rows.ok_or_else(|| broken(request, "it has fewer than 0 rows"))?;
-    let units = units(metadata.file_metadata());
-    let mut columns = Vec::new();
-    let mut needed = Vec::new();
-    for (place, described) in metadata
-        .file_metadata()
-        .schema_descr()
-        .columns()
-        .iter()
-        .enumerate()
-    {
-        let name = described.path().parts().join(".");
-        let needs = request.needs(&name);
-        let kind = match kind(described) {
-            Ok(kind) => kind,
-            Err(holds) if request.wanted.is_some() && needs => {
-                return Err(no_numbers(request, &name, holds));
-            }
-            Err(_) => continue,
-        };
-        if needs {
-            needed.push((place, kind, columns.len()));
-        }
-        columns.push(Column {
-            unit: match kind {
-                Kind::Ticks(_) => Some("s".to_owned()),
-                _ => units.get(&name).cloned(),
-            },
-            values: needs.then(Vec::new),
-            name,
-        });
-    }
-    let size = rows.saturating_mul(8 * needed.len() as u64);
+    let groups = Groups::described(request, &bytes)?;
+    let needed = groups.columns.iter().filter(|c| request.needs(&c.name));
+    let size = (groups.rows as u64).saturating_mul(8 * needed.count() as u64);
     let Some(left) = packed::limit().checked_sub(size) else {
         return Err(request.error(packed::too_large()));
     };
-    for (place, kind, column) in needed {
-        let column = &mut columns[column];
-        let values = column.values.get_or_insert_default();
+    let mut columns = Vec::new();
+    for described in &groups.columns {
+        let mut values = request.needs(&described.name).then(Vec::new);
         let mut origin = None;
-        for (number, group) in groups.iter().enumerate() {
-            let read = append(&bytes, left, group, place, kind, &mut origin, values);
-            read.map_err(|e| match e {
-                ParquetError::NeedMoreData(_) => request.error(packed::too_large()),
-                e => broken(
-                    request,
-                    format!("column {:?}, row group {}: {e}", column.name, number + 1),
-                ),
-            })?;
+        for number in 0..groups.metadata.num_row_groups() {
+            let Some(values) = &mut values else { break };
+            let guarded = Guarded::new((bytes.clone(), 0), left, groups.chunk(number, described));
+            groups.append(request, guarded, (number, described), &mut origin, values)?;
         }
+        columns.push(Column {
+            values,
+            unit: described.unit.clone(),
+            name: described.name.clone(),
+        });
     }
     Ok(Table::whole("Parquet", columns))
 }
+
+/// A file's columns of numbers, and its groups of rows.
+pub(super) struct Groups {
+    metadata: ParquetMetaData,
+    pub(super) columns: Vec<Described>,
+    /// Rows of all groups.
+    pub(super) rows: usize,
+}
+
+/// One column.
+pub(super) struct Described {
+    pub(super) name: String,
+    pub(super) unit: Option<String>,
+    /// Its place among all columns.
+    place: usize,
+    kind: Kind,
+}
+
+impl Groups {
+    /// What stands at the file's end.
+    pub(super) fn described(request: &Request<'_>, file: &impl ChunkReader) -> Result<Self> {
+        let metadata = ParquetMetaDataReader::new()
+            .parse_and_finish(file)
+            .map_err(|e| broken(request, e))?;
+        let rows = metadata
+            .row_groups()
+            .iter()
+            .try_fold(0_usize, |sum, group| {
+                sum.checked_add(usize::try_from(group.num_rows()).ok()?)
+            });
+        let rows = rows.ok_or_else(|| broken(request, "it has fewer than 0 rows"))?;
+        let units = units(metadata.file_metadata());
+        let mut columns = Vec::new();
+        let schema = metadata.file_metadata().schema_descr();
+        for (place, described) in schema.columns().iter().enumerate() {
+            let name = described.path().parts().join(".");
+            let kind = match kind(described) {
+                Ok(kind) => kind,
+                Err(holds) if request.wanted.is_some() && request.needs(&name) => {
+                    return Err(no_numbers(request, &name, holds));
+                }
+                Err(_) => continue,
+            };
+            columns.push(Described {
+                unit: match kind {
+                    Kind::Ticks(_) => Some("s".to_owned()),
+                    _ => units.get(&name).cloned(),
+                },
+                place,
+                kind,
+                name,
+            });
+        }
+        Ok(Self {
+            metadata,
+            columns,
+            rows,
+        })
+    }
+
+    fn chunk(&self, group: usize, column: &Described) -> &ColumnChunkMetaData {
+        self.metadata.row_group(group).column(column.place)
+    }
+
+    /// Appends a column's numbers of one group of rows.
+    fn append(
+        &self,
+        request: &Request<'_>,
+        guarded: Guarded,
+        (number, column): (usize, &Described),
+        origin: &mut Option<i64>,
+        values: &mut Vec<f64>,
+    ) -> Result<()> {
+        let group = self.metadata.row_group(number);
+        let read = append(guarded, group, column, origin, values);
+        read.map_err(|e| match e {
+            ParquetError::NeedMoreData(_) => request.error(packed::too_large()),
+            e => broken(
+                request,
+                format!("column {:?}, row group {}: {e}", column.name, number + 1),
+            ),
+        })
+    }
+
+    /// The rows of each group.
+    pub(super) fn blocks(&self) -> Vec<Range<usize>> {
+        let mut end = 0;
+        let groups = self.metadata.row_groups().iter();
+        let block = |group: &RowGroupMetaData| {
+            let start = end;
+            end += group.num_rows() as usize;
+            start..end
+        };
+        groups.map(block).collect()
+    }
+
+    /// Some rows of a column, whose groups are read from the file; where it holds times, `origin` is the first.
+    pub(super) fn stretch(
+        &self,
+        request: &Request<'_>,
+        file: &mut File,
+        column: &Described,
+        rows: Range<usize>,
+        origin: &mut Option<i64>,
+    ) -> Result<Vec<f64>> {
+        let mut all = Vec::with_capacity(rows.len());
+        for (number, block) in self.blocks().into_iter().enumerate() {
+            let [from, to] = [rows.start, rows.end].map(|r| r.clamp(block.start, block.end));
+            if from == to {
+                continue;
+            }
+            let chunk = self.chunk(number, column);
+            let (start, length) = chunk.byte_range();
+            let size = 8 * block.len() as u64;
+            let left = packed::limit().checked_sub(length.saturating_add(size));
+            let left = left.ok_or_else(|| request.error(GROUP_TOO_LARGE))?;
+            let mut bytes = Vec::new();
+            let read = file.seek(SeekFrom::Start(start));
+            let read = read.and_then(|_| file.take(length).read_to_end(&mut bytes));
+            read.map_err(|e| broken(request, e))?;
+            let guarded = Guarded::new((bytes.into(), start), left, chunk);
+            let mut values = Vec::with_capacity(block.len());
+            self.append(request, guarded, (number, column), origin, &mut values)?;
+            let [from, to] = [from, to].map(|row| row - block.start);
+            all.extend_from_slice(&values[from..to]);
+        }
+        Ok(all)
+    }
+
+    /// The time that counts as 0 in a column of times: that of the first row.
+    pub(super) fn origin(
+        &self,
+        request: &Request<'_>,
+        file: &mut File,
+        column: &Described,
+    ) -> Result<Option<i64>> {
+        let mut origin = None;
+        if matches!(column.kind, Kind::Ticks(_)) {
+            self.stretch(request, file, column, 0..1, &mut origin)?;
+        }
+        Ok(origin)
+    }
+}
+
+/// Why a stretch of rows cannot be read alone.
+const GROUP_TOO_LARGE: &str = "has groups of rows that are too large to be read one at a time; write it again with groups of a million rows, \
+     such as row_group_size=1_000_000 of pyarrow";
 
 fn broken(request: &Request<'_>, what: impl std::fmt::Display) -> Error {
     let what = what.to_string();
@@ -154,23 +267,20 @@ fn kind(column: &ColumnDescriptor) -> Told<Kind> {
 
 /// Appends a column's numbers of one group of rows.
 fn append(
-    bytes: &Bytes,
-    left: u64,
+    guarded: Guarded,
     group: &RowGroupMetaData,
-    place: usize,
-    kind: Kind,
+    column: &Described,
     origin: &mut Option<i64>,
     values: &mut Vec<f64>,
 ) -> parquet::errors::Result<()> {
-    let chunk = group.column(place);
+    let chunk = group.column(column.place);
     let rows = group.num_rows() as usize;
-    let guarded = Arc::new(Guarded::new(bytes.clone(), left, chunk));
-    let pages = SerializedPageReader::new(guarded, chunk, rows, None)?;
+    let pages = SerializedPageReader::new(Arc::new(guarded), chunk, rows, None)?;
     let mut since = |at: i64, ticks: f64| {
         (i128::from(at) - i128::from(*origin.get_or_insert(at))) as f64 / ticks
     };
     let descr = chunk.column_descr_ptr();
-    match (get_column_reader(descr, Box::new(pages)), kind) {
+    match (get_column_reader(descr, Box::new(pages)), column.kind) {
         (ColumnReader::BoolColumnReader(r), _) => copy(r, chunk, rows, |v| f64::from(*v), values),
         (ColumnReader::FloatColumnReader(r), _) => copy(r, chunk, rows, |v| f64::from(*v), values),
         (ColumnReader::DoubleColumnReader(r), _) => copy(r, chunk, rows, |v| *v, values),
@@ -220,7 +330,7 @@ fn copy<T: DataType>(
                 "{left} of {rows} rows are missing"
             )));
         }
-        if defined == 0 {
+        if read.len() == records {
             values.extend(read.iter().map(&mut number));
         } else {
             let mut read = read.iter();
@@ -237,6 +347,8 @@ fn copy<T: DataType>(
 /// A file whose pages are refused where they unpack to more than there is room for, before that is done.
 struct Guarded {
     bytes: Bytes,
+    /// Where in the file these bytes begin.
+    start: u64,
     left: u64,
     gzip: bool,
 }
@@ -245,13 +357,19 @@ struct Guarded {
 const SECOND_VERSION: i64 = 3;
 
 impl Guarded {
-    fn new(bytes: Bytes, left: u64, chunk: &ColumnChunkMetaData) -> Self {
-        let gzip = matches!(chunk.compression(), Compression::GZIP(_));
-        Self { bytes, left, gzip }
+    fn new((bytes, start): (Bytes, u64), left: u64, chunk: &ColumnChunkMetaData) -> Self {
+        Self {
+            bytes,
+            start,
+            left,
+            gzip: matches!(chunk.compression(), Compression::GZIP(_)),
+        }
     }
 
     fn part(&self, start: u64, length: usize) -> parquet::errors::Result<Bytes> {
-        let start = usize::try_from(start).unwrap_or(usize::MAX);
+        let start = start.checked_sub(self.start);
+        let start = start.and_then(|at| usize::try_from(at).ok());
+        let start = start.unwrap_or(usize::MAX);
         let end = start
             .checked_add(length)
             .filter(|end| *end <= self.bytes.len());
@@ -283,7 +401,7 @@ fn page(mut header: &[u8]) -> Option<(i64, i64)> {
 
 impl Length for Guarded {
     fn len(&self) -> u64 {
-        self.bytes.len() as u64
+        self.start + self.bytes.len() as u64
     }
 }
 
@@ -291,7 +409,7 @@ impl ChunkReader for Guarded {
     type T = Reader<Bytes>;
 
     fn get_read(&self, start: u64) -> parquet::errors::Result<Self::T> {
-        let length = self.bytes.len().saturating_sub(start as usize);
+        let length = self.len().saturating_sub(start) as usize;
         let rest = self.part(start, length)?;
         let wrong = |what: &str| Err(ParquetError::General(what.to_owned()));
         match page(&rest) {
