@@ -10,7 +10,7 @@ use crate::fit::identify::{FitResult, Prepared, effect_terms, fit_alone, fit_in_
 use crate::fit::with_base::{OnRecords, WithBase};
 use crate::model::ModelEffect;
 use crate::model::corrections::{missing_inertia, of_the_joint};
-use crate::model::effects::AxisEffect;
+use crate::model::effects::{AxisEffect, input_of};
 use crate::model::file::{AxisError, Base, ErrorChange, HistoryEntry, JudgedOn, ModelFile};
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::motion::Motion;
@@ -160,7 +160,11 @@ pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added>
         helps: errors.before.iter().zip(&errors.after).any(fell),
         noise_floor: noise_floor.collect(),
         floors_at_rest: floors.iter().all(|f| f.at_rest),
-        cancels: cancelled(study, &prepared, from, &model)?,
+        // A strength a + b·u is two terms, of which one cancels the mean of the other.
+        cancels: match effects.iter().any(|e| input_of(e).is_some()) {
+            true => None,
+            false => cancelled(study, &prepared, from, &model)?,
+        },
         errors,
         model,
     })
@@ -192,9 +196,7 @@ fn cancelled(
     // Per effect and axis.
     let sizes = |model: &ModelFile| -> Result<Vec<(String, Vec<f64>)>> {
         let joint = of_the_joint(&model.effects_in_si()?).into_iter();
-        // A strength a + b·u is two terms, of which one cancels the mean of the other.
-        let alone = joint.filter(|term| term.input.is_none());
-        let sizes = alone.map(|term| {
+        let sizes = joint.map(|term| {
             let bound = AxisEffect {
                 entry: term.entry,
                 axis: usize::from(term.axis),
