@@ -1,7 +1,6 @@
 //! A log file: the columns that a study uses, read from whichever format the file is in.
 
 use super::clock::Aligned;
-use super::readers::long::LongLog;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use std::path::Path;
@@ -27,8 +26,6 @@ pub(crate) struct Request<'a> {
     pub(crate) columns: Option<&'a [String]>,
     /// The log itself, where it is in memory and not in a file.
     pub(crate) memory: Option<&'a MemoryLog>,
-    /// The log, opened, where it is too long to be read whole: only the rows are then.
-    pub(crate) long: Option<&'a LongLog>,
     /// Whether cells may be empty and columns of different length: each channel then counts only where it has a value.
     pub(crate) sparse: bool,
 }

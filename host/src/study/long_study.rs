@@ -207,7 +207,6 @@ impl Channels {
             rows: None,
             columns: entry.columns.as_deref(),
             memory: None,
-            long: None,
             sparse: plan.resample_hz.is_some(),
         };
         let Some(log) = LongLog::open(&request)? else {
@@ -318,7 +317,6 @@ impl Channels {
             rows: None,
             columns: self.names.as_deref(),
             memory: None,
-            long: None,
             sparse: true,
         }
     }

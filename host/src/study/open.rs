@@ -2,6 +2,7 @@
 
 use super::log::{Column, Log, MemoryLog, Numbering, Request, Table};
 use super::lone;
+use super::readers::long::LongLog;
 use super::readers::{self, long};
 use crate::text::error::Result;
 use crate::text::hexadecimal::hexadecimal;
@@ -11,7 +12,12 @@ use sha2::Digest;
 impl Request<'_> {
     /// Reads everything in the file that the request needs.
     pub(crate) fn table(&self) -> Result<Table> {
-        match self.long {
+        self.table_of(None)
+    }
+
+    /// The same, of its rows alone where the log is too long to be read whole and was opened for that.
+    pub(crate) fn table_of(&self, long: Option<&LongLog>) -> Result<Table> {
+        match long {
             Some(long) => long.table(self),
             None => readers::read(self, &self.bytes()?),
         }
@@ -33,7 +39,12 @@ impl Request<'_> {
 
     /// Reads the columns that the study uses.
     pub(crate) fn read(&self) -> Result<Log> {
-        let (mut table, sha256) = match (self.memory, self.long) {
+        self.read_of(None)
+    }
+
+    /// The same, of its rows alone where the log is too long to be read whole and was opened for that.
+    pub(crate) fn read_of(&self, long: Option<&LongLog>) -> Result<Log> {
+        let (mut table, sha256) = match (self.memory, long) {
             (Some(log), _) => (log.table(self), log.sha256()),
             (None, Some(long)) => (long.table(self)?, long.sha256(self)?),
             (None, None) => {

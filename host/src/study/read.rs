@@ -286,7 +286,7 @@ fn read_records(
         .iter()
         .map(|entry| folder.join(entry.file.get_ref()))
         .collect();
-    let mut requests: Vec<Request<'_>> = said
+    let requests: Vec<Request<'_>> = said
         .record
         .iter()
         .zip(&paths)
@@ -298,7 +298,6 @@ fn read_records(
             columns: entry.columns.as_deref(),
             memory: memory
                 .and_then(|logs| logs.iter().find(|log| log.name == *entry.file.get_ref())),
-            long: None,
             sparse: plan.resample_hz.is_some(),
         })
         .collect();
@@ -309,10 +308,7 @@ fn read_records(
             long.extend(LongLog::where_needed(request)?.map(Arc::new));
         }
     }
-    for request in &mut requests {
-        let found = long.iter().find(|log| log.is_at(request.path));
-        request.long = found.map(Arc::as_ref);
-    }
+    let long_of = |request: &Request<'_>| long.iter().find(|log| log.is_at(request.path));
     let wants = Wants {
         wanted: &plan.wanted,
         time: plan.time.as_ref(),
@@ -320,7 +316,12 @@ fn read_records(
         loggers: &plan.loggers,
     };
     let logs: Vec<(Log, Option<Sampling>)> = in_order(requests.par_iter().map(|request| {
-        let log = second_logger::read(request, wants, folder, memory)?;
+        let log = second_logger::read(
+            request,
+            long_of(request).map(Arc::as_ref),
+            wants,
+            (folder, memory),
+        )?;
         check_length(request, &log)?;
         let sampling = Sampling::of(request, &log, plan)?;
         Ok((log, sampling))

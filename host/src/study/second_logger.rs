@@ -8,6 +8,7 @@ use super::description::{ClockEntry, Description, Source};
 use super::kinematics::{alike, clear_lag, motion};
 use super::log::{Log, MemoryLog, Request, Wanted};
 use super::pieces::density;
+use super::readers::long::LongLog;
 use super::resample::Resampler;
 use super::time::{even_where_rounded, sampled};
 use super::units::Quantity;
@@ -119,13 +120,13 @@ fn check(source: &Source<'_>, said: &Description, entry: &ClockEntry) -> Result<
 /// Reads a record with what its second loggers add to it.
 pub(super) fn read(
     request: &Request<'_>,
+    long: Option<&LongLog>,
     plan: Wants<'_>,
-    folder: &Path,
-    memory: Option<&[MemoryLog]>,
+    (folder, memory): (&Path, Option<&[MemoryLog]>),
 ) -> Result<Log> {
     let loggers = || plan.loggers.iter().filter(|l| l.record == request.file);
     if loggers().next().is_none() {
-        return request.read();
+        return request.read_of(long);
     }
     let time = plan.time.map_or(0, |time| time.place);
     let mut wanted = plan.wanted.to_vec();
@@ -139,7 +140,7 @@ pub(super) fn read(
         wanted: Some(&wanted),
         ..*request
     };
-    let mut log = own.read()?;
+    let mut log = own.read_of(long)?;
     for logger in loggers() {
         logger.join(&mut log, request, (plan, &wanted), (folder, memory))?;
     }
@@ -197,7 +198,6 @@ impl SecondLogger {
             rows: None,
             columns: self.names.as_deref(),
             memory: memory.and_then(|logs| logs.iter().find(|log| log.name == self.file)),
-            long: None,
             sparse: true,
         };
         let other = request.read()?;

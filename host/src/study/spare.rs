@@ -92,15 +92,10 @@ fn numbers(folder: &Path, entry: &RecordEntry) -> Result<Vec<(String, bool)>> {
         rows: entry.rows.as_ref().map(|r| *r.get_ref()),
         columns: entry.columns.as_deref(),
         memory: None,
-        long: None,
         sparse: false,
     };
     let long = LongLog::where_needed(&request)?;
-    let request = Request {
-        long: long.as_ref(),
-        ..request
-    };
-    let table = request.table()?;
+    let table = request.table_of(long.as_ref())?;
     let mut numbers = Vec::new();
     for column in &table.columns {
         let mut values = column.values.as_deref().unwrap_or_default();

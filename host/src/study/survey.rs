@@ -79,7 +79,6 @@ impl Survey {
             rows: None,
             columns,
             memory: None,
-            long: None,
             sparse: false,
         };
         let mut headed = true;
@@ -91,10 +90,9 @@ impl Survey {
         let beginning = long.as_ref().map(|log| [0, log.rows().min(BEGINNING)]);
         let looked_at = Request {
             rows: beginning,
-            long: long.as_ref(),
             ..request(None)
         };
-        let mut table = match looked_at.table() {
+        let mut table = match looked_at.table_of(long.as_ref()) {
             Err(error) if error.sentence.contains("a heading with the columns' names") => {
                 headed = false;
                 let numbered: Vec<String> =
@@ -171,7 +169,6 @@ fn columns_of(path: &Path) -> Result<usize> {
             rows: Some([0, 1]),
             columns: Some(&names),
             memory: None,
-            long: None,
             sparse: false,
         };
         if request.table().is_ok() {

@@ -264,7 +264,6 @@ mod tests {
             rows: None,
             columns: None,
             memory: None,
-            long: None,
             sparse: true,
         }
     }
