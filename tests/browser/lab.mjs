@@ -1,11 +1,11 @@
 // Goes the lab's loop in a real browser, by mouse and by keyboard, and writes down what it saw; tests/tests/lab_browser.rs judges.
-// node lab.mjs MODULES CHROMIUM SCREENSHOTS STUDY_URL EMPTY_URL LOG FIGURES PROCESS FRAMES
+// node lab.mjs MODULES CHROMIUM SCREENSHOTS STUDY_URL PROCESS FIGURES [EMPTY_URL LOG FRAMES]
 
 import { createRequire } from "node:module";
 import { readFileSync, readdirSync } from "node:fs";
 import { createServer } from "node:net";
 
-const [modules, executablePath, shots, studyUrl, emptyUrl, log, figuresFile, lab, frames] = process.argv.slice(2);
+const [modules, executablePath, shots, studyUrl, lab, figuresFile, emptyUrl, log, frames] = process.argv.slice(2);
 const require = createRequire(`${modules}/`);
 const { chromium } = require("playwright-core");
 const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
@@ -125,7 +125,8 @@ async function byMouse() {
   await picture(page, "3-moving");
   await rest(page);
   const after = Number(await errorOf());
-  check(after < 0.1 * before, `the error falls: ${before} to ${after}`);
+  // A measured joint holds more than one effect.
+  check(after < (emptyUrl ? 0.1 : 0.4) * before, `the error falls: ${before} to ${after}`);
   await picture(page, "4-added");
   step("the effect is added and the error falls");
 
@@ -276,9 +277,11 @@ try {
   const page = await byKeyboard();
   await atRest(page);
   await page.close();
-  await narrowAndDark();
-  await aDroppedLog();
-  await aLiveDevice();
+  if (emptyUrl) {
+    await narrowAndDark();
+    await aDroppedLog();
+    await aLiveDevice();
+  }
 } catch (error) {
   seen.errors.push(String(error.stack || error));
 }

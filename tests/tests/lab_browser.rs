@@ -1,11 +1,11 @@
 //! The lab in a real browser: the whole loop by mouse and by keyboard, with nothing in the console and no request to elsewhere.
 
 use jointwatch_tests::lab::Lab;
-use jointwatch_tests::program::{succeed, workspace};
+use jointwatch_tests::program::{measurements, succeed, workspace};
 use serde_json::Value;
 use std::fs;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What is needed besides this project; `tests/run` puts it there.
@@ -47,15 +47,78 @@ fn a_browser_goes_the_whole_loop() {
     let rig = folder.path().join("rig");
     let lab = Lab::start(&rig, &["study.toml", "base.json"]);
     let first = Lab::start(empty.path(), &[]);
-    let shots = workspace().join("target/lab-screenshots");
+    let further = [
+        first.url.clone().into(),
+        rig.join("train_x.csv"),
+        folder.path().join("frames.bin"),
+    ];
+    let seen = gone_through(
+        (&modules, chromium),
+        "lab-screenshots",
+        &lab,
+        folder.path(),
+        &further,
+    );
+    assert_eq!(
+        seen["steps"].as_array().unwrap().len(),
+        11,
+        "{:#}",
+        seen["steps"]
+    );
+    // Share of one core while nothing happens.
+    assert!(seen["idle"].as_f64().unwrap() < 0.01, "{}", seen["idle"]);
+}
+
+#[test]
+fn a_browser_finds_the_dry_friction_of_a_measured_axis() {
+    let (Some((modules, chromium)), Some(data)) = (browser(), measurements("data/emps")) else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let study = workspace().join("docs/missing-effects/emps.toml");
+    fs::copy(study, folder.path().join("study.toml")).unwrap();
+    for record in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
+        fs::copy(data.join(record), folder.path().join(record)).unwrap();
+    }
+    for words in [
+        "identify study.toml --model physical -o base.json",
+        "compare study.toml base.json --json figures.json",
+    ] {
+        succeed(folder.path(), &words.split(' ').collect::<Vec<_>>());
+    }
+    let lab = Lab::start(folder.path(), &["study.toml", "base.json"]);
+    let seen = gone_through(
+        (&modules, chromium),
+        "lab-screenshots-emps",
+        &lab,
+        folder.path(),
+        &[],
+    );
+    assert_eq!(
+        seen["steps"].as_array().unwrap().len(),
+        8,
+        "{:#}",
+        seen["steps"]
+    );
+}
+
+/// What the browser saw of a lab, with its pictures in a folder below `target`, beside the `figures.json` of the command line; the
+/// part on a study of its own needs `further`: an empty lab, a log, and what a device said.
+fn gone_through(
+    (modules, chromium): (&Path, &str),
+    shots: &str,
+    lab: &Lab,
+    folder: &Path,
+    further: &[PathBuf],
+) -> Value {
+    let shots = workspace().join("target").join(shots);
     fs::create_dir_all(&shots).unwrap();
     let output = Command::new("node")
         .arg(workspace().join("tests/browser/lab.mjs"))
-        .args([&modules, &PathBuf::from(chromium_path(chromium)), &shots])
-        .args([&lab.url, &first.url])
-        .args([rig.join("train_x.csv"), folder.path().join("figures.json")])
-        .arg(lab.id().to_string())
-        .arg(folder.path().join("frames.bin"))
+        .args([modules, Path::new(&chromium_path(chromium)), &shots])
+        .args([&lab.url, &lab.id().to_string()])
+        .arg(folder.join("figures.json"))
+        .args(further)
         .output()
         .unwrap();
     let said = String::from_utf8_lossy(&output.stdout);
@@ -70,14 +133,7 @@ fn a_browser_goes_the_whole_loop() {
             seen[nothing]
         );
     }
-    assert_eq!(
-        seen["steps"].as_array().unwrap().len(),
-        11,
-        "{:#}",
-        seen["steps"]
-    );
-    // Share of one core while nothing happens.
-    assert!(seen["idle"].as_f64().unwrap() < 0.01, "{}", seen["idle"]);
+    seen
 }
 
 /// The browser's file: playwright takes no name to look for.

@@ -224,7 +224,8 @@ fn short(hz: f64) -> String {
 
 /// The most taps of each filter of a record of so many rows: a quarter, so that half of a short record is left behind the filters. Odd.
 fn longest_for(rows: usize) -> usize {
-    (rows / 4).clamp(2, MAX_BAND_TAPS + 1) - 1 | 1
+    let most = (rows / 4).clamp(9, MAX_BAND_TAPS);
+    most - usize::from(most.is_multiple_of(2))
 }
 
 /// Edges and length of one filter.
