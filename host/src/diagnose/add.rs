@@ -85,41 +85,20 @@ impl Added {
 /// [`crate::text::error::Kind::Data`]: an effect that is not known, is there already, acts on an axis that is not there or does what
 /// the model does without it; a study that is not the model's.
 pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added> {
-    let model = from;
-    model.check_fits(study)?;
-    let mut terms = wider(study, model, effects)?;
-    let prepared = Prepared::with_filters(study, model.filters.clone())?;
-    model.check_motion(study, &prepared.motions)?;
-    let before = compare::compare_motions(study, model, &prepared.motions)?;
+    from.check_fits(study)?;
+    let terms = wider(study, from, effects)?;
+    let prepared = Prepared::with_filters(study, from.filters.clone())?;
+    from.check_motion(study, &prepared.motions)?;
+    let before = compare::compare_motions(study, from, &prepared.motions)?;
     let blocks = prepared.validation(study).is_empty();
     let errors_before = if blocks {
-        held_out_errors(study, &prepared, model)?
+        held_out_errors(study, &prepared, from)?
     } else {
         before.validation.clone()
     };
-    let mut learnt = learnt_with(study, &prepared, model, &terms)?;
-    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
-    let gone: Vec<String> = learnt
-        .effects
-        .iter()
-        .filter(|e| has_vanished(e))
-        .map(ModelEffect::name)
-        .collect();
-    let gone: Vec<String> = gone
-        .into_iter()
-        .filter(|name| !effects.contains(name))
-        .collect();
-    if !gone.is_empty() {
-        terms.retain(|term| !gone.contains(&term.name(&names)));
-        learnt = learnt_with(study, &prepared, model, &terms)?;
-        learnt.warnings.push(format!(
-            "{} takes the place of {}, which would have no strength beside it",
-            effects.join(", "),
-            gone.join(", ")
-        ));
-    }
+    let learnt = learnt_without_vanished(study, &prepared, from, terms, effects)?;
     let inertia: Vec<f64> = learnt.inertia.iter().map(|i| i.value).collect();
-    let mut model = with_history(study, prepared, learnt, model)?;
+    let mut model = with_history(study, prepared, learnt, from)?;
 
     let prepared = Prepared::with_filters(study, model.filters.clone())?;
     let after = compare::compare_motions(study, &model, &prepared.motions)?;
@@ -170,6 +149,32 @@ pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added>
     })
 }
 
+/// The model with all of its parts found anew beside these terms; once more without those that have no strength beside what is added.
+fn learnt_without_vanished(
+    study: &Study,
+    prepared: &Prepared,
+    model: &ModelFile,
+    mut terms: Vec<AxisEffect>,
+    added: &[String],
+) -> Result<FitResult> {
+    let learnt = learnt_with(study, prepared, model, &terms)?;
+    let vanished = learnt.effects.iter().filter(|e| has_vanished(e));
+    let mut gone: Vec<String> = vanished.map(ModelEffect::name).collect();
+    gone.retain(|name| !added.contains(name));
+    if gone.is_empty() {
+        return Ok(learnt);
+    }
+    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    terms.retain(|term| !gone.contains(&term.name(&names)));
+    let mut learnt = learnt_with(study, prepared, model, &terms)?;
+    learnt.warnings.push(format!(
+        "{} takes the place of {}, which would have no strength beside it",
+        added.join(", "),
+        gone.join(", ")
+    ));
+    Ok(learnt)
+}
+
 /// Whether nothing is left of an effect: every strength that has to be positive is held at nothing.
 fn has_vanished(effect: &ModelEffect) -> bool {
     let Some(entry) = Entry::named(&effect.effect) else {
@@ -208,7 +213,6 @@ fn cancelled(
         });
         Ok(sizes.collect())
     };
-    let (old, new) = (sizes(before)?, sizes(after)?);
     // Near a resonance a spring is as large as the inertia force, and the applied force small.
     let inertia_force = |axis: usize| {
         let column = records.accelerations[axis].as_ref();
@@ -216,16 +220,25 @@ fn cancelled(
             after.axes[axis].inertia * rms(&column[axis * rows..][..rows])
         })
     };
-    let too_large = |axis: usize, size: f64| {
-        let known = old.iter().map(|(_, sizes)| sizes[axis]);
-        let known = known.fold(records.references.force[axis], f64::max);
-        size > MAX_FORCE * known.max(inertia_force(axis))
+    let axes = 0..study.axes.len();
+    let mut known: Vec<f64> = axes
+        .map(|axis| records.references.force[axis].max(inertia_force(axis)))
+        .collect();
+    let beyond = |known: &[f64], sizes: &[f64]| {
+        let mut pairs = sizes.iter().zip(known);
+        pairs.any(|(size, known)| *size > MAX_FORCE * known)
     };
-    let mut cancelled = new.iter().filter(|(_, sizes)| {
-        let mut sizes = sizes.iter().enumerate();
-        sizes.any(|(axis, size)| too_large(axis, *size))
-    });
-    Ok(cancelled.next().map(|(name, _)| name.clone()))
+    let mut large = sizes(after)?;
+    large.retain(|(_, sizes)| beyond(&known, sizes));
+    // The forces of the model before are asked for only where they could excuse one.
+    if !large.is_empty() {
+        for (_, sizes) in sizes(before)? {
+            known.iter_mut().zip(sizes).for_each(|(k, s)| *k = k.max(s));
+        }
+    }
+    let mut large = large.into_iter();
+    let cancelled = large.find(|(_, sizes)| beyond(&known, sizes));
+    Ok(cancelled.map(|(name, _)| name))
 }
 
 /// The model's terms, without those that are special cases of what is added, and those to be added.

@@ -7,11 +7,10 @@ use super::hypothesis::{Column, Hypothesis, Part, is_at_bound};
 use crate::fit::bounded;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
-use crate::fit::effects::unknowns::{ShapeUnknown, bounds as physical_bounds, shapes};
+use crate::fit::effects::unknowns::{ShapeUnknown, column_bounds, shapes};
 use crate::model::effects::AxisEffect;
 use faer::Mat;
 use jointwatch_shared::effect::Entry;
-use jointwatch_shared::effect::about::Role;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -227,17 +226,7 @@ impl<'a> Bench<'a> {
     pub(super) fn part(&self, bound: &AxisEffect, values: &[f64]) -> Part {
         let rows = rows_of(self.records, self.axis);
         let columns = self.records.columns(bound, values).into_iter();
-        let mut bounds = Vec::new();
-        for parameter in bound.entry.parameters() {
-            match parameter.role {
-                Role::Linear { .. } => bounds.push(physical_bounds(bound, parameter, self.records)),
-                Role::SizePerRecord { .. } => bounds.extend(std::iter::repeat_n(
-                    [f64::NEG_INFINITY, f64::INFINITY],
-                    self.records.columns_of(parameter),
-                )),
-                Role::Shape(_) => {}
-            }
-        }
+        let bounds = column_bounds(bound, self.records);
         let columns = columns.zip(bounds).map(|(column, bounds)| Column {
             data: Arc::new(column[rows.clone()].to_vec()),
             bounds,

@@ -68,19 +68,20 @@ impl<'a> Rivals<'a> {
             return Vec::new();
         };
         let best = (self.errors[best], means[best], self.powers[best]);
-        all.filter(|&at| self.is_as_good(at, best, weights, whole))
+        all.filter(|&at| self.is_as_good((at, means[at]), best, weights, whole))
             .collect()
     }
 
-    /// Whether a set loses no more than that to another one, given by its log errors, their mean, and the power that it leaves.
+    /// Whether a set, with the mean of its log errors, loses no more than that to another one, given by its log errors, their mean, and the
+    /// power that it leaves.
     fn is_as_good(
         &self,
-        at: usize,
+        (at, own_mean): (usize, f64),
         (errors, mean, power): (&[f64], f64, f64),
         weights: &[f64],
         whole: f64,
     ) -> bool {
-        let behind = self.mean(at, weights) - mean;
+        let behind = own_mean - mean;
         let pairs = self.errors[at].iter().zip(errors).zip(weights);
         let square: f64 = pairs.map(|((a, b), w)| w * (a - b - behind).powi(2)).sum();
         let chance = (square / whole / whole)
@@ -100,7 +101,7 @@ impl<'a> Rivals<'a> {
         let other = (errors, mean, than.score.error.powi(2));
         let fewer = (0..self.errors.len()).filter(|&at| self.numbers[at] < than.score.numbers);
         let good: Vec<usize> = fewer
-            .filter(|&at| self.is_as_good(at, other, &weights, whole))
+            .filter(|&at| self.is_as_good((at, self.mean(at, &weights)), other, &weights, whole))
             .collect();
         (!good.is_empty()).then(|| self.simplest(&good, &weights))
     }

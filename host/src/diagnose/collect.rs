@@ -80,9 +80,8 @@ pub(super) fn candidates(
                 .iter()
                 .any(|term| bound.rules_out(term) && !bound.replaces(term));
             // Whether zeros differ is asked before what else is missing.
-            let of_record = bound.entry.is_per_record() && !bound.entry.is_line();
             !rival
-                && !of_record
+                && !bound.entry.is_zero_per_record()
                 && !known.contains(bound)
                 && (!of_inertia || inertia)
                 && !without

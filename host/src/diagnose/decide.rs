@@ -197,14 +197,16 @@ impl<'a> Choice<'a> {
         let alike = vec![1.0; base.score.log_errors.len()];
         let good = rivals.good(&alike);
         let mut chosen = sound[rivals.simplest(&good, &alike)];
-        let mut pruned_set = pruned(field, inputs, chosen.clone(), base);
-        // Of what is left of a set another one may be as good, and simpler.
-        while let Some(simpler) = rivals.simpler(&pruned_set.decided) {
-            chosen = sound[simpler];
-            pruned_set = pruned(field, inputs, chosen.clone(), base);
-        }
+        let pruned = loop {
+            let pruned = pruned(field, inputs, chosen.clone(), base);
+            // Of what is left of a set another one may be as good, and simpler.
+            match rivals.simpler(&pruned.decided) {
+                Some(simpler) => chosen = sound[simpler],
+                None => break pruned,
+            }
+        };
         Self {
-            pruned: pruned_set,
+            pruned,
             rivals,
             good,
             chosen,

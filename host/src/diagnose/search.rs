@@ -85,6 +85,10 @@ pub(super) fn search(
     let mut without = given.without.to_vec();
     let mut best = search_once(given, base, values.clone())?;
     let mut open = best.refuted.clone();
+    if open.is_empty() {
+        return Ok(best);
+    }
+    let mut least = error(&best)?;
     for _ in 0..MAX_REOPENED {
         if open.is_empty() {
             break;
@@ -95,9 +99,11 @@ pub(super) fn search(
             ..*given
         };
         let mut again = search_once(&reopened, base, values.clone())?;
-        if error(&again)? >= error(&best)? {
+        let after = error(&again)?;
+        if after >= least {
             break;
         }
+        least = after;
         open.clone_from(&again.refuted);
         again.refuted.splice(0..0, best.refuted);
         best = again;

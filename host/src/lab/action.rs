@@ -260,16 +260,7 @@ impl Known<'_> {
                 rate,
                 inertia,
             } => self.init(columns, *rate, *inertia),
-            Action::Select { segments, seconds } => {
-                let folder = self.folder.free("segments", "");
-                let (count, length) = (segments.to_string(), seconds.unwrap_or(2.0).to_string());
-                let words = ["select", &study, "--segments", &count, "--seconds", &length];
-                let words = [&words[..], &["-o", &folder]].concat();
-                let then = Then::Segments {
-                    study: format!("{folder}/study.toml"),
-                };
-                plan("Choose segments".into(), &words, then)
-            }
+            Action::Select { segments, seconds } => self.select(&study, *segments, *seconds),
             Action::Draft { .. }
             | Action::Reopen {}
             | Action::Work { .. }
@@ -328,6 +319,28 @@ impl Known<'_> {
             words: words.map(String::from).into(),
             then: Then::Printed,
         })
+    }
+
+    fn select(&self, study: &str, segments: u32, seconds: Option<f64>) -> Plan {
+        let folder = self.folder.free("segments", "");
+        let (count, length) = (segments.to_string(), seconds.unwrap_or(2.0).to_string());
+        let words = [
+            "select",
+            study,
+            "--segments",
+            &count,
+            "--seconds",
+            &length,
+            "-o",
+            &folder,
+        ];
+        Plan {
+            what: "Choose segments".into(),
+            words: words.map(str::to_owned).into(),
+            then: Then::Segments {
+                study: format!("{folder}/study.toml"),
+            },
+        }
     }
 
     fn init(&self, columns: &[(String, String)], rate: Option<f64>, inertia: Option<f64>) -> Plan {

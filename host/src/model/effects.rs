@@ -372,8 +372,7 @@ impl AxisEffect {
     /// One sentence: an input that the study has not, or a zero per record in a study of one record.
     pub(crate) fn check_in(&self, study: &Study, axes: &[&str]) -> Result<()> {
         study.check_input(&self.name(axes), self.input)?;
-        let of_record = self.entry.is_per_record() && !self.entry.is_line();
-        if of_record && study.records.len() < 2 {
+        if self.entry.is_zero_per_record() && study.records.len() < 2 {
             return Err(Error::data(format!(
                 "{} is another one in every record, and the study has one record: name preload in its place, or add records",
                 self.name(axes)

@@ -46,7 +46,7 @@ fn on_the_device(entry: &Entry) -> &'static str {
             "part of the joint's model on the host; refused at export, because a device that never stops does not know when a \
              record began"
         }
-        Subsystem::Sensor if entry.is_per_record() && !entry.is_line() => {
+        Subsystem::Sensor if entry.is_zero_per_record() => {
             "a correction: from the moment a model holds it, it is found and taken out in every record anew; refused at export, because a \
              device that never stops has no records"
         }

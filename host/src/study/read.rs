@@ -273,6 +273,17 @@ struct Logs {
     unused: Vec<String>,
 }
 
+/// The logs that are too long to be read whole, each opened once: several records may be stretches of one. Some are `known` already.
+fn opened_once(requests: &[Request<'_>], known: &[Arc<LongLog>]) -> Result<Vec<Arc<LongLog>>> {
+    let mut long = known.to_vec();
+    for request in requests {
+        if !long.iter().any(|log| log.is_at(request.path)) {
+            long.extend(LongLog::where_needed(request)?.map(Arc::new));
+        }
+    }
+    Ok(long)
+}
+
 /// Reads all logs, settles the sample rate, and turns them into records.
 fn read_records(
     said: &Description,
@@ -301,13 +312,7 @@ fn read_records(
             sparse: plan.resample_hz.is_some(),
         })
         .collect();
-    let mut long = place.long.to_vec();
-    for request in &requests {
-        // Several records may be stretches of one log.
-        if !long.iter().any(|log| log.is_at(request.path)) {
-            long.extend(LongLog::where_needed(request)?.map(Arc::new));
-        }
-    }
+    let long = opened_once(&requests, place.long)?;
     let long_of = |request: &Request<'_>| long.iter().find(|log| log.is_at(request.path));
     let wants = Wants {
         wanted: &plan.wanted,

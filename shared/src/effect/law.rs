@@ -287,6 +287,12 @@ impl Entry {
         phases.max().unwrap_or(0)
     }
 
+    /// Whether it is a zero, another one in every record, without a phase.
+    #[cfg(feature = "fit")]
+    pub fn is_zero_per_record(&self) -> bool {
+        self.phases_per_record() == 1
+    }
+
     /// Whether it is a line of the spectrum, with another size and phase in every record.
     #[cfg(feature = "fit")]
     pub fn is_line(&self) -> bool {

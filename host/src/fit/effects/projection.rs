@@ -170,16 +170,9 @@ impl Problem<'_> {
 
     /// The least and the most of the factor of every column: what is physical, as a strength or an inertia, is not less than nothing.
     fn bounds(&self) -> Vec<[f64; 2]> {
-        let of_term = |bound: &AxisEffect| {
-            let parameters = bound.entry.parameters().iter();
-            let columns = parameters.map(|parameter| {
-                let bounds = unknowns::bounds(bound, parameter, self.records);
-                std::iter::repeat_n(bounds, self.records.columns_of(parameter))
-            });
-            columns.flatten().collect::<Vec<_>>()
-        };
         let inertias = self.records.accelerations.iter().flatten();
-        let terms = self.terms.iter().flat_map(of_term);
+        let terms = self.terms.iter();
+        let terms = terms.flat_map(|term| unknowns::column_bounds(term, self.records));
         terms
             .chain(inertias.map(|_| [0.0, f64::INFINITY]))
             .collect()

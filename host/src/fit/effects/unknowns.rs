@@ -102,7 +102,7 @@ const AT_REST: f64 = 3.0;
 
 /// The least and the most of a parameter that the force is proportional to: a strength that has to be positive is not below nothing, an
 /// inertia is not less than stated by all that is stated, and the gain of a channel is one that can be put right.
-pub(crate) fn bounds(bound: &AxisEffect, parameter: &Parameter, records: &Records<'_>) -> [f64; 2] {
+fn bounds(bound: &AxisEffect, parameter: &Parameter, records: &Records<'_>) -> [f64; 2] {
     match bound.entry.about.name {
         _ if bound.is_positive(parameter) => [0.0, f64::INFINITY],
         "force_gain" => [-MAX_GAIN, MAX_GAIN],
@@ -114,8 +114,19 @@ pub(crate) fn bounds(bound: &AxisEffect, parameter: &Parameter, records: &Record
     }
 }
 
+/// The same of every column that records make of an effect.
+pub(crate) fn column_bounds(bound: &AxisEffect, records: &Records<'_>) -> Vec<[f64; 2]> {
+    let parameters = bound.entry.parameters().iter();
+    let columns = parameters.map(|parameter| {
+        let bounds = bounds(bound, parameter, records);
+        std::iter::repeat_n(bounds, records.columns_of(parameter))
+    });
+    columns.flatten().collect()
+}
+
 /// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is absent; none is less than what it exceeds
-/// in nature or more than a few times that; and it has not become another one. One whose memory outlasts the records has: it is a spring about another zero, and follows the drift of an instrument.
+/// in nature or more than a few times that; and it has not become another one. One whose memory outlasts the records has: it is a spring
+/// about another zero, and follows the drift of an instrument.
 pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
     let entry = bound.entry;
     let parameters = entry.parameters();
