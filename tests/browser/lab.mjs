@@ -10,7 +10,7 @@ const require = createRequire(`${modules}/`);
 const { chromium } = require("playwright-core");
 const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
 const figures = JSON.parse(readFileSync(figuresFile, "utf8"));
-const seen = { console: [], outside: [], errors: [], axe: [], steps: [] };
+const seen = { console: [], outside: [], errors: [], axe: [], steps: [], seconds: {} };
 
 const browser = await chromium.launch({
   executablePath,
@@ -25,7 +25,7 @@ async function open(url, options = {}) {
   page.on("pageerror", (error) => seen.errors.push(error.message));
   page.on("request", (request) => {
     const { hostname, protocol } = new URL(request.url());
-    if (hostname !== "127.0.0.1" && protocol !== "blob:" && protocol !== "data:") seen.outside.push(request.url());
+    if (hostname !== "127.0.0.1" && !["blob:", "data:", "file:"].includes(protocol)) seen.outside.push(request.url());
   });
   await page.goto(url);
   return page;
@@ -64,6 +64,23 @@ async function redrawn(page, start) {
   await run(page, start);
   await page.waitForFunction((old) => document.documentElement.dataset.view !== old, before);
   await rest(page);
+}
+
+/** Presses a button in the page and gives the seconds until the view that comes of it has been painted. */
+function toPixels(page, button) {
+  return page.evaluate((selector) => new Promise((done) => {
+    const root = document.documentElement;
+    const old = root.dataset.view;
+    const begun = performance.now();
+    const watch = new MutationObserver(() => {
+      if (root.dataset.view === old) return;
+      watch.disconnect();
+      // The first frame is about to be painted, the second one comes after that.
+      requestAnimationFrame(() => requestAnimationFrame(() => done((performance.now() - begun) / 1000)));
+    });
+    watch.observe(root, { attributes: true });
+    document.querySelector(selector).click();
+  }), button);
 }
 
 /** Serious faults that axe-core finds. */
@@ -120,8 +137,9 @@ async function byMouse() {
 
   const errorOf = () => page.locator(".meter").first().getAttribute("data-error");
   const before = Number(await errorOf());
-  await page.click("#candidates button.add");
+  const pressed = toPixels(page, "#candidates button.add");
   await page.waitForFunction(() => contents.versions.length === 2 && chosen.version === 1 && chosen.moved > 0.2, null, { timeout: 60_000 });
+  seen.seconds.add = await pressed;
   await picture(page, "3-moving");
   await rest(page);
   const after = Number(await errorOf());
@@ -132,7 +150,7 @@ async function byMouse() {
 
   await page.click("#tab-models");
   await picture(page, "5-models");
-  await redrawn(page, () => page.click("#undo"));
+  await redrawn(page, async () => { seen.seconds.compare = await toPixels(page, "#undo"); });
   check(Number(await errorOf()) === before, "undo brings the old error back");
   step("undo");
   await page.click("#tab-models");
@@ -145,6 +163,7 @@ async function byMouse() {
   for (const [id, ending] of [["keep-report", ".html"], ["keep-model", ".json"], ["keep-blob", ".bin"]]) {
     const [kept] = await Promise.all([page.waitForEvent("download"), page.click(`#${id}`)]);
     check(kept.suggestedFilename().endsWith(ending), kept.suggestedFilename());
+    if (ending === ".html") await kept.saveAs(`${shots}/report.html`);
   }
   step("models side by side, export, replay, downloads");
   for (const tab of await page.locator("[role=tab]").all()) {
@@ -202,6 +221,18 @@ async function atRest(page) {
   const begun = await busy();
   await page.waitForTimeout(4000);
   seen.idle = (await busy() - begun) / 4;
+}
+
+/** The report that was downloaded, from its file alone. */
+async function aReport() {
+  for (const [name, options] of [["15-report", {}], ["16-report-narrow-dark", { viewport: { width: 390, height: 844 }, colorScheme: "dark" }]]) {
+    const page = await open(`file://${shots}/report.html`, options);
+    await page.waitForFunction(() => document.documentElement.dataset.drawn === "all");
+    await judge(page, name);
+    await page.screenshot({ path: `${shots}/${name}.png`, fullPage: true });
+    await page.close();
+  }
+  step("the report by itself");
 }
 
 async function narrowAndDark() {
@@ -277,6 +308,7 @@ try {
   const page = await byKeyboard();
   await atRest(page);
   await page.close();
+  await aReport();
   if (emptyUrl) {
     await narrowAndDark();
     await aDroppedLog();

@@ -61,7 +61,7 @@ fn a_browser_goes_the_whole_loop() {
     );
     assert_eq!(
         seen["steps"].as_array().unwrap().len(),
-        11,
+        12,
         "{:#}",
         seen["steps"]
     );
@@ -96,10 +96,35 @@ fn a_browser_finds_the_dry_friction_of_a_measured_axis() {
     );
     assert_eq!(
         seen["steps"].as_array().unwrap().len(),
-        8,
+        9,
         "{:#}",
         seen["steps"]
     );
+}
+
+#[test]
+#[ignore = "prints the seconds of docs/notebook/front-door.md, which count on an idle machine; tests/run --campaigns"]
+fn a_browser_goes_the_loop_on_four_records_of_34_000_rows_and_two_axes() {
+    let Some((modules, chromium)) = browser() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for words in [
+        "simulate --out rig --hidden coulomb@x --duration 17 --seed 4",
+        "identify rig --model physical -o rig/base.json",
+        "compare rig rig/base.json --json figures.json",
+    ] {
+        succeed(folder.path(), &words.split(' ').collect::<Vec<_>>());
+    }
+    let lab = Lab::start(&folder.path().join("rig"), &["study.toml", "base.json"]);
+    let seen = gone_through(
+        (&modules, chromium),
+        "lab-screenshots-long",
+        &lab,
+        folder.path(),
+        &[],
+    );
+    assert!(seen["seconds"]["add"].as_f64().unwrap() > 0.0, "{seen:#}");
 }
 
 /// What the browser saw of a lab, with its pictures in a folder below `target`, beside the `figures.json` of the command line; the
