@@ -96,13 +96,18 @@ impl Effect for BoucWen {
             let free = travel * (one - z.abs().power(exponent) * bend);
             (-one - z).max((one - z).min(free))
         };
-        let first = increment(before);
-        let second = increment(before + first);
-        let mean = (first + second).half();
-        let third = increment(before + mean.half());
-        // Where nothing yields all three are alike, and what is added is the travel to the last bit.
-        let after = before + (third + S::Short::ratio(1, 3) * (mean - third));
+        let after = after_three_stages(before, increment);
         *z = S::long(after.within(one));
         [force * *z, S::zero()]
     }
+}
+
+/// A state one sample later, from what a held Euler step adds to a state.
+pub(super) fn after_three_stages<T: Number>(before: T, increment: impl Fn(T) -> T) -> T {
+    let first = increment(before);
+    let second = increment(before + first);
+    let mean = (first + second).half();
+    let third = increment(before + mean.half());
+    // Where nothing bends all three are alike, and what is added is the travel to the last bit.
+    before + (third + T::ratio(1, 3) * (mean - third))
 }

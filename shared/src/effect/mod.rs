@@ -10,6 +10,7 @@ mod bouc_wen;
 mod bouc_wen_by_direction;
 mod bouc_wen_by_place;
 mod bouc_wen_by_rate;
+mod bouc_wen_hardening;
 mod by_direction;
 mod clearance;
 mod clearance_coupling;
@@ -128,4 +129,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<power_contact::PowerContact>(),
     Entry::of::<backlash::Backlash>(),
     Entry::of::<force_zero::ForceZero>(),
+    Entry::of::<bouc_wen_hardening::BoucWenHardening>(),
 ];
