@@ -180,6 +180,7 @@ fn numbers_in_blobs_never_change() {
         (49, "backlash"),
         (50, "force_zero"),
         (51, "bouc_wen_hardening"),
+        (52, "bouc_wen_pinching"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);

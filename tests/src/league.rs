@@ -3,6 +3,7 @@
 //! Every kind of model that may be chosen is learnt and refined on training rows alone, and the one whose refinement left least on
 //! the last fifth of these rows is taken. The records for testing are read after that, once.
 
+use crate::bouc_wen;
 use crate::program::measurements;
 use jointwatch::fit::identify::{self, physical};
 use jointwatch::fit::polynomial::{Method, PolynomialOptions};
@@ -47,10 +48,18 @@ enum Candidate {
     Polynomial([u8; 2]),
 }
 
+/// Where the records of a set come from.
+enum Source {
+    /// Files in a folder of measurements.
+    Measured(&'static str, &'static [&'static str]),
+    /// Written by a simulation of published equations.
+    Simulated(fn(&Path) -> Result<(), String>),
+}
+
 /// A set of the league.
 struct Set {
-    folder: &'static str,
-    files: &'static [&'static str],
+    name: &'static str,
+    source: Source,
     /// Everything of study.toml before the records.
     head: &'static str,
     training: Rows,
@@ -59,8 +68,8 @@ struct Set {
 }
 
 const EMPS: Set = Set {
-    folder: "data/emps",
-    files: &["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"],
+    name: "EMPS",
+    source: Source::Measured("data/emps", &["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"]),
     head: "time = \"t\"\nsample_rate_hz = 1000.0\nband_hz = 20.0\n[[axis]]\nname = \"x\"\nkind = \"translation\"\n\
            displacement = \"qm\"\nforce = { column = \"vir\", scale = 35.15065188248547 }\n",
     training: ("DATA_EMPS.mat", None),
@@ -73,8 +82,8 @@ const EMPS: Set = Set {
 };
 
 const SILVERBOX: Set = Set {
-    folder: "data/silverbox",
-    files: &["SNLS80mV.mat"],
+    name: "Silverbox",
+    source: Source::Measured("data/silverbox", &["SNLS80mV.mat"]),
     head: "sample_rate_hz = 610.3515625\nband_hz = 180.0\n[[axis]]\nname = \"x\"\nkind = \"translation\"\n\
            displacement = \"V2\"\nforce = \"V1\"\n",
     training: ("SNLS80mV.mat", Some([40_650, 105_712])),
@@ -89,6 +98,38 @@ const SILVERBOX: Set = Set {
         Candidate::Polynomial([3, 3]),
     ],
 };
+
+const BOUC_WEN: Set = Set {
+    name: "Bouc-Wen",
+    source: Source::Simulated(bouc_wen::records),
+    head: "time = \"t\"\nsample_rate_hz = 750.0\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"y\"\n\
+           force = \"u\"\n",
+    training: (bouc_wen::TRAINING, None),
+    tests: &[(bouc_wen::TESTS[0], None), (bouc_wen::TESTS[1], None)],
+    candidates: &[
+        Candidate::Effects(r#""stiffness@x", "viscous@x", "bouc_wen@x""#),
+        Candidate::Effects(r#""stiffness@x", "viscous@x", "bouc_wen_hardening@x""#),
+    ],
+};
+
+impl Source {
+    /// Puts the files into a folder; false where the measurements are not there.
+    fn put(&self, into: &Path) -> Result<bool, String> {
+        match self {
+            Self::Simulated(records) => records(into)?,
+            Self::Measured(folder, files) => {
+                let Some(data) = measurements(folder) else {
+                    return Ok(false);
+                };
+                for file in *files {
+                    fs::copy(data.join(file), into.join(file))
+                        .map_err(|e| format!("{}: {e}", data.join(file).display()))?;
+                }
+            }
+        }
+        Ok(true)
+    }
+}
 
 impl Candidate {
     fn name(&self) -> String {
@@ -149,13 +190,9 @@ struct Chosen {
 impl Chosen {
     /// Learns every candidate, takes the best on held-out training rows, then opens the test records.
     fn of(set: &Set, told: &dyn Fn(&str)) -> Result<Option<Self>, String> {
-        let Some(data) = measurements(set.folder) else {
-            return Ok(None);
-        };
         let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
-        for file in set.files {
-            fs::copy(data.join(file), folder.path().join(file))
-                .map_err(|e| format!("{}: {e}", data.join(file).display()))?;
+        if !set.source.put(folder.path())? {
+            return Ok(None);
         }
         let mut best: Option<(f64, &Candidate, ModelFile, ModelFile)> = None;
         for candidate in set.candidates {
@@ -164,7 +201,7 @@ impl Chosen {
             let [before, after] = refined.refinement.held_out;
             told(&format!(
                 "{}: {} leaves {:.4} % of the RMS displacement on held-out training rows, {:.4} % after refinement; stretches of {:?} s",
-                set.folder,
+                set.name,
                 candidate.name(),
                 100.0 * before,
                 100.0 * after,
@@ -207,6 +244,26 @@ impl Chosen {
     }
 }
 
+/// A row of the table: what was measured, the best published, and the aim.
+type Row = (&'static str, Option<f64>, f64);
+
+impl Chosen {
+    /// The simulated displacement of every test record, in a unit of which so many are one of SI.
+    fn figures(&self, unit: &'static str, scale: f64, rows: &[Row]) -> Result<Vec<Figure>, String> {
+        let rows = rows.iter().zip(self.simulated()?);
+        let figure = |(&(what, published, aim), [before, after]): (&Row, [f64; 2])| Figure {
+            what,
+            unit,
+            published,
+            aim,
+            equation: scale * before,
+            simulation: Some(scale * after),
+            model: self.name.clone(),
+        };
+        Ok(rows.map(figure).collect())
+    }
+}
+
 /// The positioning axis; nothing where its files are not there.
 ///
 /// # Errors
@@ -215,18 +272,8 @@ pub fn emps(told: &dyn Fn(&str)) -> Result<Vec<Figure>, String> {
     let Some(chosen) = Chosen::of(&EMPS, told)? else {
         return Ok(Vec::new());
     };
-    let mut figures = Vec::new();
-    for [before, after] in chosen.simulated()? {
-        figures.push(Figure {
-            what: "EMPS, test record, simulated displacement",
-            unit: "mm RMS",
-            published: Some(2.64),
-            aim: 4.7,
-            equation: 1e3 * before,
-            simulation: Some(1e3 * after),
-            model: chosen.name.clone(),
-        });
-    }
+    let row = ("EMPS, test record, simulated displacement", Some(2.64), 4.7);
+    let mut figures = chosen.figures("mm RMS", 1e3, &[row])?;
     // The same fit once more, for its errors on both records.
     let fit = physical(&chosen.study).map_err(|e| e.to_string())?.model;
     let errors = [
@@ -260,21 +307,26 @@ pub fn silverbox(told: &dyn Fn(&str)) -> Result<Vec<Figure>, String> {
         return Ok(Vec::new());
     };
     let rows = [
-        ("Silverbox, multisine", 0.301, 0.5),
-        ("Silverbox, full arrow", 0.60, 0.6),
-        ("Silverbox, arrow without extrapolation", 0.259, 0.4),
+        ("Silverbox, multisine", Some(0.301), 0.5),
+        ("Silverbox, full arrow", Some(0.60), 0.6),
+        ("Silverbox, arrow without extrapolation", Some(0.259), 0.4),
     ];
-    let rows = rows.into_iter().zip(chosen.simulated()?);
-    let figure = |((what, published, aim), [before, after]): ((_, f64, f64), [f64; 2])| Figure {
-        what,
-        unit: "mV RMS",
-        published: Some(published),
-        aim,
-        equation: 1e3 * before,
-        simulation: Some(1e3 * after),
-        model: chosen.name.clone(),
+    chosen.figures("mV RMS", 1e3, &rows)
+}
+
+/// The simulated hysteretic oscillator.
+///
+/// # Errors
+/// As [`emps`].
+pub fn hysteretic(told: &dyn Fn(&str)) -> Result<Vec<Figure>, String> {
+    let Some(chosen) = Chosen::of(&BOUC_WEN, told)? else {
+        return Ok(Vec::new());
     };
-    Ok(rows.map(figure).collect())
+    let rows = [
+        ("Bouc–Wen, multisine", Some(7.5), 3.0),
+        ("Bouc–Wen, sine sweep", None, 1.0),
+    ];
+    chosen.figures("µm RMS", 1e6, &rows)
 }
 
 /// Figures as the page has them: three significant digits.

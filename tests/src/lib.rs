@@ -1,5 +1,6 @@
 //! What the tests of the whole need beside the parts themselves.
 
+pub mod bouc_wen;
 pub mod bus;
 pub mod coverage;
 pub mod curves;

@@ -1,6 +1,6 @@
 //! The table of docs/notebook/league.md is the one that the program gives, to a percent.
 
-use jointwatch_tests::league::{Figure, MARKS, emps, silverbox, table, with_table};
+use jointwatch_tests::league::{Figure, MARKS, emps, hysteretic, silverbox, table, with_table};
 use jointwatch_tests::program::workspace;
 use std::fs;
 
@@ -43,6 +43,12 @@ fn the_positioning_axis_does_as_the_page_says() {
 #[ignore = "takes minutes: `cargo test --release -p jointwatch-tests --test league -- --ignored`"]
 fn the_oscillator_does_as_the_page_says() {
     agree(&silverbox(&|_| ()).unwrap());
+}
+
+#[test]
+#[ignore = "takes minutes: `cargo test --release -p jointwatch-tests --test league -- --ignored`"]
+fn the_hysteretic_oscillator_does_as_the_page_says() {
+    agree(&hysteretic(&|_| ()).unwrap());
 }
 
 #[test]

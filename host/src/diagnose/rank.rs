@@ -69,22 +69,18 @@ pub(super) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
         let before = best_rank(&all);
         let mut moves: Vec<(Hypothesis, &[Part])> = Vec::new();
         for (place, from) in beam.iter().enumerate() {
-            let narrower = from.hypothesis.added().iter();
-            let narrower: Vec<Hypothesis> = narrower
-                .map(|bound| from.hypothesis.without(bound))
-                .collect();
-            moves.extend(
-                added(field, &from.hypothesis, TRIED)
-                    .into_iter()
-                    .map(|h| (h, &*from.parts)),
-            );
-            for hypothesis in narrower.iter().filter(|h| h.members.len() > h.base) {
-                // What else would do in the place of an effect that was found earlier.
-                if place == 0 {
-                    let others = added(field, hypothesis, TRIED / 2).into_iter();
-                    moves.extend(others.map(|h| (h, &*from.parts)));
+            let wider = added(field, &from.hypothesis, TRIED, None).into_iter();
+            moves.extend(wider.map(|h| (h, &*from.parts)));
+            for bound in from.hypothesis.added() {
+                let hypothesis = from.hypothesis.without(bound);
+                let alone = hypothesis.members.len() == hypothesis.base;
+                // What else would do in the place of an effect that was found earlier: beside the base all others were tried.
+                let most = if alone || place > 0 { 0 } else { TRIED / 2 };
+                let others = added(field, &hypothesis, most, Some(bound)).into_iter();
+                moves.extend(others.map(|h| (h, &*from.parts)));
+                if !alone {
+                    moves.push((hypothesis, &from.parts));
                 }
-                moves.push((hypothesis.clone(), &from.parts));
             }
         }
         moves.retain(|(hypothesis, _)| seen.insert(hypothesis.key()));
@@ -120,28 +116,44 @@ pub(super) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
     all
 }
 
-/// A hypothesis with each of the effects that promise most beside it.
-fn added(field: &Field<'_, '_>, hypothesis: &Hypothesis, most: usize) -> Vec<Hypothesis> {
+/// A hypothesis with each of so many effects that promise most beside it; in the place of a `former` one also with each that generalises it,
+/// whose promise counts for little: where its shapes start it may be far from its special case.
+fn added(
+    field: &Field<'_, '_>,
+    hypothesis: &Hypothesis,
+    most: usize,
+    former: Option<&AxisEffect>,
+) -> Vec<Hypothesis> {
     let excerpt = field.excerpt;
     let parts = excerpt.parts(hypothesis, &[]);
     let design = excerpt.design(hypothesis, &parts);
     let promises = field.library.scan(excerpt, hypothesis, &design);
     let best = promises.first().map_or(0.0, |best| best.gain);
     let worth = field.full.least_share.powi(2) / MORE;
-    let told = hypothesis.added().is_empty();
+    let told = hypothesis.added().is_empty() && former.is_none();
     promises
         .into_iter()
         .enumerate()
         .filter(|(place, promise)| {
             let rival = *place < ALWAYS || promise.gain > RIVAL * best;
             // What has no shape costs next to nothing to try, and may count only beside others: a spring beside a damper's law.
-            let tried = (*place < most && rival) || is_plain(&promise.bound);
+            let plain = is_plain(&promise.bound) && former.is_none_or(|_| most > 0);
+            let wider = former.is_some_and(|former| generalises(&promise.bound, former));
+            let tried = (*place < most && rival) || plain || wider;
             (told && *place < ALWAYS) || (tried && promise.gain > worth)
         })
         .map(|(_, promise)| promise)
         .map(|promise| hypothesis.with(promise.bound, promise.values))
         .filter(|wider| are_enough(field.full.records, &wider.members))
         .collect()
+}
+
+/// Whether an effect has another, or one that the other may be taken for, as a special case.
+fn generalises(bound: &AxisEffect, former: &AxisEffect) -> bool {
+    let special = |name: &str| bound.entry.replaces.contains(&name);
+    let same = bound.axis == former.axis && bound.input == former.input;
+    let mut alike = former.entry.looks_like.iter();
+    same && (special(former.entry.about.name) || alike.any(|name| special(name)))
 }
 
 /// Whether it is one strength of the joint and no shape: a spring, a damper, a constant force.

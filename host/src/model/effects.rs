@@ -131,11 +131,20 @@ impl ModelEffect {
     }
 }
 
+/// The column of a parameter's interval.
+const INTERVAL: usize = 3;
+
 /// Every parameter of a model's effects, in a table.
 pub fn table(effects: &[ModelEffect]) -> Table {
     // Where everything acts in the joint, a column that says so only takes room.
     let corrects = effects.iter().any(|e| is_correction(&e.effect));
     let mut heading = vec!["effect", "parameter", "value", "95 % interval", "unit"];
+    // A refinement by simulation knows none.
+    let mut parameters = effects.iter().flat_map(|e| &e.parameters);
+    let intervals = parameters.any(|p| p.interval.is_some());
+    if !intervals {
+        heading.remove(INTERVAL);
+    }
     if corrects {
         heading.push("is part of");
     }
@@ -155,6 +164,9 @@ pub fn table(effects: &[ModelEffect]) -> Table {
                 interval,
                 parameter.unit.clone(),
             ];
+            if !intervals {
+                row.remove(INTERVAL);
+            }
             if corrects {
                 row.push(if is_correction(&effect.effect) {
                     "the instruments: corrects the data".into()

@@ -11,6 +11,7 @@ mod bouc_wen_by_direction;
 mod bouc_wen_by_place;
 mod bouc_wen_by_rate;
 mod bouc_wen_hardening;
+mod bouc_wen_pinching;
 mod by_direction;
 mod clearance;
 mod clearance_coupling;
@@ -130,4 +131,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<backlash::Backlash>(),
     Entry::of::<force_zero::ForceZero>(),
     Entry::of::<bouc_wen_hardening::BoucWenHardening>(),
+    Entry::of::<bouc_wen_pinching::BoucWenPinching>(),
 ];

@@ -3,13 +3,13 @@
 //! `cargo run --release -p jointwatch-tests --bin league` prints the table and writes it into docs/notebook/league.md. Sets that are
 //! not there are skipped, and then the page stays as it is.
 
-use jointwatch_tests::league::{MARKS, emps, silverbox, table, with_table};
+use jointwatch_tests::league::{MARKS, emps, hysteretic, silverbox, table, with_table};
 use jointwatch_tests::program::workspace;
 use std::fs;
 
 fn main() -> Result<(), String> {
     let told = |what: &str| eprintln!("{what}");
-    let sets = [emps(&told)?, silverbox(&told)?];
+    let sets = [emps(&told)?, silverbox(&told)?, hysteretic(&told)?];
     let complete = sets.iter().all(|figures| !figures.is_empty());
     let text = table(&sets.concat());
     println!("{text}");

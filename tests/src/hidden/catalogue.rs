@@ -90,7 +90,7 @@ pub const SUBJECTS: [Subject; 31] = [
 ];
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed and the list above.
-pub const BY_NAME: [Subject; 18] = [
+pub const BY_NAME: [Subject; 20] = [
     subject("coulomb_by_direction", Kind::Joint),
     subject("viscous_by_direction", Kind::Joint),
     subject("gap_jenkins", Kind::Joint),
@@ -109,6 +109,8 @@ pub const BY_NAME: [Subject; 18] = [
     subject("position_friction", Kind::Joint),
     subject("load_friction", Kind::Joint),
     subject("mullins", Kind::Joint),
+    subject("bouc_wen_hardening", Kind::Joint),
+    subject("bouc_wen_pinching", Kind::Joint),
 ];
 
 /// Effects of the library that the campaign has no independent law for, and so never hides.
@@ -298,6 +300,23 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
             exponent: within(1.0, 2.0),
             back,
         },
+        "bouc_wen_pinching" => {
+            let saturation = x * within(0.2, 0.8);
+            Form::PinchedWen {
+                saturation,
+                exponent: within(1.0, 2.0),
+                lost: within(0.7, 0.95),
+                level: saturation * within(0.05, 0.3),
+                width: saturation * within(0.15, 0.4),
+            }
+        }
+        "bouc_wen_hardening" => {
+            let both_ways = 1.0 / (scale.reach * within(0.7, 2.0));
+            Form::HardeningWen {
+                both_ways,
+                unloading: both_ways * within(0.4, 0.9),
+            }
+        }
         "power_spring" | "power_spring_by_direction" => Form::PowerSpring {
             exponent: within(1.4, 2.6),
             length: scale.reach,

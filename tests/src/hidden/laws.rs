@@ -76,6 +76,26 @@ pub enum Form {
         /// n.
         exponent: f64,
     },
+    /// Wen's hysteresis with n = 1 that never saturates: ż = v + α·v·|z| + β·|v|·z, α above |β|, β below 0; force z.
+    HardeningWen {
+        /// α, one over a length.
+        both_ways: f64,
+        /// −β.
+        unloading: f64,
+    },
+    /// [`Form::Wen`] with β = γ behind a slip lock: ż times 1 − ζ₁·exp(−(z·sign v − q·z_y)²/ζ₂²).
+    PinchedWen {
+        /// z_y.
+        saturation: f64,
+        /// n.
+        exponent: f64,
+        /// ζ₁.
+        lost: f64,
+        /// q·z_y.
+        level: f64,
+        /// ζ₂.
+        width: f64,
+    },
     /// A spring in series with a dry slider (Jenkin's element).
     SpringSlider {
         /// Extension at which it slips.
@@ -305,14 +325,16 @@ impl Law {
             Form::Drag => v * v.abs(),
             Form::Duffing => x.powi(3),
             Form::OneSided => x.max(0.0),
-            Form::Wen { saturation, .. } | Form::Dahl { saturation } => z / saturation,
+            Form::Wen { saturation, .. }
+            | Form::Dahl { saturation }
+            | Form::PinchedWen { saturation, .. } => z / saturation,
             Form::SpringSlider { slip } => (z / slip).clamp(-1.0, 1.0),
             Form::Bristles {
                 deflection,
                 damping_s,
                 ..
             } => z / deflection + damping_s / deflection * self.rates(joint, memory)[0],
-            Form::SpringDamper { .. } => z,
+            Form::SpringDamper { .. } | Form::HardeningWen { .. } => z,
             Form::Teeth { pitch, phase } => (std::f64::consts::TAU * x / pitch + phase).sin(),
             Form::Constant => 1.0,
             Form::CrossSpring => return [self.strength * other, self.strength * x],
@@ -390,6 +412,23 @@ impl Law {
                 let closing = if v * z >= 0.0 { 1.0 } else { -1.0 };
                 v * (1.0 - full * (roundness * closing + 1.0 - roundness))
             }
+            Form::PinchedWen {
+                saturation,
+                exponent,
+                lost,
+                level,
+                width,
+            } => {
+                let full = (z / saturation).abs().powf(exponent);
+                let towards = if v < 0.0 { -z } else { z };
+                let slips = lost * (-((towards - level) / width).powi(2)).exp();
+                let yields = if towards > 0.0 { full } else { 0.0 };
+                v * (1.0 - slips) * (1.0 - yields)
+            }
+            Form::HardeningWen {
+                both_ways,
+                unloading,
+            } => v + both_ways * v * z.abs() - unloading * v.abs() * z,
             Form::Dahl { saturation } => v - v.abs() * z / saturation,
             Form::GapSlider { gap, slip, .. } => {
                 if z.abs() >= gap + slip && z * v > 0.0 {
@@ -438,7 +477,9 @@ impl Law {
             Form::Stribeck { ratio, edge, .. } => ratio * s / (edge * moving_inertia),
             Form::Spring | Form::Play { .. } | Form::Stop { .. } | Form::OneSided => spring(s),
             Form::SpringSlider { slip } => spring(s / slip),
-            Form::Wen { saturation, .. } | Form::Dahl { saturation } => {
+            Form::Wen { saturation, .. }
+            | Form::Dahl { saturation }
+            | Form::PinchedWen { saturation, .. } => {
                 spring(s / saturation).max(2.0 * top_speed / saturation)
             }
             Form::Bristles {
@@ -449,6 +490,11 @@ impl Law {
                 .max(top_speed / deflection)
                 .max(s * damping_s / (deflection * moving_inertia)),
             Form::SpringDamper { relaxation_s } => spring(s) + 1.0 / relaxation_s,
+            // It unloads several times as steeply as it is unloaded.
+            Form::HardeningWen {
+                both_ways,
+                unloading,
+            } => spring(16.0 * s).max(2.0 * top_speed * (both_ways + unloading)),
             Form::Teeth { pitch, .. } => spring(s * std::f64::consts::TAU / pitch),
             _ => 0.0,
         }

@@ -25,7 +25,7 @@ const MAX_DRAWS: usize = 60;
 const MIN_VISIBLE: f64 = 0.01;
 
 /// What can be hidden in one axis whose motion is imposed.
-const HIDDEN: [&str; 28] = [
+const HIDDEN: [&str; 30] = [
     "coulomb",
     "stribeck",
     "quadratic_drag",
@@ -45,6 +45,8 @@ const HIDDEN: [&str; 28] = [
     "viscous_by_direction",
     "gap_jenkins",
     "bouc_wen_by_direction",
+    "bouc_wen_hardening",
+    "bouc_wen_pinching",
     "power_spring",
     "power_damper",
     "digressive_damping",
