@@ -27,6 +27,9 @@ const STUDY_S: f64 = 20.0;
 /// Drive of the record from which limits come, as a part of the training records'.
 pub const STUDY_LEVEL: f64 = 0.85;
 
+/// Kinds of a healthy minute ([`Shaking::minute`]): one number in so many is driven alike.
+pub const DRIVES: u64 = 9;
+
 /// What is learnt of the joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Learnt {
@@ -406,7 +409,7 @@ impl Shaking {
     /// A minute of healthy life, another one for every number: steady drives of four sizes, either axis undriven, rising and
     /// falling ones, and one with a rest of ten seconds.
     pub fn minute(number: u64, seed: u64) -> Self {
-        let levels = match number % 9 {
+        let levels = match number % DRIVES {
             0 => [[STUDY_LEVEL; 2]; 2],
             1 => [[0.7; 2]; 2],
             2 => [[1.0; 2]; 2],
@@ -420,7 +423,7 @@ impl Shaking {
         Self {
             seconds: 60.0,
             levels,
-            rest_s: if number % 9 == 8 {
+            rest_s: if number % DRIVES == 8 {
                 [25.0, 35.0]
             } else {
                 [0.0; 2]

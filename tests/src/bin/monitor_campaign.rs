@@ -1,7 +1,7 @@
 //! How often the monitor would raise a false alarm, and how soon it sees a joint that changed.
 //!
 //! `cargo run --release -p jointwatch-tests --bin monitor_campaign -- --hours 20 --seed 100 [--rigs 5]`: healthy joints watched for
-//! hours, and the tail of how far the sums went. With `--detect` instead of `--hours H`: every change by 10 % of the RMS force
+//! hours, and the bound on false alarms that the increments of the monitor's sums allow. With `--detect` instead of `--hours H`: every change by 10 % of the RMS force
 //! on every rig, under every drive. With `--curves`: how soon a gross change is found over its size, −100 to +100 % of the force and a
 //! seizure, before and after power-on, on either axis and on both, at the same motion and at the one that follows.
 
