@@ -8,6 +8,7 @@ pub mod e_detector;
 pub mod elf;
 pub mod false_alarms;
 pub mod faults;
+pub mod foreign;
 pub mod hidden;
 pub mod imports;
 pub mod joints;
