@@ -4,6 +4,7 @@ pub mod bus;
 pub mod coverage;
 pub mod curves;
 pub mod detection;
+pub mod drifts;
 pub mod e_detector;
 pub mod elf;
 pub mod false_alarms;
