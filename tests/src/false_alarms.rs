@@ -1,21 +1,20 @@
-//! Healthy joints watched for hours: how far the monitor's cumulative sums went, and how often they would reach their limit.
-//!
-//! A sum's excursion is its way from zero back to zero. Excursions are taken one by one, per rig, axis and sum, as a part of the
-//! threshold; beyond a high level their heights are fitted by an exponential (peaks over threshold), which
-//! is what a random walk with a downward drift has, and the fit says how often the whole threshold would be reached.
+//! Healthy joints watched for hours: how far the monitor's cumulative sums went, and the bound on false alarms that their increments
+//! allow ([`crate::e_detector`]).
 
-use crate::watched::{Learnt, Shaking, Subject};
+use crate::e_detector::{Increments, Moments, alarms_per_step};
+use crate::watched::{DRIVES, Learnt, RATE_HZ, Shaking, Subject};
 use jointwatch::simulate::RigParameters;
-use jointwatch_shared::monitor::{MonitorState, State};
+use jointwatch_shared::monitor::limits::{AxisLimits, Cusum};
+use jointwatch_shared::monitor::{MonitorState, SIDES, State, Verdict, most_of_block};
 use rayon::prelude::*;
 use std::fmt::Write;
 
 /// Hours between false alarms for which limits are set, the default of the command line.
 pub const WANTED_HOURS: u32 = 720;
-/// The highest excursions of a sum to which the tail is fitted: a tenth of them, and this many at least.
-const MIN_PEAKS: usize = 10;
+/// Where the sums of gross changes begin among an axis's.
+const GROSS: usize = 5;
 /// The names of an axis's sums, in the order of the monitor.
-const SUMS: [&str; 7] = [
+const SUMS: [&str; SIDES] = [
     "error",
     "stiffer",
     "softer",
@@ -32,12 +31,24 @@ pub struct Sum {
     pub rig: u64,
     /// Which axis.
     pub axis: usize,
-    /// Which sum: the error's own, or those for more and less stiffness and friction.
+    /// Which sum: the error's own, those for more and less stiffness and friction, or those of a gross change.
     pub side: usize,
-    /// Heights of its excursions, as parts of the threshold, highest first.
-    pub peaks: Vec<f64>,
-    /// False alarms per hour by the fitted tail; the mean excess taken larger by two of its standard errors for the second.
-    pub per_hour: [f64; 2],
+    /// The highest that it went, as a part of the threshold.
+    pub highest: f64,
+    /// θ·h for which the limit was set: ln(blocks in the stated interval × sums).
+    pub stated: f64,
+    /// Means of exp(θ·z) at that θ.
+    pub moments: Moments,
+    /// The largest θ·h up to the stated one at which they keep the condition: given what is known beforehand, and in every record too.
+    pub kept: [f64; 2],
+}
+
+impl Sum {
+    /// Whether its increments keep the condition at the θ for which the limit was set: given what is known beforehand, and in every
+    /// record too.
+    pub fn keeps(&self) -> [bool; 2] {
+        [self.moments.known_past(), self.moments.worst_record()].map(|worst| worst <= 1.0)
+    }
 }
 
 /// What a campaign saw of one kind of model.
@@ -47,12 +58,12 @@ pub struct Campaign {
     pub learnt: Learnt,
     /// Watched hours, all rigs together.
     pub hours: f64,
-    /// Hours per rig.
-    pub hours_per_rig: f64,
     /// Seeds of the rigs.
     pub rigs: Vec<u64>,
     /// Relative errors of their models.
     pub errors: Vec<[f64; 2]>,
+    /// Hours of one block.
+    pub block_hours: f64,
     /// Every sum of every rig.
     pub sums: Vec<Sum>,
     /// Alarms about the joint that were raised.
@@ -61,34 +72,64 @@ pub struct Campaign {
     pub suspect_minutes: usize,
 }
 
-/// Heights of the excursions of a sum that is sampled once per block, in 1/1000 of its threshold.
-fn excursions(levels: &[u16]) -> Vec<f64> {
-    let mut peaks = Vec::new();
-    let mut highest = 0;
-    for &level in levels.iter().chain([&0]) {
-        if level > 0 {
-            highest = highest.max(level);
-        } else if highest > 0 {
-            peaks.push(f64::from(highest) / 1000.0);
-            highest = 0;
-        }
-    }
-    peaks
+/// An axis's limits in the order of [`SUMS`].
+fn sides(limits: &AxisLimits) -> [Cusum; SIDES] {
+    let (stiffness, friction) = (limits.stiffness, limits.friction);
+    let [gone, unexpected] = limits.gross_sums();
+    [
+        limits.error,
+        stiffness.more,
+        stiffness.less,
+        friction.more,
+        friction.less,
+        gone,
+        unexpected,
+    ]
 }
 
-/// False alarms per hour by an exponential beyond the highest tenth of the peaks (highest first), and the same with its mean
-/// excess taken larger by two standard errors. With fewer peaks than the fit needs, the highest one stands for all.
-pub fn rate(peaks: &[f64], hours: f64) -> [f64; 2] {
-    if peaks.is_empty() {
-        return [0.0; 2];
+/// What one record adds to every sum, axis by axis, and whether the monitor was suspicious or worse.
+struct Watched {
+    increments: Vec<Vec<f64>>,
+    alarms: usize,
+    is_suspect: bool,
+}
+
+/// One record of a healthy joint, from a fresh start.
+fn watch(subject: &Subject, shaking: Shaking) -> Watched {
+    let record = subject.shake(shaking, None);
+    let log_values = subject.monitor.log_values();
+    let mut increments = vec![Vec::new(); 2 * SIDES];
+    let mut numbers = [0; 2];
+    let seen = subject.watch(&mut MonitorState::default(), &record, |state| {
+        let mut add = |axis: usize, side: usize, value: i32| {
+            let limits = sides(&subject.monitor.limits().axes[axis])[side];
+            let most = most_of_block(side, limits.threshold);
+            let step = value.saturating_sub(limits.drift).min(most);
+            increments[axis * SIDES + side].push(f64::from(step));
+        };
+        let (number, sums) = state.last_block();
+        let (of_gross, gross, outside) = state.last_gross_block();
+        for (axis, limits) in subject.monitor.limits().axes.iter().enumerate() {
+            let said = sums[axis].statistics(limits, log_values);
+            if number != numbers[0] && said.moves {
+                let (s, f) = (said.stiffness, said.friction);
+                for (side, value) in [said.error, s, -s, f, -f].into_iter().enumerate() {
+                    add(axis, side, value);
+                }
+            }
+            let said = gross[axis].judged(limits, log_values, outside);
+            if let Some(said) = said.filter(|_| of_gross != numbers[1]) {
+                add(axis, GROSS + said.side, said.value);
+            }
+        }
+        numbers = [number, of_gross];
+    });
+    let of = |state: State| move |(_, v): &&(f64, Verdict)| v.state == state && v.cause.is_damage();
+    Watched {
+        increments,
+        alarms: seen.iter().filter(of(State::Alarm)).count(),
+        is_suspect: seen.iter().any(|s| of(State::Suspect)(&s)),
     }
-    let beyond = (peaks.len() / 10).max(MIN_PEAKS).min(peaks.len());
-    let edge = peaks.get(beyond).copied().unwrap_or(0.0);
-    let excess = peaks[..beyond].iter().map(|p| p - edge).sum::<f64>() / beyond as f64;
-    [0.0, 2.0].map(|caution: f64| {
-        let excess = excess * (1.0 + caution / (beyond as f64).sqrt());
-        beyond as f64 / hours * (-(1.0 - edge) / excess.max(1e-6)).exp()
-    })
 }
 
 impl Campaign {
@@ -102,9 +143,9 @@ impl Campaign {
         let mut campaign = Self {
             learnt,
             hours: minutes as f64 / 60.0 * rigs as f64,
-            hours_per_rig: minutes as f64 / 60.0,
             rigs: Vec::new(),
             errors: Vec::new(),
+            block_hours: 0.0,
             sums: Vec::new(),
             alarms: 0,
             suspect_minutes: 0,
@@ -129,128 +170,130 @@ impl Campaign {
     }
 
     fn watch(&mut self, subject: &Subject, rig: u64, minutes: u64) {
-        let watched: Vec<_> = (0..minutes)
+        let watched: Vec<Watched> = (0..minutes)
             .into_par_iter()
-            .map(|minute| {
-                let record = subject.shake(Shaking::minute(minute, rig), None);
-                let mut levels = vec![Vec::new(); 2 * SUMS.len()];
-                let mut number = 0;
-                let look = |state: &MonitorState| {
-                    // Sums as they stood before the block that was finished just now.
-                    let (finished, _) = state.last_block();
-                    if finished == number {
-                        return;
-                    }
-                    number = finished;
-                    let both = [0, 1].map(|axis| state.levels(&subject.monitor, axis));
-                    for (series, level) in levels.iter_mut().zip(both.as_flattened()) {
-                        series.push(*level);
-                    }
-                };
-                let seen = subject.watch(&mut MonitorState::default(), &record, look);
-                let damage = |state| {
-                    move |(_, v): &&(f64, jointwatch_shared::monitor::Verdict)| {
-                        v.state == state && v.cause.is_damage()
-                    }
-                };
-                let alarms = seen.iter().filter(damage(State::Alarm)).count();
-                let suspect = seen.iter().any(|s| damage(State::Suspect)(&s));
-                let peaks: Vec<Vec<f64>> = levels.iter().map(|l| excursions(l)).collect();
-                (peaks, alarms, suspect)
-            })
+            .map(|minute| watch(subject, Shaking::minute(minute, rig)))
             .collect();
         self.rigs.push(rig);
         self.errors.push(subject.relative_error);
-        self.alarms += watched.iter().map(|w| w.1).sum::<usize>();
-        self.suspect_minutes += watched.iter().filter(|w| w.2).count();
-        for number in 0..2 * SUMS.len() {
-            let mut peaks: Vec<f64> = watched
-                .iter()
-                .flat_map(|w| w.0[number].iter().copied())
-                .collect();
-            peaks.sort_by(|a, b| b.total_cmp(a));
+        self.alarms += watched.iter().map(|w| w.alarms).sum::<usize>();
+        self.suspect_minutes += watched.iter().filter(|w| w.is_suspect).count();
+        let limits = subject.monitor.limits();
+        self.block_hours = f64::from(limits.block) / RATE_HZ / 3600.0;
+        let blocks = f64::from(WANTED_HOURS) / self.block_hours;
+        let stated = (blocks * (SIDES * limits.axes.len()) as f64).ln();
+        for number in 0..2 * SIDES {
+            let (axis, side) = (number / SIDES, number % SIDES);
+            let threshold = f64::from(sides(&limits.axes[axis])[side].threshold);
+            let drives = (0..minutes).map(|minute| minute % DRIVES);
+            let records = drives
+                .zip(&watched)
+                .map(|(drive, w)| (drive, w.increments[number].clone()));
+            let increments = Increments {
+                threshold,
+                records: records.collect(),
+            };
+            let rate = stated / threshold;
             self.sums.push(Sum {
                 rig,
-                axis: number / SUMS.len(),
-                side: number % SUMS.len(),
-                per_hour: rate(&peaks, self.hours_per_rig),
-                peaks,
+                axis,
+                side,
+                highest: increments.highest(),
+                stated,
+                moments: increments.moments(rate),
+                kept: [Moments::known_past, Moments::worst_record]
+                    .map(|worst| increments.largest_rate(rate, worst) * threshold),
             });
         }
     }
 
     /// The highest that any sum went, as a part of its threshold.
     pub fn highest(&self) -> f64 {
-        let highest = self.sums.iter().filter_map(|s| s.peaks.first().copied());
-        highest.fold(0.0, f64::max)
+        self.sums.iter().map(|s| s.highest).fold(0.0, f64::max)
     }
 
-    /// Hours between false alarms of a rig by the fitted tails, its sums together: of the rig that is worst, and the same with
-    /// two standard errors of the mean excess.
-    pub fn hours_between(&self) -> [f64; 2] {
-        [0, 1].map(|caution| {
-            let of_rig = |rig: &u64| -> f64 {
-                let mine = self.sums.iter().filter(|s| s.rig == *rig);
-                mine.map(|s| s.per_hour[caution]).sum()
-            };
-            1.0 / self.rigs.iter().map(of_rig).fold(1e-300, f64::max)
+    fn of_rig(&self, rig: u64) -> impl Iterator<Item = &Sum> {
+        self.sums.iter().filter(move |s| s.rig == rig)
+    }
+
+    /// Hours between false alarms of a rig at least, its sums together: by what they keep given what is known beforehand, and by what
+    /// they keep in every record.
+    pub fn hours_between(&self, rig: u64) -> [f64; 2] {
+        [0, 1].map(|strictness| {
+            let sums = self.of_rig(rig).map(|s| (s.kept[strictness], 1.0));
+            self.block_hours / alarms_per_step(sums)
+        })
+    }
+
+    /// The same of the rig that is worst.
+    pub fn worst_hours(&self) -> [f64; 2] {
+        let hours = self.rigs.iter().map(|&rig| self.hours_between(rig));
+        hours.fold([f64::INFINITY; 2], |worst, own| {
+            [0, 1].map(|i| worst[i].min(own[i]))
+        })
+    }
+
+    /// How many sums, and how many rigs with all of theirs, keep the condition in either way.
+    pub fn keeping(&self) -> [[usize; 2]; 2] {
+        [0, 1].map(|strictness| {
+            let sums = self.sums.iter().filter(|s| s.keeps()[strictness]).count();
+            let whole = |rig: &&u64| self.of_rig(**rig).all(|s| s.keeps()[strictness]);
+            [sums, self.rigs.iter().filter(whole).count()]
         })
     }
 }
 
-/// A campaign for a person to read.
+/// A campaign for a person to read: of every rig the sums that miss the condition, or the one that is nearest to it.
 pub fn report(campaign: &Campaign) -> String {
-    let [likely, cautious] = campaign.hours_between();
+    let ([known, record], [known_hours, record_hours]) =
+        (campaign.keeping(), campaign.worst_hours());
     let mut text = format!(
-        "{:?} models, {} rigs of seeds {:?}, {:.1} hours: {} alarms, {} minutes suspect; highest sum {:.2} of its threshold; hours \
-         between false alarms on the worst rig 10^{:.1}, with two standard errors 10^{:.1}",
+        "{:?} models, {} rigs, {:.1} hours: {} alarms, {} minutes suspect; highest sum {:.2} of its threshold; E exp(θz) ≤ 1 at the θ of \
+         the limits, given drive and sum: {} of {} sums, {} rigs, at least {known_hours:.1} hours between false alarms on the worst; in \
+         every minute: {} sums, {} rigs, {record_hours:.1} hours",
         campaign.learnt,
         campaign.rigs.len(),
-        campaign.rigs,
         campaign.hours,
         campaign.alarms,
         campaign.suspect_minutes,
         campaign.highest(),
-        likely.log10(),
-        cautious.log10(),
+        known[0],
+        campaign.sums.len(),
+        known[1],
+        record[0],
+        record[1],
     );
-    for (rig, errors) in campaign.rigs.iter().zip(&campaign.errors) {
-        let mine = campaign.sums.iter().filter(|s| s.rig == *rig);
-        let Some(worst) = mine.max_by(|a, b| a.per_hour[1].total_cmp(&b.per_hour[1])) else {
-            continue;
-        };
+    for (&rig, errors) in campaign.rigs.iter().zip(&campaign.errors) {
+        let [known_hours, record_hours] = campaign.hours_between(rig);
         let _ = write!(
             text,
-            "\n  rig {rig}, relative errors {:.4} and {:.4}: worst sum is '{}' on {}, {} excursions, highest {:.2}, a false alarm in \
-             10^{:.1} hours (10^{:.1})",
-            errors[0],
-            errors[1],
-            SUMS[worst.side],
-            worst.axis,
-            worst.peaks.len(),
-            worst.peaks.first().copied().unwrap_or(0.0),
-            -worst.per_hour[0].max(1e-300).log10(),
-            -worst.per_hour[1].max(1e-300).log10(),
+            "\n  rig {rig}, relative errors {:.4} and {:.4}: at least {known_hours:.1} hours, {record_hours:.1} by the worst minutes",
+            errors[0], errors[1],
         );
+        let nearest = campaign.of_rig(rig).max_by(|a, b| {
+            let [a, b] = [a, b].map(|sum| sum.moments.worst_record());
+            a.total_cmp(&b)
+        });
+        let misses = campaign.of_rig(rig).filter(|s| !s.keeps()[1]);
+        for sum in misses.chain(nearest.filter(|s| s.keeps()[1])) {
+            let _ = write!(text, "\n    {}", line(sum));
+        }
     }
     text
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_tail_of_known_excursions_gives_their_rate() {
-        assert_eq!(excursions(&[0, 3, 500, 20, 0, 0, 7]), [0.5, 0.007]);
-        // Exponential quantiles of mean 0.1, 1000 in 10 hours: the threshold is reached 100·e^(−10) times an hour.
-        let peaks: Vec<f64> = (0..1000)
-            .map(|i| -0.1 * ((f64::from(i) + 0.5) / 1000.0).ln())
-            .collect();
-        let [likely, cautious] = rate(&peaks, 10.0);
-        let wanted = 100.0 * (-10.0_f64).exp();
-        assert!((0.7..1.4).contains(&(likely / wanted)), "{likely}");
-        assert!(cautious > 2.0 * likely);
-        assert_eq!(rate(&[], 1.0), [0.0; 2]);
-    }
+fn line(sum: &Sum) -> String {
+    let [zero, above] = sum.moments.after;
+    let Moments {
+        whole,
+        drive,
+        record,
+        second,
+        ..
+    } = sum.moments;
+    format!(
+        "'{}' on {}: highest {:.2}; E exp(θz) {whole:.3}, after a sum at 0 {zero:.3}, above 0 {above:.3}, worst drive {drive:.3}, worst \
+         minute {record:.3}, worst second {second:.3}; θh {:.1} and {:.1} of {:.1}",
+        SUMS[sum.side], sum.axis, sum.highest, sum.kept[0], sum.kept[1], sum.stated,
+    )
 }

@@ -27,6 +27,9 @@ const STUDY_S: f64 = 20.0;
 /// Drive of the record from which limits come, as a part of the training records'.
 pub const STUDY_LEVEL: f64 = 0.85;
 
+/// Kinds of a healthy minute ([`Shaking::minute`]): one number in so many is driven alike.
+pub const DRIVES: u64 = 9;
+
 /// What is learnt of the joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Learnt {
@@ -250,22 +253,53 @@ impl Subject {
             rest_s,
             seed,
         } = shaking;
+        let drives = self.drives(seconds, seed, |axis, at_s| {
+            let [first, last] = levels[axis];
+            match (rest_s[0]..rest_s[1]).contains(&at_s) {
+                true => 0.0,
+                false => first + at_s / seconds * (last - first),
+            }
+        });
+        let healthy = self.healthy();
+        self.driven(&drives, seconds, seed, |at_s| match later {
+            Some((after_s, worn)) if at_s >= after_s => worn,
+            _ => healthy,
+        })
+    }
+
+    /// Random drives as in training, times a level over axis and time in s.
+    ///
+    /// # Panics
+    /// When the seconds are no length of a record.
+    pub fn drives(
+        &self,
+        seconds: f64,
+        seed: u64,
+        level: impl Fn(usize, f64) -> f64,
+    ) -> [Excitation; 2] {
         let options = options(&self.rig, seed, seconds, 1.0);
         let drives = record_drives(&options, "valid.csv")
             .expect("options in range")
             .expect("such a record");
-        let rows = (seconds * RATE_HZ) as usize;
-        let drives = [0, 1].map(|axis: usize| {
-            let [first, last] = levels[axis];
-            let driven = (0..rows).map(|row| {
-                let (part, at_s) = (row as f64 / rows as f64, row as f64 / RATE_HZ);
-                if (rest_s[0]..rest_s[1]).contains(&at_s) {
-                    return 0.0;
-                }
-                drives[axis].at(at_s) * (first + part * (last - first))
-            });
+        [0, 1].map(|axis: usize| {
+            let rows = (0..(seconds * RATE_HZ) as usize).map(|row| row as f64 / RATE_HZ);
+            let driven = rows.map(|at_s| drives[axis].at(at_s) * level(axis, at_s));
             Excitation::logged(driven.collect(), RATE_HZ)
-        });
+        })
+    }
+
+    /// A record of the rig under these drives, with the joint that there is at each time in s.
+    ///
+    /// # Panics
+    /// When the study's noise is not finite.
+    pub fn driven(
+        &self,
+        drives: &[Excitation; 2],
+        seconds: f64,
+        seed: u64,
+        joint: impl Fn(f64) -> Worn,
+    ) -> Record {
+        let rows = (seconds * RATE_HZ) as usize;
         let mut bodies = Bodies {
             parameters: &self.rig,
             joint: self.healthy(),
@@ -273,11 +307,7 @@ impl Subject {
         let mut y = BodyState::zeros();
         let mut columns = vec![Vec::new(); 8];
         for row in 0..rows {
-            if let Some((after_s, worn)) = later
-                && row as f64 >= after_s * RATE_HZ
-            {
-                bodies.joint = worn;
-            }
+            bodies.joint = joint(row as f64 / RATE_HZ);
             let rate = bodies.derivative(&y, bodies.joint.contacts(joint_state(&y)), [0.0; 2]);
             let values = [
                 y[1],
@@ -292,7 +322,7 @@ impl Subject {
             for (column, value) in columns.iter_mut().zip(values) {
                 column.push(value);
             }
-            bodies.next_row(&mut y, &drives, row, RATE_HZ, SUBSTEPS);
+            bodies.next_row(&mut y, drives, row, RATE_HZ, SUBSTEPS);
         }
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5EED);
         let noise_of = &self.simulation.noise_rms;
@@ -406,7 +436,7 @@ impl Shaking {
     /// A minute of healthy life, another one for every number: steady drives of four sizes, either axis undriven, rising and
     /// falling ones, and one with a rest of ten seconds.
     pub fn minute(number: u64, seed: u64) -> Self {
-        let levels = match number % 9 {
+        let levels = match number % DRIVES {
             0 => [[STUDY_LEVEL; 2]; 2],
             1 => [[0.7; 2]; 2],
             2 => [[1.0; 2]; 2],
@@ -420,7 +450,7 @@ impl Shaking {
         Self {
             seconds: 60.0,
             levels,
-            rest_s: if number % 9 == 8 {
+            rest_s: if number % DRIVES == 8 {
                 [25.0, 35.0]
             } else {
                 [0.0; 2]

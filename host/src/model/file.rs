@@ -11,6 +11,7 @@ use crate::study::{Record, Source, Study};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
 use crate::text::output;
+use crate::text::printable;
 use jointwatch_shared::base::terms::EffectValues;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -491,5 +492,6 @@ impl ModelFile {
 /// serde_json's message without its own "at line … column …", which the sentence already says.
 fn without_position(error: &serde_json::Error) -> String {
     let text = error.to_string();
-    text.split(" at line ").next().unwrap_or(&text).to_string()
+    // It quotes the file, which may have anything in its strings.
+    printable::line(text.split(" at line ").next().unwrap_or(&text))
 }

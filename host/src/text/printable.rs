@@ -24,6 +24,11 @@ pub(crate) fn escaped(text: &str) -> String {
     all
 }
 
+/// The same of what is one line.
+pub(crate) fn line(text: &str) -> String {
+    escaped(text).replace(['\n', '\t'], " ")
+}
+
 /// The same of a message, of which no more is left than a person reads.
 pub(crate) fn message(text: &str) -> String {
     let length = text.chars().count();
@@ -48,6 +53,7 @@ mod tests {
             escaped("\u{1b}[2Jx\r\u{202e}"),
             "\\u{1b}[2Jx\\u{d}\\u{202e}"
         );
+        assert_eq!(line("a\nb\tc\r"), "a b c\\u{d}");
         let long = "0,".repeat(1_000_000);
         let short = message(&long);
         assert!(short.chars().count() < LONGEST + 60, "{}", short.len());

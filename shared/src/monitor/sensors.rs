@@ -251,3 +251,24 @@ impl SensorState {
         worst
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_counts_by_the_blocks_that_it_swallowed() {
+        let mut state = SensorState::default();
+        state.count(&Faults {
+            missing: 1,
+            lost: 5 * 64,
+            ..Faults::default()
+        });
+        state.end_rates(6, 5);
+        // After five blocks without a sample: 1 − (7/8)⁵ of the time.
+        let SensorFault { cause, rate, .. } = state.worst();
+        let share = f64::from(rate) / 65536.0;
+        assert_eq!(cause, Cause::Missing);
+        assert!((share - 0.487).abs() < 0.002, "{share}");
+    }
+}

@@ -1,14 +1,15 @@
 //! How often the monitor would raise a false alarm, and how soon it sees a joint that changed.
 //!
 //! `cargo run --release -p jointwatch-tests --bin monitor_campaign -- --hours 20 --seed 100 [--rigs 5]`: healthy joints watched for
-//! hours, and the tail of how far the sums went. With `--detect` instead of `--hours H`: every change by 10 % of the RMS force
-//! on every rig, under every drive. With `--curves`: how soon a gross change is found over its size, −100 to +100 % of the force and a
+//! hours, and the bound on false alarms that the increments of the monitor's sums allow. With `--detect` instead of `--hours H`: every change by 10 % of the RMS force
+//! on every rig, under every drive. With `--drifts`: what slow drifts of the joint and its instruments make of the monitor. With `--curves`: how soon a gross change is found over its size, −100 to +100 % of the force and a
 //! seizure, before and after power-on, on either axis and on both, at the same motion and at the one that follows.
 
 use clap::Parser;
 use jointwatch::simulate::RigParameters;
 use jointwatch_tests::curves::{Change, curves};
 use jointwatch_tests::detection::detect;
+use jointwatch_tests::drifts::{Fleet, Motion, Quantity, Said, line};
 use jointwatch_tests::false_alarms::{Campaign, WANTED_HOURS, report};
 use jointwatch_tests::watched::{Learnt, Subject};
 
@@ -28,6 +29,10 @@ struct Asked {
     /// How soon a gross change is found over its size, instead.
     #[arg(long, conflicts_with_all = ["hours", "detect"])]
     curves: bool,
+    /// What slow drifts of stiffness, gain, zero and temperature make of limits that allow for none and for 2 %, and `--hours` of drifts
+    /// by up to 2 %, instead.
+    #[arg(long, conflicts_with_all = ["detect", "curves"])]
+    drifts: bool,
     /// What the first rig is drawn from; the others from the numbers after it.
     #[arg(long, value_name = "S", default_value_t = 100)]
     seed: u64,
@@ -47,7 +52,9 @@ fn main() -> Result<(), String> {
     let asked = Asked::parse();
     let rigs = usize::from(asked.rigs);
     for (learnt, within_s) in MODELS {
-        if asked.curves {
+        if asked.drifts {
+            drifts(learnt, asked.seed, rigs, 0.5 * asked.hours)?;
+        } else if asked.curves {
             sizes(learnt, asked.seed, rigs, within_s);
         } else if asked.detect {
             detection(learnt, asked.seed, rigs, within_s);
@@ -56,6 +63,47 @@ fn main() -> Result<(), String> {
             println!("{}", report(&campaign));
         }
     }
+    Ok(())
+}
+
+/// Sizes of a drift, as a part of what drifts.
+const DRIFTS: [f64; 4] = [0.01, 0.02, 0.03, 0.05];
+/// What limits allow for.
+const ALLOWED: [f64; 2] = [0.0, 0.02];
+
+/// A line per drift: what limits for no drift and for one of 2 % say of it; then hours of small drifts.
+fn drifts(learnt: Learnt, seed: u64, rigs: usize, hours: f64) -> Result<(), String> {
+    let fleet = Fleet::new(learnt, seed, rigs, &ALLOWED, WANTED_HOURS)?;
+    let seeds: Vec<u64> = fleet.rigs.iter().map(|(seed, _)| *seed).collect();
+    println!("{learnt:?} models, rigs of seeds {seeds:?}");
+    let print = |what: String, said: Vec<Vec<Said>>| {
+        for (allowed, said) in ALLOWED.iter().zip(said) {
+            let percent = 100.0 * allowed;
+            println!("  {what}; limits for {percent} %: {}", line(&said));
+        }
+    };
+    let none = fleet.curve(Quantity::Gain, 0.0);
+    for (place, motion) in Motion::ALL.iter().enumerate() {
+        let own = |said: &Vec<Said>| {
+            said.iter()
+                .skip(place)
+                .step_by(Motion::ALL.len())
+                .copied()
+                .collect()
+        };
+        print(
+            format!("no drift, {motion:?}"),
+            none.iter().map(own).collect(),
+        );
+    }
+    for quantity in Quantity::ALL {
+        for size in DRIFTS {
+            let what = format!("{quantity:?} by ±{} %", 100.0 * size);
+            print(what, fleet.curve(quantity, size));
+        }
+    }
+    let (hours, said) = fleet.hours(hours, 0.02);
+    print(format!("{hours:.1} hours of drifts by up to 2 %"), said);
     Ok(())
 }
 

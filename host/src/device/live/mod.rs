@@ -66,7 +66,7 @@ impl LiveView {
     /// A view of what comes over the line of this name.
     pub fn new(source: &str) -> Self {
         Self {
-            source: plain(source),
+            source: printable::line(source),
             ..Self::default()
         }
     }
@@ -104,7 +104,7 @@ impl LiveView {
             }
             News::Lost(why) => {
                 self.happens(&format!("the line is lost: {why}"));
-                self.link = Link::Lost(plain(why));
+                self.link = Link::Lost(printable::line(why));
             }
             News::End => self.link = Link::Ended,
         }
@@ -157,7 +157,12 @@ impl LiveView {
 
     fn verdict(&self, silent: Option<Duration>) -> (String, String) {
         let said = self.status.as_ref().map(|status| status.verdict);
-        let said = said.map(|verdict| (state(&verdict), plain(&self.reader.reason(&verdict))));
+        let said = said.map(|verdict| {
+            (
+                state(&verdict),
+                printable::line(&self.reader.reason(&verdict)),
+            )
+        });
         match (silent, said) {
             (Some(silent), None) => (
                 "silent".into(),
@@ -212,10 +217,10 @@ impl LiveView {
             let change = health.verdict.read().filter(|v| v.cause.is_damage());
             let percent = |permille: u32| f64::from(permille) / 1e3;
             AxisPicture {
-                name: plain(&self.reader.name(number)),
+                name: printable::line(&self.reader.name(number)),
                 unit: self.unit(number).into(),
                 state: state(&health.verdict),
-                reason: plain(&self.reader.reason(&health.verdict)),
+                reason: printable::line(&self.reader.reason(&health.verdict)),
                 age_s: self
                     .rate_hz()
                     .map(|rate| f64::from(health.unjudged_samples) / rate),
@@ -243,7 +248,7 @@ impl LiveView {
         let channels = channels.iter().enumerate();
         channels
             .map(|(number, channel)| SensorPicture {
-                name: plain(&self.reader.channel(number)),
+                name: printable::line(&self.reader.channel(number)),
                 trouble: words::trouble(channel),
             })
             .collect()
@@ -287,17 +292,17 @@ impl LiveView {
             Report::Alarm(_) => {
                 let line = self.reader.line(message);
                 let words = line.trim_start_matches("alarm").trim_start();
-                self.alarm = Some((plain(words), 0));
+                self.alarm = Some((printable::line(words), 0));
             }
             Report::Upkeep(upkeep) => {
                 // An alarm of this run comes right behind it, and then stands in its place.
                 if let Some(alarm) = &upkeep.alarm {
-                    self.alarm = Some((plain(&self.reader.kept(alarm)), 0));
+                    self.alarm = Some((printable::line(&self.reader.kept(alarm)), 0));
                 }
             }
             Report::Hello(hello) => {
                 let line = self.reader.line(message);
-                self.introduced = Some(plain(&words::introduction(hello)));
+                self.introduced = Some(printable::line(&words::introduction(hello)));
                 if hello.occasion != Occasion::Asked {
                     self.begin_anew();
                     self.happens(&line);
@@ -372,7 +377,7 @@ impl LiveView {
         self.happened.push_back(Happened {
             number: self.numbered,
             time_s: self.time_s(),
-            text: plain(text),
+            text: printable::line(text),
         });
     }
 
@@ -401,9 +406,4 @@ fn state(verdict: &Verdict) -> String {
         Some(read) => read.state.words().into(),
         None => format!("state {}", verdict.state),
     }
-}
-
-/// A line of text that commands no terminal.
-fn plain(text: &str) -> String {
-    printable::escaped(text).replace(['\n', '\t'], " ")
 }

@@ -2,6 +2,7 @@
 
 use super::listen::Tally;
 use crate::assess::where_it_fails::significant;
+use crate::text::printable;
 use jointwatch_shared::chain::Output;
 use jointwatch_shared::monitor::{CHANNEL_NAMES, Cause};
 use jointwatch_shared::wire::telemetry::{
@@ -19,9 +20,9 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// The message as one line, without its end.
+    /// The message as one line, without its end, whatever is in the device's texts.
     pub fn line(&mut self, report: &Report) -> String {
-        match report {
+        printable::line(&match report {
             Report::Hello(hello) => {
                 self.model = hello.model.clone();
                 self.rig = hello.rig.clone();
@@ -42,7 +43,7 @@ impl Reader {
                 u32::from(piece.piece) + 1,
                 piece.pieces
             ),
-        }
+        })
     }
 
     /// The model that the device has told of, if any.

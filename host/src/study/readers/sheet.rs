@@ -4,10 +4,13 @@
 
 use super::{archive, csv, packed};
 use crate::study::log::{Request, Table};
-use crate::text::error::Result;
-use calamine::{Data, Range, Reader, Xlsx};
+use crate::text::error::{Error, Result};
+use calamine::{Data, DataRef, Range, Reader, Xlsx};
 use std::fmt::Write as _;
 use std::io::Cursor;
+
+/// Bytes that a cell takes at least, empty ones as well.
+const CELL: u64 = size_of::<Data>() as u64;
 
 /// Reads the columns that the request needs.
 pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
@@ -19,14 +22,11 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
             return Err(request.error(packed::too_large()));
         }
     }
-    let broken = |e: calamine::XlsxError| {
-        request.error(format!(
-            "is a workbook that cannot be read ({e}); open it in Excel and save it again as .xlsx or CSV"
-        ))
-    };
+    let broken = |e| broken(request, &e);
     let mut book: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(broken)?;
     let mut largest: Option<(String, Range<Data>)> = None;
     for name in book.sheet_names() {
+        check_extent(request, &mut book, &name)?;
         let sheet = book.worksheet_range(&name).map_err(broken)?;
         if largest
             .as_ref()
@@ -42,6 +42,38 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     let mut table = csv::read_text(request, &text_of(&range))?;
     table.format = format!("Excel workbook, sheet {name:?}");
     Ok(table)
+}
+
+fn broken(request: &Request<'_>, error: &calamine::XlsxError) -> Error {
+    request.error(format!(
+        "is a workbook that cannot be read ({error}); open it in Excel and save it again as .xlsx or CSV"
+    ))
+}
+
+/// Refuses a sheet that is larger than the limit once its cells are side by side: two of them far apart, or one long text in many
+/// cells, take a few bytes of the file.
+fn check_extent(request: &Request<'_>, book: &mut Xlsx<Cursor<&[u8]>>, name: &str) -> Result<()> {
+    let broken = |e| broken(request, &e);
+    let mut cells = book.worksheet_cells_reader(name).map_err(broken)?;
+    let (mut last, mut words) = ([0_u64; 2], 0_u64);
+    while let Some(cell) = cells.next_cell().map_err(broken)? {
+        words += match cell.get_value() {
+            DataRef::Empty => continue,
+            DataRef::SharedString(text) => text.len() as u64,
+            _ => 0,
+        };
+        let (row, column) = cell.get_position();
+        last = [last[0].max(row.into()), last[1].max(column.into())];
+    }
+    // From the first cell on: what stands above becomes empty lines.
+    let [rows, columns] = last.map(|index| index + 1);
+    let bytes = CELL
+        .saturating_mul(rows.saturating_mul(columns))
+        .saturating_add(words);
+    if bytes > packed::limit() {
+        return Err(request.error(packed::too_large()));
+    }
+    Ok(())
 }
 
 /// The sheet's cells between tabs; lines are counted as Excel counts rows.
@@ -98,6 +130,90 @@ fn stamp(days: f64, duration: bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A ZIP archive of unpacked files.
+    fn archive(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+        let (mut bytes, mut directory) = (Vec::new(), Vec::new());
+        for (name, content) in files {
+            let mut crc = flate2::Crc::new();
+            crc.update(content);
+            let [sum, size] = [crc.sum(), content.len() as u32].map(u32::to_le_bytes);
+            let length = (name.len() as u16).to_le_bytes();
+            // Version, flags, method, time and date, checksum, sizes, length of the name and of nothing else.
+            let head = [
+                &[20, 0, 0, 0, 0, 0, 0, 0, 0, 0],
+                &sum[..],
+                &size,
+                &size,
+                &length,
+                &[0; 2],
+            ]
+            .concat();
+            let at = (bytes.len() as u32).to_le_bytes();
+            let entry = [
+                b"PK\x01\x02\x14\0",
+                &head[..],
+                &[0; 10],
+                &at,
+                name.as_bytes(),
+            ];
+            directory.extend(entry.concat());
+            bytes.extend([b"PK\x03\x04", &head[..], name.as_bytes(), content].concat());
+        }
+        let count = (files.len() as u16).to_le_bytes();
+        let [size, at] = [directory.len() as u32, bytes.len() as u32].map(u32::to_le_bytes);
+        let end = [
+            b"PK\x05\x06",
+            &[0; 4][..],
+            &count,
+            &count,
+            &size,
+            &at,
+            &[0; 2],
+        ];
+        [bytes, directory, end.concat()].concat()
+    }
+
+    #[test]
+    fn two_cells_far_apart_are_refused_before_what_is_between_them_takes_memory() {
+        let path = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../tests/data/logs/record.xlsx"
+        );
+        let request = Request {
+            file: "record.xlsx",
+            path: std::path::Path::new(path),
+            wanted: None,
+            rows: None,
+            columns: None,
+            memory: None,
+            sparse: false,
+        };
+        let sound = std::fs::read(path).unwrap();
+        let entries = archive::entries(&request, &sound).unwrap();
+        let with = |row: &str, cell: &str| {
+            let more = format!("<row r=\"{row}\"><c r=\"{cell}\"><v>1</v></c></row></sheetData>");
+            let file = |entry: &archive::Entry<'_>| {
+                let content = entry.content(&request).unwrap();
+                let content = match std::str::from_utf8(&content) {
+                    Ok(text) => text.replace("</sheetData>", &more).into_bytes(),
+                    Err(_) => content.into_owned(),
+                };
+                (entry.name.clone(), content)
+            };
+            let files: Vec<_> = entries.iter().map(file).collect();
+            match read(&request, &archive(&files)) {
+                Ok(table) => table.format,
+                Err(error) => error.sentence,
+            }
+        };
+        let near = with("502", "A502");
+        assert!(!near.contains("unpacks"), "{near}");
+        for (row, cell) in [("1048576", "XFD1048576"), ("4000000000", "A4000000000")] {
+            let far = with(row, cell);
+            assert!(far.contains("unpacks to more than"), "{cell}: {far}");
+        }
+    }
 
     #[test]
     fn days_of_a_workbook_are_dates() {

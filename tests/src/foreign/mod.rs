@@ -1,0 +1,117 @@
+//! Everything that reads bytes that somebody else wrote, by one function each: for the test with damaged bytes and for the fuzzer.
+//!
+//! A target panics where its reader does, and where a refusal is not one sentence of the kind that stands for bad data.
+
+mod bytes;
+mod device;
+mod files;
+pub mod mutation;
+
+#[path = "../../../firmware/tests/app/bench.rs"]
+#[allow(dead_code, reason = "the firmware's own tests use the rest")]
+mod bench;
+#[path = "../../../firmware/tests/app/flash.rs"]
+#[allow(dead_code, reason = "the firmware's own tests use the rest")]
+mod flash;
+#[path = "../../../firmware/tests/app/signing.rs"]
+#[allow(dead_code, reason = "the firmware's own tests use the rest")]
+mod signing;
+
+/// One reader.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Its name, that of its fuzz target as well.
+    pub name: &'static str,
+    /// Reads these bytes.
+    pub read: fn(&[u8]),
+    /// Whole inputs to begin with.
+    pub seeds: fn() -> Vec<Vec<u8>>,
+}
+
+/// All readers: logs in every format, the study, the model, what the device holds, and both directions of its line.
+pub const TARGETS: [Target; 21] = [
+    log("log_csv", || {
+        files::logs(&["record.csv", "german.csv", "savetxt.txt", "record.csv.gz"])
+    }),
+    log("log_xlsx", || files::logs(&["record.xlsx"])),
+    log("log_parquet", || {
+        files::logs(&["record.parquet", "packed.parquet", "types.parquet"])
+    }),
+    log("log_arrow", || {
+        files::logs(&["record.arrow", "stream.arrows", "types.arrow"])
+    }),
+    log("log_matlab5", || files::logs(&["record.mat", "matrix.mat"])),
+    log("log_hdf5", || files::logs(&["v73.mat", "groups.h5"])),
+    log("log_numpy", || {
+        files::logs(&["matrix.npy", "structured.npy", "record.npz"])
+    }),
+    log("log_tdms", || files::logs(&["record.tdms"])),
+    log("log_mdf4", || {
+        files::logs(&["record.mf4", "transposed.mf4"])
+    }),
+    log("log_uff", || files::logs(&["ascii.uff", "binary.uff"])),
+    log("log_json", files::json_logs),
+    Target {
+        name: "study_toml",
+        read: files::study,
+        seeds: files::studies,
+    },
+    Target {
+        name: "rig_toml",
+        read: files::rig,
+        seeds: files::rigs,
+    },
+    Target {
+        name: "model_json",
+        read: files::model,
+        seeds: files::models,
+    },
+    Target {
+        name: "blob",
+        read: device::blob,
+        seeds: device::blobs,
+    },
+    Target {
+        name: "rig_block",
+        read: device::rig_block,
+        seeds: device::rig_blocks,
+    },
+    Target {
+        name: "limits",
+        read: device::limits,
+        seeds: device::rig_blocks,
+    },
+    Target {
+        name: "signed_model",
+        read: files::signed_model,
+        seeds: device::slots,
+    },
+    Target {
+        name: "capture",
+        read: device::capture,
+        seeds: device::chunks,
+    },
+    Target {
+        name: "telemetry",
+        read: device::telemetry,
+        seeds: device::reports,
+    },
+    Target {
+        name: "requests",
+        read: device::requests,
+        seeds: device::asked,
+    },
+];
+
+const fn log(name: &'static str, seeds: fn() -> Vec<Vec<u8>>) -> Target {
+    Target {
+        name,
+        read: files::log,
+        seeds,
+    }
+}
+
+/// The target of this name.
+pub fn target(name: &str) -> Option<&'static Target> {
+    TARGETS.iter().find(|target| target.name == name)
+}
