@@ -7,6 +7,7 @@ use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::effect::{
     Acts, EFFECTS, Entry, Instrument, Kinematics, MAX_PARAMETERS, States, Subsystem,
 };
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
@@ -266,10 +267,17 @@ pub fn markdown() -> String {
             entry.tag
         );
     }
+    // What the parameters of several effects have in common is said once.
+    let mut said = BTreeMap::new();
     for entry in EFFECTS {
         let about = &entry.about;
         let _ = write!(text, "\n## {}\n\n`{}`\n\n", about.name, about.equation);
         for p in entry.parameters() {
+            let first = *said.entry((p.name, p.meaning)).or_insert(about.name);
+            if first != about.name {
+                let _ = writeln!(text, "- `{}` {}: as in {first}", p.name, p.symbol);
+                continue;
+            }
             let searched = match p.role {
                 Role::Shape(shape) if !shape.is_given() => ", searched",
                 _ => "",
