@@ -134,6 +134,7 @@ fn a_friction_damper_lacks_hysteresis_and_not_dry_friction() {
         "gap_jenkins",
         "gap_jenkins_by_direction",
         "bouc_wen_by_direction",
+        "bouc_wen_pinching",
     ];
     assert!(hysteresis.contains(&first.as_str()), "{found}");
     assert!(!found.contains("\"coulomb\""), "{found}");
