@@ -11,8 +11,6 @@ use rayon::prelude::*;
 const SECONDS: f64 = 180.0;
 const BEGINS_S: f64 = 30.0;
 const ENDS_S: f64 = 120.0;
-/// Part of a damping per kelvin, negative: an oil film or an elastomer gets thinner or softer as it warms up.
-const DAMPING_PER_KELVIN: f64 = -0.01;
 /// The swept sine's frequencies, Hz, and the time of one sweep, s.
 const SWEEP_HZ: [f64; 2] = [4.0, 30.0];
 const SWEEP_S: f64 = 20.0;
@@ -104,10 +102,8 @@ pub fn drifting(
                 worn.joint.stiffness = worn.joint.stiffness.map(|k| k * (1.0 + part))
             }
             Quantity::Temperature => {
-                // A part of 5 % is 5 K.
-                let kelvin = part / -DAMPING_PER_KELVIN;
-                let factor = 1.0 + DAMPING_PER_KELVIN * kelvin;
-                worn.joint.damping = worn.joint.damping.map(|c| c * factor);
+                // An oil film or an elastomer gets thinner or softer as it warms up.
+                worn.joint.damping = worn.joint.damping.map(|c| c * (1.0 - part))
             }
             Quantity::Gain | Quantity::Zero => {}
         }
@@ -210,49 +206,44 @@ impl Fleet {
             })
         });
         let runs: Vec<_> = runs.collect();
-        let seen: Vec<Vec<Said>> = runs
-            .into_par_iter()
-            .map(|(subjects, motion, seed, size)| {
-                // The rig is the same for all of them.
-                let record = drifting(&subjects[0], quantity, size, motion, seed);
-                subjects
-                    .iter()
-                    .map(|subject| said(subject, &record))
-                    .collect()
-            })
-            .collect();
+        let runs = runs.into_par_iter();
+        self.said(runs.map(|(subjects, motion, seed, size)| {
+            // The rig is the same for all of them.
+            let record = drifting(&subjects[0], quantity, size, motion, seed);
+            (subjects, record)
+        }))
+    }
+
+    /// What the monitors of one rig say of each of these records of it, for each allowed drift.
+    fn said<'a>(
+        &self,
+        runs: impl ParallelIterator<Item = (&'a Vec<Subject>, Record)>,
+    ) -> Vec<Vec<Said>> {
+        let of_all = |(subjects, record): (&Vec<Subject>, Record)| -> Vec<Said> {
+            let subjects = subjects.iter();
+            subjects.map(|subject| said(subject, &record)).collect()
+        };
+        let seen: Vec<Vec<Said>> = runs.map(of_all).collect();
         let allowed = self.rigs.first().map_or(0, |(_, subjects)| subjects.len());
-        (0..allowed)
-            .map(|place| seen.iter().map(|all| all[place]).collect())
-            .collect()
+        let of = |place: usize| seen.iter().map(|all| all[place]).collect();
+        (0..allowed).map(of).collect()
     }
 
     /// Watches every rig for about so many hours in all, each record with another quantity that drifts by up to `size` either way: the
     /// hours, and what was said for each allowed drift.
     pub fn hours(&self, hours: f64, size: f64) -> (f64, Vec<Vec<Said>>) {
         let records = (hours * 3600.0 / SECONDS).ceil() as u64;
-        let seen: Vec<Vec<Said>> = (0..records)
-            .into_par_iter()
-            .map(|number| {
-                let (rig, subjects) = &self.rigs[number as usize % self.rigs.len()];
-                let turn = number as usize / self.rigs.len();
-                let (quantity, turn) = (Quantity::ALL[turn % 4], turn / 4);
-                let (motion, turn) = (Motion::ALL[turn % 3], turn / 3);
-                let part = [1.0, -1.0, 0.5, -0.5][turn % 4];
-                let seed = rig * 1_000_000 + number;
-                let record = drifting(&subjects[0], quantity, part * size, motion, seed);
-                subjects
-                    .iter()
-                    .map(|subject| said(subject, &record))
-                    .collect()
-            })
-            .collect();
-        let allowed = self.rigs.first().map_or(0, |(_, subjects)| subjects.len());
-        let of = |place: usize| seen.iter().map(|all| all[place]).collect();
-        (
-            records as f64 * SECONDS / 3600.0,
-            (0..allowed).map(of).collect(),
-        )
+        let said = self.said((0..records).into_par_iter().map(|number| {
+            let (rig, subjects) = &self.rigs[number as usize % self.rigs.len()];
+            let turn = number as usize / self.rigs.len();
+            let (quantity, turn) = (Quantity::ALL[turn % 4], turn / 4);
+            let (motion, turn) = (Motion::ALL[turn % 3], turn / 3);
+            let part = [1.0, -1.0, 0.5, -0.5][turn % 4];
+            let seed = rig * 1_000_000 + number;
+            let record = drifting(&subjects[0], quantity, part * size, motion, seed);
+            (subjects, record)
+        }));
+        (records as f64 * SECONDS / 3600.0, said)
     }
 }
 

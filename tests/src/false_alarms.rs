@@ -4,7 +4,6 @@
 use crate::e_detector::{Increments, Moments, alarms_per_step};
 use crate::watched::{DRIVES, Learnt, RATE_HZ, Shaking, Subject};
 use jointwatch::simulate::RigParameters;
-use jointwatch_shared::monitor::limits::{AxisLimits, Cusum};
 use jointwatch_shared::monitor::{MonitorState, SIDES, State, Verdict, most_of_block};
 use rayon::prelude::*;
 use std::fmt::Write;
@@ -72,21 +71,6 @@ pub struct Campaign {
     pub suspect_minutes: usize,
 }
 
-/// An axis's limits in the order of [`SUMS`].
-fn sides(limits: &AxisLimits) -> [Cusum; SIDES] {
-    let (stiffness, friction) = (limits.stiffness, limits.friction);
-    let [gone, unexpected] = limits.gross_sums();
-    [
-        limits.error,
-        stiffness.more,
-        stiffness.less,
-        friction.more,
-        friction.less,
-        gone,
-        unexpected,
-    ]
-}
-
 /// What one record adds to every sum, axis by axis, and whether the monitor was suspicious or worse.
 struct Watched {
     increments: Vec<Vec<f64>>,
@@ -102,7 +86,7 @@ fn watch(subject: &Subject, shaking: Shaking) -> Watched {
     let mut numbers = [0; 2];
     let seen = subject.watch(&mut MonitorState::default(), &record, |state| {
         let mut add = |axis: usize, side: usize, value: i32| {
-            let limits = sides(&subject.monitor.limits().axes[axis])[side];
+            let limits = subject.monitor.limits().axes[axis].sides()[side];
             let most = most_of_block(side, limits.threshold);
             let step = value.saturating_sub(limits.drift).min(most);
             increments[axis * SIDES + side].push(f64::from(step));
@@ -184,7 +168,7 @@ impl Campaign {
         let stated = (blocks * (SIDES * limits.axes.len()) as f64).ln();
         for number in 0..2 * SIDES {
             let (axis, side) = (number / SIDES, number % SIDES);
-            let threshold = f64::from(sides(&limits.axes[axis])[side].threshold);
+            let threshold = f64::from(limits.axes[axis].sides()[side].threshold);
             let drives = (0..minutes).map(|minute| minute % DRIVES);
             let records = drives
                 .zip(&watched)

@@ -141,6 +141,11 @@ impl Library {
         }
     }
 
+    /// Whether a candidate is such.
+    pub(super) fn has(&self, such: impl Fn(&AxisEffect) -> bool) -> bool {
+        self.starts.iter().any(|start| such(&start.part.bound))
+    }
+
     /// What each candidate would explain beside a hypothesis with this design, the most promising first: one start of each.
     pub(super) fn scan(
         &self,

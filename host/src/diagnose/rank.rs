@@ -124,6 +124,10 @@ fn added(
     most: usize,
     former: Option<&AxisEffect>,
 ) -> Vec<Hypothesis> {
+    let wider = |bound: &AxisEffect| former.is_some_and(|former| generalises(bound, former));
+    if most == 0 && !field.library.has(wider) {
+        return Vec::new();
+    }
     let excerpt = field.excerpt;
     let parts = excerpt.parts(hypothesis, &[]);
     let design = excerpt.design(hypothesis, &parts);
@@ -137,9 +141,8 @@ fn added(
         .filter(|(place, promise)| {
             let rival = *place < ALWAYS || promise.gain > RIVAL * best;
             // What has no shape costs next to nothing to try, and may count only beside others: a spring beside a damper's law.
-            let plain = is_plain(&promise.bound) && former.is_none_or(|_| most > 0);
-            let wider = former.is_some_and(|former| generalises(&promise.bound, former));
-            let tried = (*place < most && rival) || plain || wider;
+            let plain = most > 0 && is_plain(&promise.bound);
+            let tried = (*place < most && rival) || plain || wider(&promise.bound);
             (told && *place < ALWAYS) || (tried && promise.gain > worth)
         })
         .map(|(_, promise)| promise)

@@ -131,20 +131,18 @@ impl ModelEffect {
     }
 }
 
-/// The column of a parameter's interval.
-const INTERVAL: usize = 3;
-
 /// Every parameter of a model's effects, in a table.
 pub fn table(effects: &[ModelEffect]) -> Table {
     // Where everything acts in the joint, a column that says so only takes room.
     let corrects = effects.iter().any(|e| is_correction(&e.effect));
-    let mut heading = vec!["effect", "parameter", "value", "95 % interval", "unit"];
-    // A refinement by simulation knows none.
+    // A refinement by simulation knows no intervals.
     let mut parameters = effects.iter().flat_map(|e| &e.parameters);
     let intervals = parameters.any(|p| p.interval.is_some());
-    if !intervals {
-        heading.remove(INTERVAL);
+    let mut heading = vec!["effect", "parameter", "value"];
+    if intervals {
+        heading.push("95 % interval");
     }
+    heading.push("unit");
     if corrects {
         heading.push("is part of");
     }
@@ -152,21 +150,18 @@ pub fn table(effects: &[ModelEffect]) -> Table {
     for effect in effects {
         let mut name = effect.name();
         for parameter in &effect.parameters {
-            let interval = parameter
-                .interval
-                .map_or("not determined".into(), |[low, high]| {
-                    format!("{} to {}", significant(low), significant(high))
-                });
             let mut row = vec![
                 std::mem::take(&mut name),
                 parameter.name.clone(),
                 significant(parameter.value),
-                interval,
-                parameter.unit.clone(),
             ];
-            if !intervals {
-                row.remove(INTERVAL);
+            if intervals {
+                let known = parameter.interval;
+                row.push(known.map_or("not determined".into(), |[low, high]| {
+                    format!("{} to {}", significant(low), significant(high))
+                }));
             }
+            row.push(parameter.unit.clone());
             if corrects {
                 row.push(if is_correction(&effect.effect) {
                     "the instruments: corrects the data".into()

@@ -292,11 +292,8 @@ fn read_records(
     notes: &mut Vec<String>,
 ) -> Result<Logs> {
     let Place { folder, memory, .. } = place;
-    let paths: Vec<PathBuf> = said
-        .record
-        .iter()
-        .map(|entry| folder.join(entry.file.get_ref()))
-        .collect();
+    let files = said.record.iter().map(|entry| entry.file.get_ref());
+    let paths: Vec<PathBuf> = files.map(|file| folder.join(file)).collect();
     let requests: Vec<Request<'_>> = said
         .record
         .iter()

@@ -86,28 +86,26 @@ impl Effect for BoucWen {
         let (exponent, share) = (exponent.short(), share.short());
         // Two yield displacements in one sample saturate it either way.
         let travel = at.short_travel(per_yield, S::Short::ratio(2, 1));
-        let before = z.short();
-        // What an Euler step from `z` adds, held so that it does not leave ±1. A travel of 0 adds 0 to the last bit, and so does one
-        // that loads what has yielded.
         let one = S::Short::one();
         let ahead = share.flip_sign(travel);
-        let increment = |z: S::Short| {
+        // A travel of 0 adds 0 to the last bit, and so does one that loads what has yielded.
+        *z = held(*z, |z| {
             let bend = one - (share - ahead.flip_sign(z));
-            let free = travel * (one - z.abs().power(exponent) * bend);
-            (-one - z).max((one - z).min(free))
-        };
-        let after = after_three_stages(before, increment);
-        *z = S::long(after.within(one));
+            travel * (one - z.abs().power(exponent) * bend)
+        });
         [force * *z, S::zero()]
     }
 }
 
-/// A state one sample later, from what a held Euler step adds to a state.
-pub(super) fn after_three_stages<T: Number>(before: T, increment: impl Fn(T) -> T) -> T {
+/// A state one sample later, from what an Euler step adds to a state: three stages, each held so that it does not leave ±1.
+pub(super) fn held<S: Scalar>(before: S, free: impl Fn(S::Short) -> S::Short) -> S {
+    let (before, one) = (before.short(), S::Short::one());
+    let increment = |z: S::Short| (-one - z).max((one - z).min(free(z)));
     let first = increment(before);
     let second = increment(before + first);
     let mean = (first + second).half();
     let third = increment(before + mean.half());
     // Where nothing bends all three are alike, and what is added is the travel to the last bit.
-    before + (third + T::ratio(1, 3) * (mean - third))
+    let after = before + (third + S::Short::ratio(1, 3) * (mean - third));
+    S::long(after.within(one))
 }

@@ -1,7 +1,7 @@
 //! Smooth hysteresis that grows stiffer under load, as wire-rope isolators and rubber mounts do.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::bouc_wen::after_three_stages;
+use super::bouc_wen::held;
 use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::{Number, Scalar};
 use crate::units::Dimension;
@@ -77,11 +77,9 @@ impl Effect for BoucWenHardening {
         let travel = at.short_travel(per_displacement, S::Short::ratio(2, 1));
         let ahead = loss.short().flip_sign(travel);
         let unloaded = S::Short::ratio(1, MAX);
-        let increment = |z: S::Short| {
-            let slope = unloaded + z.abs().min(one) * (one - ahead.flip_sign(z));
-            (-one - z).max((one - z).min(travel * slope))
-        };
-        *z = S::long(after_three_stages(z.short(), increment).within(one));
+        *z = held(*z, |z| {
+            travel * (unloaded + z.abs().min(one) * (one - ahead.flip_sign(z)))
+        });
         [force * *z * S::ratio(MAX, 1), S::zero()]
     }
 }

@@ -1,7 +1,7 @@
 //! Smooth hysteresis with slip about the middle of its way: bolts in worn holes, nailed timber, cracked concrete.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::bouc_wen::{BoucWen, after_three_stages};
+use super::bouc_wen::{BoucWen, held};
 use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::{Number, Powers, Scalar};
 use crate::units::Dimension;
@@ -90,17 +90,16 @@ impl Effect for BoucWenPinching {
         let (exponent, pinching) = (exponent.short(), pinching.short());
         let travel = at.short_travel(per_yield, S::Short::ratio(2, 1));
         let one = S::Short::one();
-        let increment = |z: S::Short| {
+        *z = held(*z, |z| {
             let ahead = z.flip_sign(travel);
             let off = (S::long(ahead) - level) * per_width;
             let off = off.within(S::one()).short();
             let bump = one - off * off;
-            let held = one - pinching * (bump * bump);
+            let slips = one - pinching * (bump * bump);
             // Loading bends, unloading is straight.
             let bend = ahead.max(S::Short::zero()).power(exponent);
-            (-one - z).max((one - z).min(travel * held * (one - bend)))
-        };
-        *z = S::long(after_three_stages(z.short(), increment).within(one));
+            travel * slips * (one - bend)
+        });
         [force * *z, S::zero()]
     }
 }

@@ -141,7 +141,7 @@ impl AxisLimits {
 
     /// The limits of every statistic, in the order of its causes: the error, both sides of stiffness and friction, and those of a
     /// gross change.
-    pub(super) fn sides(&self) -> [Cusum; SIDES] {
+    pub fn sides(&self) -> [Cusum; SIDES] {
         let (stiffness, friction) = (self.stiffness, self.friction);
         let [gone, unexpected] = self.gross_sums();
         [

@@ -292,7 +292,7 @@ impl LiveView {
             Report::Alarm(_) => {
                 let line = self.reader.line(message);
                 let words = line.trim_start_matches("alarm").trim_start();
-                self.alarm = Some((printable::line(words), 0));
+                self.alarm = Some((words.into(), 0));
             }
             Report::Upkeep(upkeep) => {
                 // An alarm of this run comes right behind it, and then stands in its place.

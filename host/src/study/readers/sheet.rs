@@ -5,7 +5,7 @@
 use super::{archive, csv, packed};
 use crate::study::log::{Request, Table};
 use crate::text::error::{Error, Result};
-use calamine::{Data, DataRef, Range, Reader, Xlsx};
+use calamine::{Cell, Data, DataRef, Range, Reader, Xlsx};
 use std::fmt::Write as _;
 use std::io::Cursor;
 
@@ -22,12 +22,10 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
             return Err(request.error(packed::too_large()));
         }
     }
-    let broken = |e| broken(request, &e);
-    let mut book: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(broken)?;
+    let mut book: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(|e| broken(request, &e))?;
     let mut largest: Option<(String, Range<Data>)> = None;
     for name in book.sheet_names() {
-        check_extent(request, &mut book, &name)?;
-        let sheet = book.worksheet_range(&name).map_err(broken)?;
+        let sheet = cells(request, &mut book, &name)?;
         if largest
             .as_ref()
             .is_none_or(|(_, range)| range.height() < sheet.height())
@@ -50,13 +48,18 @@ fn broken(request: &Request<'_>, error: &calamine::XlsxError) -> Error {
     ))
 }
 
-/// Refuses a sheet that is larger than the limit once its cells are side by side: two of them far apart, or one long text in many
-/// cells, take a few bytes of the file.
-fn check_extent(request: &Request<'_>, book: &mut Xlsx<Cursor<&[u8]>>, name: &str) -> Result<()> {
+/// The filled cells of a sheet side by side; none of a page that is a chart.
+///
+/// Refused before it is made where it is larger than the limit: two cells far apart, or one long text in many, take a few bytes of the
+/// file.
+fn cells(request: &Request<'_>, book: &mut Xlsx<Cursor<&[u8]>>, name: &str) -> Result<Range<Data>> {
     let broken = |e| broken(request, &e);
-    let mut cells = book.worksheet_cells_reader(name).map_err(broken)?;
-    let (mut last, mut words) = ([0_u64; 2], 0_u64);
-    while let Some(cell) = cells.next_cell().map_err(broken)? {
+    let mut reader = match book.worksheet_cells_reader(name) {
+        Err(calamine::XlsxError::NotAWorksheet(_)) => return Ok(Range::default()),
+        reader => reader.map_err(broken)?,
+    };
+    let (mut cells, mut last, mut words) = (Vec::new(), [0_u64; 2], 0_u64);
+    while let Some(cell) = reader.next_cell().map_err(broken)? {
         words += match cell.get_value() {
             DataRef::Empty => continue,
             DataRef::SharedString(text) => text.len() as u64,
@@ -64,16 +67,17 @@ fn check_extent(request: &Request<'_>, book: &mut Xlsx<Cursor<&[u8]>>, name: &st
         };
         let (row, column) = cell.get_position();
         last = [last[0].max(row.into()), last[1].max(column.into())];
+        // From the first cell on: what stands above becomes empty lines.
+        let [rows, columns] = last.map(|index| index + 1);
+        let bytes = CELL
+            .saturating_mul(rows.saturating_mul(columns))
+            .saturating_add(words);
+        if bytes > packed::limit() {
+            return Err(request.error(packed::too_large()));
+        }
+        cells.push(Cell::new((row, column), cell.get_value().clone().into()));
     }
-    // From the first cell on: what stands above becomes empty lines.
-    let [rows, columns] = last.map(|index| index + 1);
-    let bytes = CELL
-        .saturating_mul(rows.saturating_mul(columns))
-        .saturating_add(words);
-    if bytes > packed::limit() {
-        return Err(request.error(packed::too_large()));
-    }
-    Ok(())
+    Ok(Range::from_sparse(cells))
 }
 
 /// The sheet's cells between tabs; lines are counted as Excel counts rows.
@@ -174,8 +178,8 @@ mod tests {
         [bytes, directory, end.concat()].concat()
     }
 
-    #[test]
-    fn two_cells_far_apart_are_refused_before_what_is_between_them_takes_memory() {
+    /// What is read of the log of the tests with these words replaced in its files and these files besides: the format, or why not.
+    fn read_changed(replaced: &[(&str, &str)], more: &[(&str, &str)]) -> String {
         let path = concat!(
             env!("CARGO_MANIFEST_DIR"),
             "/../tests/data/logs/record.xlsx"
@@ -190,22 +194,35 @@ mod tests {
             sparse: false,
         };
         let sound = std::fs::read(path).unwrap();
+        let file = |entry: &archive::Entry<'_>| {
+            let content = entry.content(&request).unwrap();
+            let content = match std::str::from_utf8(&content) {
+                Ok(text) => {
+                    let mut text = text.to_owned();
+                    for (old, new) in replaced {
+                        text = text.replace(old, new);
+                    }
+                    text.into_bytes()
+                }
+                Err(_) => content.into_owned(),
+            };
+            (entry.name.clone(), content)
+        };
         let entries = archive::entries(&request, &sound).unwrap();
+        let mut files: Vec<_> = entries.iter().map(file).collect();
+        let more = more.iter();
+        files.extend(more.map(|(name, text)| ((*name).into(), text.as_bytes().to_vec())));
+        match read(&request, &archive(&files)) {
+            Ok(table) => table.format,
+            Err(error) => error.sentence,
+        }
+    }
+
+    #[test]
+    fn two_cells_far_apart_are_refused_before_what_is_between_them_takes_memory() {
         let with = |row: &str, cell: &str| {
             let more = format!("<row r=\"{row}\"><c r=\"{cell}\"><v>1</v></c></row></sheetData>");
-            let file = |entry: &archive::Entry<'_>| {
-                let content = entry.content(&request).unwrap();
-                let content = match std::str::from_utf8(&content) {
-                    Ok(text) => text.replace("</sheetData>", &more).into_bytes(),
-                    Err(_) => content.into_owned(),
-                };
-                (entry.name.clone(), content)
-            };
-            let files: Vec<_> = entries.iter().map(file).collect();
-            match read(&request, &archive(&files)) {
-                Ok(table) => table.format,
-                Err(error) => error.sentence,
-            }
+            read_changed(&[("</sheetData>", &more)], &[])
         };
         let near = with("502", "A502");
         assert!(!near.contains("unpacks"), "{near}");
@@ -213,6 +230,25 @@ mod tests {
             let far = with(row, cell);
             assert!(far.contains("unpacks to more than"), "{cell}: {far}");
         }
+    }
+
+    #[test]
+    fn a_page_that_is_a_chart_is_passed_over() {
+        let office = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
+        let sheet = format!(
+            "<sheet xmlns:r=\"{office}\" name=\"Chart\" sheetId=\"2\" r:id=\"rId9\"/></sheets>"
+        );
+        let relation = format!(
+            "<Relationship Type=\"{office}/chartsheet\" Target=\"chartsheets/sheet1.xml\" Id=\"rId9\"/></Relationships>"
+        );
+        let replaced = [
+            ("</sheets>", sheet.as_str()),
+            ("</Relationships>", relation.as_str()),
+        ];
+        let main = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
+        let chart = format!("<chartsheet xmlns=\"{main}\"><sheetViews/></chartsheet>");
+        let seen = read_changed(&replaced, &[("xl/chartsheets/sheet1.xml", &chart)]);
+        assert_eq!(seen, "Excel workbook, sheet \"Sheet\"");
     }
 
     #[test]
