@@ -163,20 +163,52 @@ fn a_stretch_of_a_long_log_gives_the_model_of_the_same_rows() {
 }
 
 #[test]
-fn a_long_log_in_text_is_refused_with_what_to_do() {
+fn a_long_log_in_text_is_drawn_as_the_same_log_in_an_array() {
     let (_folder, rig) = long_study();
+    let array = fs::read(rig.join("run.npy")).unwrap();
     let study = fs::read_to_string(rig.join("study.toml")).unwrap();
+    let text = fs::read_to_string(rig.join("train_x.csv")).unwrap();
+    let head = text.lines().find(|line| !line.starts_with('#')).unwrap();
+    let columns = head.split(',').count();
+    let rows = array[array.len() - 60_000 * 8 * columns..].chunks_exact(8 * columns);
+    let line = |row: &[u8]| {
+        let cells = row.chunks_exact(8);
+        let numbers = cells.map(|c| f64::from_le_bytes(c.try_into().unwrap()).to_string());
+        numbers.collect::<Vec<_>>().join(",")
+    };
+    let lines: Vec<String> = rows.map(line).collect();
     fs::write(
-        rig.join("text.toml"),
-        study.replace("run.npy", "train_x.csv"),
+        rig.join("run.csv"),
+        format!("{head}\n{}\n", lines.join("\n")),
     )
     .unwrap();
-    let lab = Lab::start_with(&rig, &["text.toml"], &LIMIT);
+    fs::write(rig.join("text.toml"), study.replace("run.npy", "run.csv")).unwrap();
+    let seen = ["study.toml", "text.toml"].map(|study| {
+        let lab = Lab::start_with(&rig, &[study], &LIMIT);
+        let state = read(&lab);
+        assert_eq!(state["opened"], "long");
+        [[0, 60_000], [PEAK - 50, PEAK + 50]].map(|rows| overview(&lab, rows))
+    });
+    assert_eq!(seen[0], seen[1]);
+}
+
+#[test]
+fn a_long_log_whose_rows_are_known_only_when_it_was_read_is_refused_with_what_to_do() {
+    let (_folder, rig) = long_study();
+    let study = fs::read_to_string(rig.join("study.toml")).unwrap();
+    fs::write(rig.join("packed.toml"), study.replace("run.npy", "run.gz")).unwrap();
+    fs::write(
+        rig.join("run.gz"),
+        [&[0x1f, 0x8b][..], &[7; 1_000_000]].concat(),
+    )
+    .unwrap();
+    let lab = Lab::start_with(&rig, &["packed.toml"], &LIMIT);
     let state = lab.rest();
     assert_eq!(state["opened"], "wrong");
     let sentence = state["sentence"].as_str().unwrap();
     for wanted in [
-        "train_x.csv",
+        "run.gz",
+        "CSV",
         "Parquet",
         "NumPy",
         "JOINTWATCH_MAX_FILE_BYTES",

@@ -30,7 +30,7 @@ pub(crate) struct Accumulate {
 impl Accumulate {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("reading the study");
-        let study = Study::read(&self.study)?;
+        let study = Study::read_whole(&self.study)?;
         console.check_outputs(&[&self.output], &study, None)?;
         keep(&self.output, &self.records)?;
         let template = Template::of_study(&study)?;

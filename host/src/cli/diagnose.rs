@@ -340,8 +340,13 @@ fn in_one_group(candidate: &Ranked) -> Option<String> {
     if candidate.equivalent.is_empty() {
         return None;
     }
+    // What is likeliest may have more parameters than these records call for.
+    let simplest = match candidate.probability < 0.5 * candidate.group_probability {
+        true => ", which is named because it is the simplest,",
+        false => "",
+    };
     Some(format!(
-        "These records cannot tell {}@{} from {}: one of them acts with probability {:.2}. To tell them apart: {}",
+        "These records cannot tell {}@{}{simplest} from {}: one of them acts with probability {:.2}. To tell them apart: {}",
         candidate.effect,
         candidate.axis,
         candidate.equivalent.join(", "),

@@ -46,7 +46,7 @@ impl Emulate {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("building the firmware");
         let model = export::read_blob(&self.blob)?;
-        let study = Study::read(&self.study)?;
+        let study = Study::read_whole(&self.study)?;
         let records = chosen(&study, self.record.as_deref())?;
         let block = self.rig.as_deref().map(rig_block::read).transpose()?;
         let emulated = EmulatedDevice::new(&study, &model, block)?;

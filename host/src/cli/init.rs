@@ -3,7 +3,6 @@
 use super::console::Console;
 use super::survey;
 use crate::study::draft::{self, Draft, Said};
-use crate::study::long_study::LongStudy;
 use crate::study::survey::Survey;
 use crate::study::{Study, mistakes};
 use crate::text::error::{Error, Result};
@@ -106,17 +105,6 @@ impl Init {
             "\n{} written; what was guessed is marked in it.",
             self.output.display()
         ))?;
-        if LongStudy::of(&self.output)?.is_some() {
-            console.say(format!(
-                "Next: jointwatch lab {0}, or jointwatch select {0}: the log is too long to be learnt from as a whole",
-                self.output.display()
-            ))?;
-            return console.json(&serde_json::json!({
-                "study": self.output,
-                "sample_rate_hz": draft.sample_rate_hz,
-                "guessed": draft.findings,
-            }));
-        }
         // What is wrong with the study now would be met by the next command; it is said here.
         let study = Study::read(&self.output)?;
         for note in &study.notes {

@@ -8,7 +8,7 @@ use crate::model::corrections;
 use crate::model::file::{Base, HistoryEntry, ModelFile};
 use crate::model::{ModelEffect, effects};
 use crate::study::AxisKind;
-use crate::study::survey::{Survey, is_a_log};
+use crate::study::survey::{self as look, Survey, is_a_log};
 use crate::text::error::{Error, Result};
 use crate::text::input;
 use crate::text::table::{Table, percent, significant};
@@ -27,13 +27,17 @@ pub(crate) struct Inspect {
 
 impl Inspect {
     pub(super) fn run(self, console: &Console) -> Result<()> {
-        let bytes = input::read(&self.file).map_err(|e| {
-            Error::data(format!(
-                "{}: could not be read ({e}); give a model.json or a blob that this tool wrote",
-                self.file.display()
-            ))
-        })?;
-        if !rig_block::begins_like_one(&bytes) && is_a_log(&bytes) {
+        let bytes = match look::is_long(&self.file) {
+            true => Vec::new(),
+            false => input::read(&self.file).map_err(|e| {
+                Error::data(format!(
+                    "{} could not be read ({e}); give the path of a log, of a model.json, or of a blob that this tool wrote",
+                    self.file.display()
+                ))
+            })?,
+        };
+        let log = !rig_block::begins_like_one(&bytes) && is_a_log(&bytes);
+        if log || look::is_long(&self.file) {
             let log = Survey::of(&self.file)?;
             console.say(survey::in_words(&log, true))?;
             return console.json(&survey::as_json(&log));

@@ -63,7 +63,7 @@ impl Replay {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("replaying");
         let model = export::read_blob(&self.blob)?;
-        let study = Study::read(&self.study)?;
+        let study = Study::read_whole(&self.study)?;
         let records = chosen(&study, self.record.as_deref())?;
         let block = match &self.rig {
             Some(path) => Some((path, rig_block::read(path)?)),

@@ -44,8 +44,8 @@ impl Select {
         let working = console.working("reading the study");
         let long = LongStudy::of(&self.study)?;
         let study = match &long {
-            Some(long) => long.sampled()?,
-            None => Study::read(&self.study)?,
+            Some(_) => Study::read(&self.study)?,
+            None => Study::read_whole(&self.study)?,
         };
         let template = Template::of_study(&study)?;
         let plan = Plan::of(&study, &template)?;

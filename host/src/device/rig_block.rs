@@ -33,11 +33,7 @@ pub fn of_file(path: &Path, model: &Model) -> Result<Rig> {
             path.display()
         ))
     })?;
-    let source = Source {
-        path,
-        text: &text,
-        written: true,
-    };
+    let source = Source::file(path, &text);
     let file: rig_file::RigFile = source.parse("reference/rig-block.md")?;
     let described = rig_file::described(&source, &file, model)?;
     let header = model.header();

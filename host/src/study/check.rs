@@ -85,9 +85,12 @@ fn traces(plan: &AxisPlan, records: &[Record], axis: usize) -> Vec<Trace> {
             .collect::<Vec<_>>()
             .join(sign)
     };
-    let mut list = vec![trace(plan.displacement[0].column.clone(), true, &|c| {
-        c.displacement_first.clone()
-    })];
+    let mut list = Vec::new();
+    if let Some(first) = plan.displacement.first() {
+        list.push(trace(first.column.clone(), true, &|c| {
+            c.displacement_first.clone()
+        }));
+    }
     if let Some(second) = plan.displacement.get(1) {
         list.push(trace(second.column.clone(), true, &|c| {
             c.displacement_second.clone().unwrap_or_default()

@@ -21,6 +21,22 @@ pub struct Clock {
     pub correlation: f64,
 }
 
+impl Clock {
+    /// A clock that is the record's own.
+    pub(crate) fn shared(file: &str, sha256: &str) -> Self {
+        Self {
+            file: file.to_owned(),
+            sha256: sha256.to_owned(),
+            at_s: 0.0,
+            offset_s: 0.0,
+            offset_within_s: 0.0,
+            drift_ppm: 0.0,
+            drift_within_ppm: 0.0,
+            correlation: 1.0,
+        }
+    }
+}
+
 /// What was read of a second logger.
 pub(crate) struct Aligned {
     pub(crate) clock: Clock,

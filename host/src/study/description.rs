@@ -43,7 +43,8 @@ impl Description {
 pub(crate) struct AxisEntry {
     pub(crate) name: Spanned<String>,
     pub(crate) kind: AxisKind,
-    pub(crate) displacement: Spanned<Channels>,
+    /// Left out where only a velocity was logged.
+    pub(crate) displacement: Option<Spanned<Channels>>,
     pub(crate) velocity: Option<Spanned<Channels>>,
     pub(crate) body_position: Option<Spanned<Channel>>,
     pub(crate) acceleration: Option<Spanned<Channel>>,
@@ -97,8 +98,8 @@ pub(crate) struct ClockEntry {
     /// The file of the `[[record]]` whose run it logged.
     pub(crate) record: Spanned<String>,
     pub(crate) time: Spanned<Channel>,
-    /// A column of this file, and the one of the record's that logged the same.
-    pub(crate) common: Spanned<[String; 2]>,
+    /// A column of this file, and the one of the record's that logged the same; left out where one clock gave both files their times.
+    pub(crate) common: Option<Spanned<[String; 2]>>,
     /// How often the first is differentiated to be the second.
     pub(crate) derivative: Option<Spanned<i8>>,
     pub(crate) columns: Option<Vec<String>>,
@@ -334,6 +335,17 @@ pub(crate) struct Source<'a> {
     pub(crate) text: &'a str,
     /// Whether somebody wrote it and would look for a line of it.
     pub(crate) written: bool,
+}
+
+impl<'a> Source<'a> {
+    /// The text of a file.
+    pub(crate) fn file(path: &'a Path, text: &'a str) -> Self {
+        Self {
+            path,
+            text,
+            written: true,
+        }
+    }
 }
 
 impl Source<'_> {

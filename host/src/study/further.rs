@@ -54,11 +54,7 @@ impl Template {
     }
 
     pub(super) fn source(&self) -> Source<'_> {
-        Source {
-            path: &self.path,
-            text: &self.text,
-            written: true,
-        }
+        Source::file(&self.path, &self.text)
     }
 
     /// Where the description lies.

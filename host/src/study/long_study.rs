@@ -14,12 +14,6 @@ use crate::text::input;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use toml::Spanned;
-
-/// As many stretches of a long record, spread evenly, stand for it where ranges and filters are chosen.
-const STRETCHES: usize = 16;
-/// Rows of such a stretch; 16 of them are as many rows as a physical fit looks at.
-const STRETCH: usize = 1 << 15;
 
 /// A study with a log too long to be held in memory.
 pub struct LongStudy {
@@ -80,11 +74,7 @@ impl LongStudy {
     /// As [`Study::read`], of the description and of what the long logs say of themselves.
     pub fn of(path: &Path) -> Result<Option<Self>> {
         let (path, text) = description_text(path)?;
-        let source = Source {
-            path: &path,
-            text: &text,
-            written: true,
-        };
+        let source = Source::file(&path, &text);
         let said: Description = source.parse("reference/study.md")?;
         let (plan, _) = plan(&source, &said)?;
         let folder = path.parent().unwrap_or(Path::new(".")).to_owned();
@@ -128,41 +118,6 @@ impl LongStudy {
         }))
     }
 
-    /// The study with stretches spread evenly over each long record in its place.
-    ///
-    /// # Errors
-    /// As [`Study::read`].
-    pub fn sampled(&self) -> Result<Study> {
-        let source = self.template.source();
-        let mut said: Description = source.parse("reference/study.md")?;
-        let entries = std::mem::take(&mut said.record);
-        for (entry, record) in entries.into_iter().zip(&self.records) {
-            match record.log {
-                None => said.record.push(entry),
-                Some(_) => {
-                    let stretch = |rows: Range<usize>| RecordEntry {
-                        rows: Some(Spanned::new(0..0, [rows.start, rows.end])),
-                        file: entry.file.clone(),
-                        role: entry.role,
-                        columns: entry.columns.clone(),
-                    };
-                    said.record
-                        .extend(spread(&record.rows, self.most_rows).map(stretch));
-                }
-            }
-        }
-        let (plan, axes) = plan(&source, &said)?;
-        let long = self.opened();
-        let logs = Place {
-            folder: &self.folder,
-            memory: None,
-            long: &long,
-        };
-        let mut study = Study::of_records(&source, &said, (&plan, axes), logs)?;
-        study.direct();
-        Ok(study)
-    }
-
     /// Some rows of a long log as a record to learn from, of a study that runs at this rate.
     ///
     /// # Errors
@@ -182,18 +137,6 @@ impl LongStudy {
     fn opened(&self) -> Vec<Arc<LongLog>> {
         self.logs.iter().map(|log| Arc::clone(&log.log)).collect()
     }
-}
-
-/// Stretches spread evenly over some rows, each of `most` at most; all of the rows where they are few.
-fn spread(rows: &Range<usize>, most: usize) -> impl Iterator<Item = Range<usize>> {
-    let (start, count) = (rows.start, rows.len());
-    let several = count > most.min(STRETCHES * STRETCH);
-    let length = if several { most.min(STRETCH) } else { count };
-    let stretches = (count / length.max(1)).clamp(1, STRETCHES);
-    (0..stretches).map(move |k| {
-        let from = start + k * (count - length) / (stretches - 1).max(1);
-        from..from + length
-    })
 }
 
 impl Channels {
@@ -248,7 +191,7 @@ impl Channels {
     }
 
     /// Its format, in words.
-    pub fn format(&self) -> &'static str {
+    pub fn format(&self) -> &str {
         self.log.format()
     }
 
@@ -319,21 +262,5 @@ impl Channels {
             memory: None,
             sparse: true,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn stretches_stand_for_a_record_from_its_first_row_to_its_last() {
-        let spread = |rows, most| spread(&rows, most).collect::<Vec<_>>();
-        assert_eq!(spread(5..100, 1_000), vec![5..100; 1]);
-        let many = spread(7..100_000_007, 1 << 25);
-        assert_eq!(many.len(), STRETCHES);
-        assert!(many.iter().all(|s| s.len() == STRETCH));
-        assert_eq!((many[0].start, many[15].end), (7, 100_000_007));
-        assert_eq!(spread(0..60_000, 25_000), [0..25_000, 35_000..60_000]);
     }
 }

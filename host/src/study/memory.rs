@@ -3,6 +3,7 @@
 use super::Study;
 use super::description::Source;
 use super::log::MemoryLog;
+use super::read::Logged;
 use crate::text::error::Result;
 use std::path::Path;
 
@@ -38,6 +39,6 @@ impl Study {
             text: description,
             written: false,
         };
-        Self::described(&source, Some(logs), &[])
+        Self::described(&source, Logged::Memory(logs), &[])
     }
 }

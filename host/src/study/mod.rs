@@ -4,6 +4,7 @@
 //! `docs/reference/study.md`.
 
 mod alignment;
+mod axis_channels;
 mod calibrated;
 mod check;
 mod clock;
@@ -14,6 +15,7 @@ mod kinematics;
 mod linear;
 mod log;
 pub(crate) mod lone;
+mod long_records;
 pub mod long_study;
 mod memory;
 pub mod mistakes;
@@ -28,6 +30,7 @@ pub(crate) mod quasi_static;
 mod read;
 mod readers;
 pub(crate) mod resample;
+mod roles;
 mod sampling;
 mod second_logger;
 mod spare;

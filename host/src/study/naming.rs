@@ -49,7 +49,7 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
         ),
         Quantity::Displacement(Translation) => (
             &[
-                "x", "d", "s", "q", "qm", "disp", "pos", "weg", "hub", "lvdt", "u",
+                "x", "d", "s", "q", "qm", "disp", "dist", "pos", "weg", "hub", "lvdt", "u",
             ],
             &[
                 "displ",
@@ -74,7 +74,9 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
             &["accel", "accél", "beschl"],
         ),
         Quantity::Force(Translation) => (
-            &["f", "force", "kraft", "load", "last", "fx", "fz", "effort"],
+            &[
+                "f", "force", "forc", "kraft", "load", "last", "fx", "fz", "effort", "thrust",
+            ],
             &["force", "kraft", "loadcell", "effort"],
         ),
         Quantity::Displacement(Rotation) => (
@@ -136,8 +138,17 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
         }
         _ => by_name(quantity),
     };
+    // Much is written in milliseconds that does not count the time: the width of a pulse, a delay.
+    let time = match by_name(Quantity::Time) {
+        0 => score(Quantity::Time).min(1),
+        name => match by_unit(Quantity::Time) {
+            Some(false) => score(Quantity::Time),
+            Some(true) => 5 + name,
+            None => 1 + name,
+        },
+    };
     Named {
-        time: score(Quantity::Time),
+        time,
         quantities: QUANTITIES
             .into_iter()
             .map(|q| (q, score(q)))
@@ -157,7 +168,6 @@ pub(crate) fn seconds(unit: &str) -> Option<f64> {
 /// `a_in` may be an input and no inch.
 pub(crate) fn unit_for(quantity: Quantity, name: &str) -> Option<String> {
     let unit = split_unit(name).1?;
-    // `x_F[1]` is a column of a matrix.
     let is_word = unit.chars().any(|c| c.is_alphabetic() || c == '°');
     let in_brackets = name.contains(['[', '(']);
     let fits = in_brackets || quantity.factor(&unit, false).is_ok() && unit != "in";
@@ -169,6 +179,8 @@ fn split_unit(name: &str) -> (&str, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         if let Some((stem, rest)) = name.split_once(open)
             && let Some((unit, _)) = rest.split_once(close)
+            // `x_F[1]` is a column of a matrix.
+            && unit.parse::<usize>().is_err()
             && is_a_unit(unit)
         {
             return (stem.trim(), Some(unit.trim().to_owned()));
@@ -223,6 +235,8 @@ mod tests {
             assert_eq!(best.map(|b| b.0), Some(quantity), "{name}: {found:?}");
             assert_eq!(found.time, 0, "{name}: {found:?}");
         }
+        let time = |name| read(name, None).time;
+        assert!(time("Time (s)") > time("ESC signal (ms)") && time("t") > time("ESC signal (ms)"));
         for (name, unit) in [
             ("Zeit", None),
             ("t_s", None),

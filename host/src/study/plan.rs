@@ -1,11 +1,11 @@
 //! What to read from every log and what it means, checked before any log is opened.
 
+use super::Axis;
 use super::calibrated::{Calibrated, Columns, calibrate};
 use super::description::{AxisEntry, ChannelTable, Description, Force, Source};
 use super::log::{Log, Request, Wanted};
 use super::second_logger::{SecondLogger, second_loggers};
 use super::units::Quantity;
-use super::{Axis, Channels};
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use std::collections::HashSet;
@@ -13,6 +13,7 @@ use toml::Spanned;
 
 /// The channels of one axis.
 pub(crate) struct AxisPlan {
+    /// None where the displacement is the integral of the velocity.
     pub(crate) displacement: Vec<Calibrated>,
     pub(crate) velocity: Vec<Calibrated>,
     pub(crate) body_position: Option<Calibrated>,
@@ -346,7 +347,8 @@ fn check_axis(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
                 format!("{key} must be a number; correct it or leave it out"),
             ));
         }
-        let pair = entry.displacement.get_ref().0.len() == 2;
+        let displacement = entry.displacement.as_ref();
+        let pair = displacement.is_some_and(|d| d.get_ref().0.len() == 2);
         if *value.get_ref() != 0.0 && pair && entry.body_position.is_none() {
             return Err(source.wrong(
                 value,
@@ -359,24 +361,39 @@ fn check_axis(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
     Ok(())
 }
 
-/// Checks how many columns displacement, velocity and force have.
+/// Checks how many columns the displacement has, and the other channels.
 fn check_columns(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
-    let displacement = entry.displacement.get_ref();
-    if displacement.0.is_empty() || displacement.0.len() > 2 {
+    let velocity = entry.velocity.as_ref();
+    let Some(displacement) = &entry.displacement else {
+        return match velocity.is_some_and(|v| !v.get_ref().0.is_empty()) {
+            true => check_force(source, entry),
+            false => Err(source.wrong(
+                &entry.name,
+                "an axis needs its displacement, or its velocity, of which the displacement is then the integral; name a column of either",
+            )),
+        };
+    };
+    let columns = &displacement.get_ref().0;
+    if columns.is_empty() || columns.len() > 2 {
         return Err(source.wrong(
-            &entry.displacement,
+            displacement,
             "displacement takes one column, or two of which the second is subtracted from the first; list one or two",
         ));
     }
-    if displacement.0.len() == 2 && displacement.0[0].column == displacement.0[1].column {
+    if columns.len() == 2 && columns[0].column == columns[1].column {
         return Err(source.wrong(
-            &entry.displacement,
+            displacement,
             format!(
                 "displacement is the difference of column {:?} and itself; name the columns of both sides of the joint",
-                displacement.0[0].column
+                columns[0].column
             ),
         ));
     }
+    check_force(source, entry)
+}
+
+/// Checks how many columns force and velocity have.
+fn check_force(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
     match entry.force.get_ref() {
         Force::Columns(columns) if columns.is_empty() => {
             return Err(source.wrong(&entry.force, "force needs a column; name at least one"));
@@ -439,13 +456,15 @@ fn axis_plan(source: &Source<'_>, entry: &AxisEntry, columns: &mut Columns) -> R
         &entry.acceleration,
         Quantity::Acceleration(kind),
     )?;
+    let displacement = match &entry.displacement {
+        Some(d) => {
+            let quantity = Quantity::Displacement(kind);
+            list("displacement", d.span().start, &d.get_ref().0, quantity)?
+        }
+        None => Vec::new(),
+    };
     Ok(AxisPlan {
-        displacement: list(
-            "displacement",
-            entry.displacement.span().start,
-            &entry.displacement.get_ref().0,
-            Quantity::Displacement(kind),
-        )?,
+        displacement,
         velocity,
         body_position,
         acceleration,
@@ -456,45 +475,4 @@ fn axis_plan(source: &Source<'_>, entry: &AxisEntry, columns: &mut Columns) -> R
             Quantity::Force(kind),
         )?,
     })
-}
-
-impl AxisPlan {
-    /// The axis's channels of one log, each as `series` gives it in SI, and the optional columns that the log lacks.
-    pub(crate) fn channels(
-        &self,
-        rows: usize,
-        series: impl Fn(&Calibrated) -> Option<Vec<f64>>,
-    ) -> (Channels, Vec<String>) {
-        let required = |c: &Calibrated| {
-            series(c).expect("a column that is not optional was located before the log was read")
-        };
-        let mut absent = Vec::new();
-        let mut force = vec![0.0; rows];
-        for part in &self.force {
-            match series(part) {
-                Some(series) => force.iter_mut().zip(series).for_each(|(f, s)| *f += s),
-                None => absent.push(part.column.clone()),
-            }
-        }
-        let velocity = match self.velocity.as_slice() {
-            [] => None,
-            [one] => Some(required(one)),
-            [first, second, ..] => {
-                let mut difference = required(first);
-                for (a, b) in difference.iter_mut().zip(required(second)) {
-                    *a -= b;
-                }
-                Some(difference)
-            }
-        };
-        let channels = Channels {
-            displacement_first: required(&self.displacement[0]),
-            displacement_second: self.displacement.get(1).map(required),
-            velocity,
-            body_position: self.body_position.as_ref().map(required),
-            acceleration: self.acceleration.as_ref().map(required),
-            force,
-        };
-        (channels, absent)
-    }
 }

@@ -2,14 +2,15 @@
 
 use super::calibrated::Calibrated;
 use super::check::{self, Extent};
-use super::description::{Description, RecordEntry, Source};
+use super::description::{Description, Source};
 use super::log::{Log, MemoryLog, Request};
+use super::long_records::{Thinned, thin};
 use super::plan::{Plan, plan};
 use super::quasi_static::{ROWS_PER_SECOND, direction};
 use super::readers::long::LongLog;
 use super::sampling::Sampling;
 use super::second_logger::Wants;
-use super::{Record, Role, Study, second_logger, time};
+use super::{Record, Role, Study, roles, second_logger, time};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
 use rayon::prelude::*;
@@ -20,7 +21,8 @@ use std::sync::Arc;
 const MIN_ROWS: usize = 100;
 
 impl Study {
-    /// Reads `study.toml` (or the one in the folder `path`) and all its logs, in parallel, and checks everything.
+    /// Reads `study.toml` (or the one in the folder `path`) and its logs, in parallel, and checks everything. Of records with more than
+    /// 2¹⁸ rows in all, stretches spread evenly are read, and a note says so.
     ///
     /// # Errors
     /// One sentence of kind [`Data`](crate::text::error::Kind::Data) that names the file, the row (the line of a text file), the
@@ -29,22 +31,37 @@ impl Study {
         Self::read_with(path, &[])
     }
 
-    /// The study that a description makes of its logs: of files beside it, or of those in `memory`; with further `columns` as inputs.
+    /// Reads every row of a study, where [`Study::read`] is content with stretches of records that are longer than a fit needs.
+    ///
+    /// # Errors
+    /// As [`Study::read`], also for a file that is too large to be held.
+    pub fn read_whole(path: &Path) -> Result<Self> {
+        let (path, text) = description_text(path)?;
+        Self::described(&Source::file(&path, &text), Logged::Whole, &[])
+    }
+
+    /// The study that a description makes of its logs, with further `columns` as inputs.
     pub(super) fn described(
         source: &Source<'_>,
-        memory: Option<&[MemoryLog]>,
+        logged: Logged<'_>,
         columns: &[&str],
     ) -> Result<Self> {
         let mut said: Description = source.parse("reference/study.md")?;
         said.take_columns(columns);
         let (plan, axes) = plan(source, &said)?;
         let folder = source.path.parent().unwrap_or(Path::new("."));
-        let mut notes = check_records(source, &said, folder)?;
-        notes.extend(axis_notes(&plan, &axes));
+        let mut notes = roles::check(source, &said, folder)?;
+        notes.extend(derived_channels(&plan, &axes));
+        let (memory, thinned) = match logged {
+            Logged::Files => (None, thin(&mut said, &plan, folder)?),
+            Logged::Whole => (None, Thinned::default()),
+            Logged::Memory(logs) => (Some(logs), Thinned::default()),
+        };
+        notes.extend(thinned.note);
         let logs = Place {
             folder,
             memory,
-            long: &[],
+            long: &thinned.logs,
         };
         let mut study = Self::of_records(source, &said, (&plan, axes), logs)?;
         study.notes.splice(0..0, notes);
@@ -177,64 +194,21 @@ pub(super) fn folder_name(folder: &Path) -> String {
         .unwrap_or_else(|| "study".to_owned())
 }
 
-/// Roles and overlaps, before any log is opened.
-fn check_records(source: &Source<'_>, said: &Description, folder: &Path) -> Result<Vec<String>> {
-    if said.record.is_empty() {
-        return Err(Error::data(format!(
-            "{}: it names no log; add a [[record]] with file and role for each",
-            source.path.display()
-        )));
-    }
-    let mut notes = Vec::new();
-    if !said.record.iter().any(|r| r.role == Role::Train) {
-        notes.push(
-            "no record has role = \"train\", so nothing can be learnt from this study; compare, replay and changed can use it"
-                .to_owned(),
-        );
-    }
-    if !said.record.iter().any(|r| r.role == Role::Validate) {
-        notes.push(
-            "no record has role = \"validate\", so nothing will show how good a model is on data it has not seen"
-                .to_owned(),
-        );
-    }
-    let real = |entry: &RecordEntry| -> PathBuf {
-        let path = folder.join(entry.file.get_ref());
-        path.canonicalize().unwrap_or(path)
-    };
-    let span = |entry: &RecordEntry| {
-        entry
-            .rows
-            .as_ref()
-            .map_or([0, usize::MAX], |r| *r.get_ref())
-    };
-    for (i, second) in said.record.iter().enumerate() {
-        for first in &said.record[..i] {
-            let ([a, b], [c, d]) = (span(first), span(second));
-            if real(first) != real(second) || a.max(c) >= b.min(d) {
-                continue;
-            }
-            if first.role != second.role {
-                return Err(source.wrong(
-                    &second.file,
-                    format!(
-                        "{:?} is used to train and to validate with the same rows, so validation would show nothing; \
-                         separate them with rows = […]",
-                        second.file.get_ref()
-                    ),
-                ));
-            }
-            notes.push(format!(
-                "{} is listed twice with the same rows, which then count twice",
-                second.file.get_ref()
-            ));
-        }
-    }
-    Ok(notes)
-}
-
-fn axis_notes(plan: &Plan, axes: &[super::Axis]) -> Vec<String> {
-    plan.axes
+/// A sentence for every axis whose displacement is integrated, or whose acceleration is derived from a relative displacement.
+fn derived_channels(plan: &Plan, axes: &[super::Axis]) -> Vec<String> {
+    let integrated = plan
+        .axes
+        .iter()
+        .zip(axes)
+        .filter(|(p, _)| p.displacement.is_empty());
+    let integrated = integrated.map(|(_, axis)| {
+        format!(
+            "axis {:?}: the displacement is the integral of the velocity, from 0 at the beginning of every record, so little is known of \
+             what depends on place",
+            axis.name
+        )
+    });
+    let derived = plan.axes
         .iter()
         .zip(axes)
         .filter(|(p, axis)| {
@@ -249,8 +223,18 @@ fn axis_notes(plan: &Plan, axes: &[super::Axis]) -> Vec<String> {
                  does not accelerate; give body_position or acceleration otherwise",
                 axis.name
             )
-        })
-        .collect()
+        });
+    integrated.chain(derived).collect()
+}
+
+/// Where a study's logs are, and how much is read of them.
+pub(super) enum Logged<'a> {
+    /// Files, of which stretches are read where they are long.
+    Files,
+    /// Files, every row of them.
+    Whole,
+    /// Columns in memory.
+    Memory(&'a [MemoryLog]),
 }
 
 /// Where the logs of a description are.
@@ -355,7 +339,10 @@ fn read_records(
     for log in read {
         records.extend(log.records);
         sources.push(log.source);
-        notes.extend(log.notes);
+        // Stretches of one log may say the same of it.
+        let new = |note: &String| !notes.contains(note);
+        let said: Vec<String> = log.notes.into_iter().filter(new).collect();
+        notes.extend(said);
     }
     Ok(Logs {
         sample_rate_hz: rate,
@@ -420,7 +407,7 @@ fn records(
         let mut axes = Vec::new();
         for axis in &plan.axes {
             let series = |channel: &Calibrated| sampling.series(piece, channel, log);
-            let (channels, absent) = axis.channels(rows, series);
+            let (channels, absent) = axis.channels((rows, 1.0 / sampling.rate_hz), series);
             axes.push(channels);
             if piece > 0 {
                 continue;

@@ -24,7 +24,8 @@ pub(crate) struct SecondLogger {
     time: Calibrated,
     /// Its column of time, and the one that the other logger recorded as well.
     wanted: Vec<Wanted>,
-    common: [String; 2],
+    /// Nothing where both files have their times from one clock.
+    common: Option<[String; 2]>,
     derivative: i8,
 }
 
@@ -54,8 +55,10 @@ pub(super) fn second_loggers(source: &Source<'_>, said: &Description) -> Result<
         let start = entry.time.span().start;
         let table = std::slice::from_ref(&entry.time.get_ref().0);
         let mut time = calibrate(source, start, "time", table, Quantity::Time, &mut columns)?;
-        let common = entry.common.get_ref().clone();
-        columns.place(&common[0], false);
+        let common = entry.common.as_ref().map(|common| common.get_ref().clone());
+        if let Some([own, _]) = &common {
+            columns.place(own, false);
+        }
         all.push(SecondLogger {
             file: file.clone(),
             record: record.clone(),
@@ -102,10 +105,19 @@ fn check(source: &Source<'_>, said: &Description, entry: &ClockEntry) -> Result<
         ));
     }
     let cut = said.record.iter().filter(|r| r.file.get_ref() == record);
-    if let Some(rows) = cut.filter_map(|r| r.rows.as_ref()).next() {
+    if let Some(rows) = cut.filter_map(|r| r.rows.as_ref()).next()
+        && entry.common.is_some()
+    {
         return Err(source.wrong(
             rows,
-            "rows counts the rows of one clock, and this run has two; leave rows out, or cut the logs",
+            "rows counts the rows of one clock, and this run has two; leave rows out, or cut the logs; where one clock gave both files their \
+             times, leave common out instead",
+        ));
+    }
+    if let (Some(derivative), None) = (&entry.derivative, &entry.common) {
+        return Err(source.wrong(
+            derivative,
+            "derivative is of the columns in common, and none is named; name two, or leave derivative out",
         ));
     }
     match &entry.derivative {
@@ -133,8 +145,8 @@ pub(super) fn read(
     for (place, column) in wanted.iter_mut().enumerate() {
         column.optional |= place != time;
     }
-    for logger in loggers() {
-        want(&mut wanted, &logger.common[1], false);
+    for [_, common] in loggers().filter_map(|logger| logger.common.as_ref()) {
+        want(&mut wanted, common, false);
     }
     let own = Request {
         wanted: Some(&wanted),
@@ -177,6 +189,11 @@ fn want(wanted: &mut Vec<Wanted>, column: &str, optional: bool) -> usize {
 }
 
 impl SecondLogger {
+    /// Whether it logged the run of this file as well.
+    pub(super) fn joins(&self, record: &str) -> bool {
+        self.record == record
+    }
+
     /// Puts what it recorded, and the record lacks, beside the record's columns.
     fn join(
         &self,
@@ -256,8 +273,18 @@ impl SecondLogger {
             .ok_or_else(|| request.error("needs a record with a column of time"))?;
         let theirs = seconds_of(time, log)?;
         let mine = seconds_of(&self.time, other)?;
-        let first = column(log, of_record, &self.common[1]);
-        let second = column(other, request.wanted.unwrap_or_default(), &self.common[0]);
+        let Some(common) = &self.common else {
+            return Ok(Aligned {
+                sentence: format!(
+                    "{} has its times from the clock of {}",
+                    self.file, record.file
+                ),
+                clock: Clock::shared(&self.file, &other.sha256),
+                seconds: mine,
+            });
+        };
+        let first = column(log, of_record, &common[1]);
+        let second = column(other, request.wanted.unwrap_or_default(), &common[0]);
         let rates = [(&theirs, record), (&mine, request)].map(|(seconds, of)| rate(seconds, of));
         let [one, two] = rates;
         let rate = one?.min(two?);
@@ -265,7 +292,7 @@ impl SecondLogger {
         let (second_start, second) = even(&mine, &second, rate);
         let (first, second, lost) = self.alike(first, second, rate);
         let found = Alignment::of(&first, &second)
-            .map_err(|why| self.refused(&why, rate, record, request))?;
+            .map_err(|why| refused(&why, common, rate, record, request))?;
         // Both series have lost as many rows at their beginning.
         let row = |seconds: f64| (seconds - second_start) * rate - lost as f64;
         let by_record =
@@ -282,7 +309,7 @@ impl SecondLogger {
             correlation: found.correlation,
         };
         Ok(Aligned {
-            sentence: self.in_words(&clock, record),
+            sentence: self.in_words(&clock, common, record),
             seconds: mine.iter().map(by_record).collect(),
             clock,
         })
@@ -307,13 +334,13 @@ impl SecondLogger {
         (first, second, lag)
     }
 
-    fn in_words(&self, clock: &Clock, record: &Request<'_>) -> String {
+    fn in_words(&self, clock: &Clock, common: &[String; 2], record: &Request<'_>) -> String {
         format!(
             "the clock of {} was put right by its column {:?} and {:?} of {}: offset {:.7} s ± {:.1} µs at {:.3} s of its own, drift \
              {:.2} ± {:.2} ppm (95 %), correlation {:.3}",
             self.file,
-            self.common[0],
-            self.common[1],
+            common[0],
+            common[1],
             record.file,
             clock.offset_s,
             1e6 * clock.offset_within_s,
@@ -323,37 +350,35 @@ impl SecondLogger {
             clock.correlation
         )
     }
+}
 
-    fn refused(
-        &self,
-        why: &Unaligned,
-        rate: f64,
-        record: &Request<'_>,
-        request: &Request<'_>,
-    ) -> Error {
-        let pair = format!(
-            "{:?} and {:?} of {}",
-            self.common[0], self.common[1], record.file
-        );
-        request.error(match why {
-            Unaligned::Short(rows) => format!(
-                "cannot be put in time by {pair}: at {rate} Hz both need {rows} rows for that; use longer logs"
-            ),
-            Unaligned::Unlike(correlation) => format!(
-                "cannot be put in time by {pair}: nothing in them is alike (correlation {correlation:.2}); name columns that logged the \
-                 same signal, or say with derivative how often one has to be differentiated to be the other"
-            ),
-            Unaligned::Once => format!(
-                "cannot be put in time by {pair}: they are alike in one place only, which says nothing of the drift; log a knock at the \
-                 beginning, in the middle and at the end"
-            ),
-            Unaligned::Repeats(rows) => format!(
-                "cannot be put in time by {pair}: what they hold repeats itself after {:.4} s, so that any of several offsets fits; log a \
-                 knock, a pulse or a start with both loggers",
-                rows / rate
-            ),
-        })
-    }
+/// Why two logs cannot be put in time.
+fn refused(
+    why: &Unaligned,
+    common: &[String; 2],
+    rate: f64,
+    record: &Request<'_>,
+    request: &Request<'_>,
+) -> Error {
+    let pair = format!("{:?} and {:?} of {}", common[0], common[1], record.file);
+    request.error(match why {
+        Unaligned::Short(rows) => format!(
+            "cannot be put in time by {pair}: at {rate} Hz both need {rows} rows for that; use longer logs"
+        ),
+        Unaligned::Unlike(correlation) => format!(
+            "cannot be put in time by {pair}: nothing in them is alike (correlation {correlation:.2}); name columns that logged the \
+             same signal, or say with derivative how often one has to be differentiated to be the other"
+        ),
+        Unaligned::Once => format!(
+            "cannot be put in time by {pair}: they are alike in one place only, which says nothing of the drift; log a knock at the \
+             beginning, in the middle and at the end"
+        ),
+        Unaligned::Repeats(rows) => format!(
+            "cannot be put in time by {pair}: what they hold repeats itself after {:.4} s, so that any of several offsets fits; log a \
+             knock, a pulse or a start with both loggers",
+            rows / rate
+        ),
+    })
 }
 
 /// Samples per second of a clock.

@@ -2,11 +2,14 @@
 
 use super::description::{Description, InputEntry, RecordEntry, Source};
 use super::log::Request;
-use super::read::description_text;
+use super::long_records::thin;
+use super::plan::plan;
+use super::read::{Logged, description_text};
 use super::readers::long::LongLog;
 use super::{Input, Study};
 use crate::text::error::Result;
 use std::path::Path;
+use std::sync::Arc;
 use toml::Spanned;
 
 impl Study {
@@ -17,7 +20,7 @@ impl Study {
     /// As [`Study::read`], also for a column that a log lacks.
     pub fn read_with(path: &Path, columns: &[&str]) -> Result<Self> {
         let (path, text) = description_text(path)?;
-        Self::described(&written(&path, &text), None, columns)
+        Self::described(&Source::file(&path, &text), Logged::Files, columns)
     }
 
     /// Reads a study for effects that follow these inputs: columns of that name serve where the study names no such input.
@@ -41,15 +44,18 @@ impl Study {
             return Ok(None);
         }
         let (path, text) = description_text(&self.path)?;
-        let said: Description = written(&path, &text).parse("reference/study.md")?;
+        let source = Source::file(&path, &text);
+        let mut said: Description = source.parse("reference/study.md")?;
         let time = said.time.as_ref();
         if time.is_some_and(|time| time.get_ref().resample_hz.is_some()) {
             return Ok(None);
         }
         let folder = path.parent().unwrap_or(Path::new("."));
+        let (plan, _) = plan(&source, &said)?;
+        let long = thin(&mut said, &plan, folder)?.logs;
         let mut spare: Option<Vec<(String, bool)>> = None;
         for entry in &said.record {
-            let mut own = numbers(folder, entry)?;
+            let mut own = numbers(folder, entry, &long)?;
             own.retain(|(name, _)| names.contains(&name.as_str()));
             if let Some(before) = spare {
                 own.retain_mut(|(name, changes)| {
@@ -66,15 +72,7 @@ impl Study {
         if names.is_empty() {
             return Ok(None);
         }
-        Self::described(&written(&path, &text), None, &names).map(Some)
-    }
-}
-
-fn written<'a>(path: &'a Path, text: &'a str) -> Source<'a> {
-    Source {
-        path,
-        text,
-        written: true,
+        Self::described(&source, Logged::Files, &names).map(Some)
     }
 }
 
@@ -84,18 +82,23 @@ fn is_a_word(name: &str) -> bool {
 }
 
 /// The columns of a record's log that hold a number in every row, and whether each changes.
-fn numbers(folder: &Path, entry: &RecordEntry) -> Result<Vec<(String, bool)>> {
+fn numbers(
+    folder: &Path,
+    entry: &RecordEntry,
+    long: &[Arc<LongLog>],
+) -> Result<Vec<(String, bool)>> {
+    let path = folder.join(entry.file.get_ref());
     let request = Request {
         file: entry.file.get_ref(),
-        path: &folder.join(entry.file.get_ref()),
+        path: &path,
         wanted: None,
         rows: entry.rows.as_ref().map(|r| *r.get_ref()),
         columns: entry.columns.as_deref(),
         memory: None,
         sparse: false,
     };
-    let long = LongLog::where_needed(&request)?;
-    let table = request.table_of(long.as_ref())?;
+    let long = long.iter().find(|log| log.is_at(&path));
+    let table = request.table_of(long.map(Arc::as_ref))?;
     let mut numbers = Vec::new();
     for column in &table.columns {
         let mut values = column.values.as_deref().unwrap_or_default();

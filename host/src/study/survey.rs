@@ -2,7 +2,7 @@
 
 use super::log::Request;
 use super::naming::{self, Named};
-use super::readers::long::{LongLog, is_long};
+use super::readers::long::LongLog;
 use super::time::Stamps;
 use super::units::Quantity;
 use crate::text::error::{Error, Result};
@@ -151,6 +151,11 @@ impl Survey {
     }
 }
 
+/// Whether a file is so large that only a log can be meant.
+pub fn is_long(path: &Path) -> bool {
+    super::readers::long::is_long(path)
+}
+
 /// Whether a file's bytes are those of a log, in any format; not so a model file, a blob, or anything else that is neither text nor a
 /// format of logs.
 pub fn is_a_log(bytes: &[u8]) -> bool {
@@ -181,6 +186,14 @@ fn columns_of(path: &Path) -> Result<usize> {
     )))
 }
 
+/// Whether values are those of a clock: no step differs from another by more than a hundredth.
+fn rises_evenly(values: &[f64]) -> bool {
+    let steps = values.windows(2).map(|w| w[1] - w[0]);
+    let least = steps.clone().fold(f64::INFINITY, f64::min);
+    let most = steps.fold(0.0, f64::max);
+    least > 0.0 && most < 1.01 * least
+}
+
 fn surveyed(name: String, unit: Option<String>, values: Vec<f64>) -> SurveyedColumn {
     let named = naming::read(&name, unit.as_deref());
     let finite = || values.iter().copied().filter(|v| v.is_finite());
@@ -208,20 +221,23 @@ fn surveyed(name: String, unit: Option<String>, values: Vec<f64>) -> SurveyedCol
     }
 }
 
-/// The column that counts the time: it never falls, and its name or unit says so.
+/// The column that counts the time: the one whose name or unit says so best, where it never falls; of columns without names the first,
+/// where it rises evenly.
 pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
-    let score = |c: &SurveyedColumn| {
+    let rising = |c: &&SurveyedColumn| {
         let rising = c.values.windows(2).filter(|w| w[1] > w[0]).count();
-        let falling = c.values.windows(2).any(|w| w[1] < w[0]);
-        if c.missing > 0 || falling || 2 * rising < c.values.len() {
-            return 0;
-        }
-        c.named.time
+        c.missing == 0 && 2 * rising >= c.values.len()
     };
-    let column = columns
-        .iter()
-        .max_by_key(|c| score(c))
-        .filter(|c| score(c) > 0)?;
+    let falls = |c: &SurveyedColumn| c.values.windows(2).any(|w| w[1] < w[0]);
+    let named = columns.iter().filter(|c| c.named.time > 0);
+    // The last of those that say it alike.
+    let best = named.filter(rising).max_by_key(|c| c.named.time);
+    let unnamed = |c: &&SurveyedColumn| {
+        let number = c.name.strip_prefix('c').unwrap_or(&c.name);
+        number.parse::<usize>().is_ok() && rises_evenly(&c.values)
+    };
+    let first = columns.first().filter(unnamed);
+    let column = best.or(first).filter(|c| !falls(c))?;
     let unit = column.unit.as_deref();
     let seconds_per_unit = unit.and_then(naming::seconds).unwrap_or_else(|| {
         // A rig is sampled faster than 20 Hz; steps longer than that are milliseconds.

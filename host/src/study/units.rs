@@ -34,9 +34,34 @@ const OTHER: [&str; 14] = [
     "A", "mA", "W", "K", "C", "degC", "%", "Pa", "kPa", "MPa", "bar", "Hz", "kHz", "Ohm",
 ];
 
+/// Units written out, in the singular and in small letters.
+const WORDS: [(&str, &str); 22] = [
+    ("second", "s"),
+    ("sec", "s"),
+    ("seconde", "s"),
+    ("sekunde", "s"),
+    ("msec", "ms"),
+    ("usec", "us"),
+    ("meter", "m"),
+    ("metre", "m"),
+    ("millimeter", "mm"),
+    ("millimetre", "mm"),
+    ("inch", "in"),
+    ("inche", "in"),
+    ("degree", "deg"),
+    ("radian", "rad"),
+    ("newton", "N"),
+    ("kilonewton", "kN"),
+    ("pound", "lbf"),
+    ("lb", "lbf"),
+    ("rpm", "rpm"),
+    ("1/min", "rpm"),
+    ("volt", "V"),
+    ("hertz", "Hz"),
+];
+
 const TIME: &[(&str, f64)] = &[
     ("s", 1.0),
-    ("sec", 1.0),
     ("ms", 1e-3),
     ("us", 1e-6),
     ("ns", 1e-9),
@@ -90,9 +115,9 @@ const FORCE: &[(&str, f64)] = &[
     ("mN", 1e-3),
     ("kN", 1e3),
     ("lbf", POUND_FORCE),
-    ("lb", POUND_FORCE),
     ("kip", 1e3 * POUND_FORCE),
     ("kgf", GRAVITY),
+    ("gf", 1e-3 * GRAVITY),
 ];
 const TORQUE: &[(&str, f64)] = &[
     ("N*m", 1.0),
@@ -195,6 +220,14 @@ pub(crate) fn is_a_unit(text: &str) -> bool {
 
 /// One spelling for the many in use: N·m, N.m and N m; µm; m/s², m/s2 and m/s**2.
 fn normalised(unit: &str) -> String {
+    let word = unit.trim().to_lowercase();
+    let word = word
+        .strip_suffix('s')
+        .filter(|s| s.len() > 1)
+        .unwrap_or(&word);
+    if let Some((_, short)) = WORDS.iter().find(|(long, _)| *long == word) {
+        return (*short).to_owned();
+    }
     let mut plain = unit
         .trim()
         .replace(['µ', 'μ'], "u")

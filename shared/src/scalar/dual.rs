@@ -20,10 +20,12 @@ pub struct Dual {
 
 impl Dual {
     /// A number that does not depend on the chosen quantity.
+    #[inline]
     pub const fn constant(value: f64) -> Self {
         Self { value, slope: 0.0 }
     }
     /// The chosen quantity itself.
+    #[inline]
     pub const fn variable(value: f64) -> Self {
         Self { value, slope: 1.0 }
     }
@@ -31,6 +33,7 @@ impl Dual {
 
 impl Add for Dual {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self {
             value: self.value + other.value,
@@ -41,6 +44,7 @@ impl Add for Dual {
 
 impl Sub for Dual {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         self + -other
     }
@@ -48,6 +52,7 @@ impl Sub for Dual {
 
 impl Mul for Dual {
     type Output = Self;
+    #[inline]
     fn mul(self, other: Self) -> Self {
         Self {
             value: self.value * other.value,
@@ -58,6 +63,7 @@ impl Mul for Dual {
 
 impl Neg for Dual {
     type Output = Self;
+    #[inline]
     fn neg(self) -> Self {
         Self {
             value: -self.value,
@@ -67,12 +73,15 @@ impl Neg for Dual {
 }
 
 impl Number for Dual {
+    #[inline]
     fn ratio(numerator: i32, denominator: i32) -> Self {
         Self::constant(f64::ratio(numerator, denominator))
     }
+    #[inline]
     fn abs(self) -> Self {
         if self.value < 0.0 { -self } else { self }
     }
+    #[inline]
     fn min(self, other: Self) -> Self {
         if other.value < self.value {
             other
@@ -80,6 +89,7 @@ impl Number for Dual {
             self
         }
     }
+    #[inline]
     fn max(self, other: Self) -> Self {
         if other.value > self.value {
             other
@@ -87,12 +97,15 @@ impl Number for Dual {
             self
         }
     }
+    #[inline]
     fn heaviside(self, threshold: Self) -> Self {
         Self::constant(self.value.heaviside(threshold.value))
     }
+    #[inline]
     fn flip_sign(self, direction: Self) -> Self {
         if direction.value < 0.0 { -self } else { self }
     }
+    #[inline]
     fn half(self) -> Self {
         Self {
             value: self.value.half(),
@@ -102,6 +115,7 @@ impl Number for Dual {
 }
 
 impl Powers for Dual {
+    #[inline]
     fn power(self, exponent: Self) -> Self {
         let a = self.value.clamp(0.0, 1.0);
         let value = a.powf(exponent.value);
@@ -113,6 +127,7 @@ impl Powers for Dual {
             slope: steepness * self.slope + value * logarithm * exponent.slope,
         }
     }
+    #[inline]
     fn raised(self, exponent: Self) -> Self {
         let a = self.value.max(0.0);
         let value = a.powf(exponent.value);
@@ -133,12 +148,15 @@ impl Powers for Dual {
 impl Scalar for Dual {
     type Short = Self;
 
+    #[inline]
     fn short(self) -> Self {
         self
     }
+    #[inline]
     fn long(short: Self) -> Self {
         short
     }
+    #[inline]
     fn tanh(self) -> Self {
         let value = self.value.tanh();
         Self {
@@ -146,6 +164,7 @@ impl Scalar for Dual {
             slope: (1.0 - value * value) * self.slope,
         }
     }
+    #[inline]
     fn decay(self) -> Self {
         let value = self.value.decay();
         let falls = self.value.heaviside(0.0);
@@ -154,6 +173,7 @@ impl Scalar for Dual {
             slope: -falls * value * self.slope,
         }
     }
+    #[inline]
     fn sine(self) -> Self {
         let cosine = (self.value + 0.25).sine();
         Self {

@@ -135,24 +135,31 @@ const fn ratio(numerator: i32, denominator: i32, places: u32) -> i64 {
 
 #[cfg(feature = "fit")]
 impl Number for f64 {
+    #[inline]
     fn ratio(numerator: i32, denominator: i32) -> Self {
         f64::from(numerator) / f64::from(denominator)
     }
+    #[inline]
     fn abs(self) -> Self {
         f64::abs(self)
     }
+    #[inline]
     fn min(self, other: Self) -> Self {
         if other < self { other } else { self }
     }
+    #[inline]
     fn max(self, other: Self) -> Self {
         if other > self { other } else { self }
     }
+    #[inline]
     fn heaviside(self, threshold: Self) -> Self {
         f64::from(u8::from(self >= threshold))
     }
+    #[inline]
     fn flip_sign(self, direction: Self) -> Self {
         if direction < 0.0 { -self } else { self }
     }
+    #[inline]
     fn half(self) -> Self {
         0.5 * self
     }
@@ -160,9 +167,11 @@ impl Number for f64 {
 
 #[cfg(feature = "fit")]
 impl Powers for f64 {
+    #[inline]
     fn power(self, exponent: Self) -> Self {
         self.clamp(0.0, 1.0).powf(exponent)
     }
+    #[inline]
     fn raised(self, exponent: Self) -> Self {
         f64::max(self, 0.0).powf(exponent)
     }
@@ -172,18 +181,23 @@ impl Powers for f64 {
 impl Scalar for f64 {
     type Short = Self;
 
+    #[inline]
     fn short(self) -> Self {
         self
     }
+    #[inline]
     fn long(short: Self) -> Self {
         short
     }
+    #[inline]
     fn tanh(self) -> Self {
         f64::tanh(self)
     }
+    #[inline]
     fn decay(self) -> Self {
         f64::exp(-f64::max(self, 0.0))
     }
+    #[inline]
     fn sine(self) -> Self {
         // Whole turns are taken off first, which is exact.
         f64::sin(core::f64::consts::TAU * (self - self.round()))

@@ -233,10 +233,22 @@ impl<'a> Records<'a> {
         self.on_axis(axis, parts.flatten().collect())
     }
 
+    /// From the smallest to the largest displacement of an axis, over all records, m or rad.
+    pub(crate) fn travel(&self, axis: usize) -> f64 {
+        let series = self.histories.iter().flat_map(|h| h.displacement(axis));
+        let least = series.clone().copied().fold(f64::INFINITY, f64::min);
+        series.fold(0.0, |most, x| most.max(x - least))
+    }
+
+    /// Rows per second before they are thinned.
+    pub(crate) fn rate_hz(&self) -> f64 {
+        self.thinned_rate_hz * self.every as f64
+    }
+
     /// How long the longest record lasts, s.
     pub(crate) fn longest_s(&self) -> f64 {
-        let rows = self.rows.iter().max().copied().unwrap_or(0);
-        rows as f64 / self.thinned_rate_hz
+        let rows = self.rows.iter().max();
+        rows.map_or(0.0, |rows| *rows as f64 / self.thinned_rate_hz)
     }
 
     /// Rows of one axis.

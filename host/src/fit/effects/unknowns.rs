@@ -97,6 +97,10 @@ pub(crate) fn reference(bound: &AxisEffect, parameter: &Parameter, references: &
     parameter.dimension.scale(&seen)
 }
 
+/// Periods of a line in the longest record, at least.
+const PERIODS: f64 = 3.0;
+/// Frequency of a line beside the sample rate, at most: near one half any amplitude with a phase to match gives the same samples.
+const SAMPLED: f64 = 0.45;
 /// Friction at rest is at most so many times that in motion, for any lubricated or dry pair of materials.
 const AT_REST: f64 = 3.0;
 
@@ -126,7 +130,8 @@ pub(crate) fn column_bounds(bound: &AxisEffect, records: &Records<'_>) -> Vec<[f
 
 /// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is absent; none is less than what it exceeds
 /// in nature or more than a few times that; and it has not become another one. One whose memory outlasts the records has: it is a spring
-/// about another zero, and follows the drift of an instrument.
+/// about another zero, and follows the drift of an instrument. So has one that repeats after more than the travel, or a line of which the
+/// longest record holds no three periods or the sampling no more than a glimpse.
 pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
     let entry = bound.entry;
     let parameters = entry.parameters();
@@ -139,11 +144,19 @@ pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<
     let at_most = |place: usize| match parameters[place].role {
         Role::Shape(shape) => {
             let unit = reference(bound, &parameters[place], &records.references);
+            let is_length = parameters[place].dimension == Dimension::DISPLACEMENT;
             values[place] > AT_MOST * shape.most * unit
+                || (is_length && values[place] > records.travel(bound.axis))
         }
         _ => false,
     };
     let longest_s = records.longest_s();
+    let mut listed = parameters.iter().zip(values);
+    let unseen = listed.any(|(parameter, value)| {
+        matches!(parameter.role, Role::Shape(_))
+            && parameter.dimension == Dimension::TIME.inverse()
+            && (value * longest_s < PERIODS || *value > SAMPLED * records.rate_hz())
+    });
     let mut listed = parameters.iter().zip(values);
     let outlasts = listed.any(|(parameter, value)| {
         matches!(parameter.role, Role::Shape(_))
@@ -155,4 +168,5 @@ pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<
         && pairs.all(|&(more, less)| (1.0..=AT_REST).contains(&(values[more] / values[less])))
         && !entry.not_at_most.iter().any(|&place| at_most(place))
         && !outlasts
+        && !unseen
 }

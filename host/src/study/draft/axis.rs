@@ -1,6 +1,7 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion stands.
 
 use super::parts::{DraftAxis, DraftChannel, Log, Said, names};
+use crate::study::axis_channels::integral;
 use crate::study::kinematics::{alike, clear_lag, derivative_likeness, motion};
 use crate::study::linear::{Fitted, Linear};
 use crate::study::survey::{Survey, SurveyedColumn};
@@ -23,8 +24,13 @@ pub(super) fn axes(
     findings: &mut Vec<String>,
 ) -> Result<Vec<DraftAxis>> {
     let survey = logs[0].survey;
-    for (role, column) in &said.columns {
-        if survey.column(column).is_none() {
+    for (place, (role, column)) in said.columns.iter().enumerate() {
+        if let Some((other, _)) = said.columns[..place].iter().find(|(_, c)| c == column) {
+            return Err(Error::usage(format!(
+                "the column {column:?} cannot be the {other} and the {role}; give each a column of its own"
+            )));
+        }
+        if survey.column(column).is_none() && !said.is_timeless(survey) {
             return Err(Error::usage(format!(
                 "{} has no column {column:?}; --column {role}= needs one of {}",
                 survey.file,
@@ -63,10 +69,13 @@ pub(super) fn axes(
 
 /// The columns that may be each part of an axis, the likeliest first.
 struct Parts<'a> {
+    /// Velocities, where nothing but those was logged.
     displacement: Vec<&'a SurveyedColumn>,
     velocity: Vec<&'a SurveyedColumn>,
     acceleration: Vec<&'a SurveyedColumn>,
     force: Vec<&'a SurveyedColumn>,
+    /// Whether the displacement is the integral of a velocity.
+    integrated: bool,
 }
 
 impl<'a> Parts<'a> {
@@ -114,9 +123,18 @@ impl<'a> Parts<'a> {
             }
             found
         };
+        let mut displacement = motion("displacement", Quantity::Displacement);
+        // A name such as `x_F` may be either.
+        displacement.retain(|c| force.first().is_none_or(|force| force.name != c.name));
+        let velocity = motion("velocity", Quantity::Velocity);
+        let integrated = displacement.is_empty() && !said.is_timeless(survey);
+        if integrated {
+            displacement.clone_from(&velocity);
+        }
         Self {
-            displacement: motion("displacement", Quantity::Displacement),
-            velocity: motion("velocity", Quantity::Velocity),
+            integrated,
+            displacement,
+            velocity,
             acceleration: motion("acceleration", Quantity::Acceleration),
             force,
         }
@@ -142,8 +160,11 @@ fn best_axis(
 ) -> Result<DraftAxis> {
     let force = parts.force[0];
     let mut trials: Vec<Trial<'_>> = Vec::new();
-    for first in &parts.displacement {
-        let others = parts.displacement.iter().filter(|c| c.name != first.name);
+    // A file may hold the force twice, alone and in a matrix.
+    let other = |c: &&&SurveyedColumn| !is_copy(&c.values, &force.values);
+    for first in parts.displacement.iter().filter(other) {
+        let others = parts.displacement.iter().filter(other);
+        let others = others.filter(|c| c.name != first.name && !parts.integrated);
         let seconds = std::iter::once(None).chain(others.map(Some));
         for second in seconds {
             trials.extend(trial(logs, first, second.copied(), parts, force, kind));
@@ -174,19 +195,33 @@ fn best_axis(
     Ok(axis_of(logs, chosen, parts, force, kind, said, findings))
 }
 
+/// Whether a series is another one times a factor.
+fn is_copy(series: &[f64], of: &[f64]) -> bool {
+    let [square, other, product] = series.iter().zip(of).fold([0.0; 3], |[a, b, c], (x, y)| {
+        [a + x * x, b + y * y, c + x * y]
+    });
+    product * product > (1.0 - 1e-9) * square * other
+}
+
 /// Relative displacement of a trial in one log, SI.
 fn relative(
     log: &Log<'_>,
     first: &SurveyedColumn,
     second: Option<&SurveyedColumn>,
-    kind: AxisKind,
+    (kind, integrated): (AxisKind, bool),
 ) -> Option<Vec<f64>> {
-    let quantity = Quantity::Displacement(kind);
+    let quantity = match integrated {
+        true => Quantity::Velocity(kind),
+        false => Quantity::Displacement(kind),
+    };
     let si = |c: &SurveyedColumn| -> Option<Vec<f64>> {
         let factor = factor(c, quantity);
         Some(log.values(&c.name)?.iter().map(|v| v * factor).collect())
     };
     let mut values = si(first)?;
+    if integrated {
+        values = integral(&values, 1.0 / log.rate_hz);
+    }
     if let Some(second) = second {
         for (a, b) in values.iter_mut().zip(si(second)?) {
             *a -= b;
@@ -212,15 +247,11 @@ fn trial<'a>(
     kind: AxisKind,
 ) -> Option<Trial<'a>> {
     let body = second.unwrap_or(first);
-    let quantity = Quantity::Displacement(kind);
+    let kinds = (kind, parts.integrated);
     // The accelerometer that follows the body best.
     let follows = parts.acceleration.iter().filter_map(|a| {
         let log = &logs[0];
-        let position: Vec<f64> = log
-            .values(&body.name)?
-            .iter()
-            .map(|v| v * factor(body, quantity))
-            .collect();
+        let position = relative(log, body, None, kinds)?;
         let found = derivative_likeness(log.values(&a.name)?, &position, 2, log.rate_hz);
         Some((*a, found))
     });
@@ -229,12 +260,8 @@ fn trial<'a>(
     let acceleration = best.map(|(a, _)| a);
     let mut fit = Linear::new(3);
     for log in logs {
-        let x = relative(log, first, second, kind)?;
-        let of_body: Vec<f64> = log
-            .values(&body.name)?
-            .iter()
-            .map(|v| v * factor(body, quantity))
-            .collect();
+        let x = relative(log, first, second, kinds)?;
+        let of_body = relative(log, body, None, kinds)?;
         let lag = clear_lag(&of_body).max(2);
         let [x, v, _] = motion(&x, lag, log.rate_hz);
         let a = match acceleration {
@@ -324,13 +351,14 @@ fn axis_of(
     let mut acceleration = chosen
         .acceleration
         .map(|a| channel(a, Quantity::Acceleration(kind), said));
-    let inertial = chosen.fitted.sure(0);
+    let timeless = said.is_timeless(logs[0].survey);
+    let inertial = chosen.fitted.sure(0) && !timeless;
     if inertial && inertia < 0.0 {
         let turned = turn_a_sign(chosen, &mut force_channel, acceleration.as_mut(), findings);
         [damping, stiffness] = [damping, stiffness].map(|c| turned * c);
         inertia = -inertia;
     }
-    let judged = if chosen.fitted.sure(1) {
+    let judged = if chosen.fitted.sure(1) && !timeless {
         damping
     } else {
         stiffness
@@ -341,30 +369,34 @@ fn axis_of(
     };
     let sign = restoring_force.sign();
     let mut base = Vec::new();
-    if chosen.fitted.sure(2) && sign * stiffness > 0.0 {
+    if chosen.fitted.sure(2) && sign * stiffness > 0.0 && !parts.integrated {
         base.push("stiffness");
     }
-    base.push("viscous");
+    if !timeless {
+        base.push("viscous");
+    } else if base.is_empty() {
+        base.push("preload");
+    }
     if said.inertia.is_none() && !inertial {
         findings.push(format!(
             "no inertia shows in {:?}, so the force is taken as the restoring force itself",
             force.name
         ));
     }
-    let velocity = parts
-        .velocity
-        .first()
-        .filter(|v| agrees(&logs[0], v, chosen, kind));
+    let logged = parts.velocity.first().copied();
+    let velocity = match parts.integrated {
+        true => Some(chosen.first),
+        false => logged.filter(|v| !timeless && agrees(&logs[0], v, chosen, kind)),
+    };
+    let positions = std::iter::once(chosen.first).chain(chosen.second);
+    let positions = positions.filter(|_| !parts.integrated);
     DraftAxis {
         name: match kind {
             AxisKind::Translation => "x".into(),
             AxisKind::Rotation => "phi".into(),
         },
         kind,
-        displacement: std::iter::once(chosen.first)
-            .chain(chosen.second)
-            .map(|c| channel(c, position, said))
-            .collect(),
+        displacement: positions.map(|c| channel(c, position, said)).collect(),
         velocity: velocity.map(|v| channel(v, Quantity::Velocity(kind), said)),
         body_position: chosen.second.map(|c| channel(c, position, said)),
         acceleration: acceleration.filter(|_| inertial || said.inertia.is_some()),
@@ -380,7 +412,7 @@ fn axis_of(
 fn agrees(log: &Log<'_>, velocity: &SurveyedColumn, chosen: &Trial<'_>, kind: AxisKind) -> bool {
     let (Some(values), Some(x)) = (
         log.values(&velocity.name),
-        relative(log, chosen.first, chosen.second, kind),
+        relative(log, chosen.first, chosen.second, (kind, false)),
     ) else {
         return false;
     };

@@ -3,6 +3,7 @@
 use super::axis;
 use super::parts::{Draft, DraftAxis, DraftRecord, Log, Said, names};
 use crate::study::Role;
+use crate::study::quasi_static::ROWS_PER_SECOND;
 use crate::study::survey::{self, Survey, SurveyedTime};
 use crate::study::time::RATE_TOLERANCE;
 use crate::text::error::{Error, Result};
@@ -17,17 +18,34 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         return Err(Error::usage("no log was given; name at least one"));
     };
     let mut findings = Vec::new();
-    let time = time_of(surveys, said)?;
+    let timeless = said.is_timeless(first);
+    let time = if timeless {
+        None
+    } else {
+        time_of(surveys, said)?
+    };
     let sample_rate_hz = match (said.sample_rate_hz, &time) {
+        _ if timeless => ROWS_PER_SECOND,
         (Some(rate), _) => rate,
         (None, Some(time)) => time.rate_hz,
         (None, None) => {
             return Err(Error::data(format!(
-                "{}: no column counts the time; name it with --column time=COLUMN, state the rate with --rate HZ, or write time = \"none\" into a study.toml of your own if the log has no time",
+                "{}: no column counts the time; name it with --column time=COLUMN, state the rate with --rate HZ, or say --column \
+                 time=none for a quasi-static log without time",
                 first.file
             )));
         }
     };
+    if let Some(time) = time.as_ref().filter(|time| {
+        first
+            .column(&time.column)
+            .is_some_and(|c| c.named.time == 0)
+    }) {
+        findings.push(format!(
+            "column {:?} rises evenly, so it is taken for the time in seconds",
+            time.column
+        ));
+    }
     let logs: Vec<Log<'_>> = surveys
         .iter()
         .map(|survey| Log {
@@ -53,7 +71,7 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
     Ok(Draft {
         name: "joint rig".into(),
         time: time.filter(|_| said.sample_rate_hz.is_none()),
-        sample_rate_hz,
+        sample_rate_hz: (!timeless).then_some(sample_rate_hz),
         axes,
         records: records(surveys),
         columns: (!first.headed).then(|| first.columns.iter().map(|c| c.name.clone()).collect()),

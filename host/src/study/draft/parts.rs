@@ -30,7 +30,8 @@ pub struct DraftRecord {
 /// What a user has said, so that it need not be guessed.
 #[derive(Clone, Debug, Default)]
 pub struct Said {
-    /// `role=column` pairs; roles are time, displacement, far, velocity, body, acceleration and force.
+    /// `role=column` pairs; roles are time (or `time=none` for a quasi-static log), displacement, far, velocity, body, acceleration and
+    /// force.
     pub columns: Vec<(String, String)>,
     /// Sample rate, Hz; `None` where a column of time is named.
     pub sample_rate_hz: Option<f64>,
@@ -39,6 +40,11 @@ pub struct Said {
 }
 
 impl Said {
+    /// Whether the user said that the rows of a log count no time.
+    pub(super) fn is_timeless(&self, survey: &Survey) -> bool {
+        self.column("time") == Some("none") && survey.column("none").is_none()
+    }
+
     /// The column that the user named for a role.
     pub(super) fn column(&self, role: &str) -> Option<&str> {
         let found = self.columns.iter().find(|(r, _)| r == role);
@@ -53,8 +59,8 @@ pub struct Draft {
     pub name: String,
     /// The time column, unless the rate is stated.
     pub time: Option<SurveyedTime>,
-    /// Sample rate that the log has, Hz.
-    pub sample_rate_hz: f64,
+    /// Sample rate that the log has, Hz; nothing for a quasi-static log.
+    pub sample_rate_hz: Option<f64>,
     /// One or two axes.
     pub axes: Vec<DraftAxis>,
     /// The records, in the order given.

@@ -33,8 +33,17 @@ pub fn text(draft: &Draft) -> String {
             };
         }
         None => {
-            let _ = writeln!(text, "# Samples per second; no column counts the time.");
-            let _ = writeln!(text, "sample_rate_hz = {:?}", draft.sample_rate_hz);
+            let _ = match draft.sample_rate_hz {
+                Some(rate) => writeln!(
+                    text,
+                    "# Samples per second; no column counts the time.\nsample_rate_hz = {rate:?}"
+                ),
+                None => writeln!(
+                    text,
+                    "# Quasi-static: the rows follow each other, and no time is known. Only effects that do not depend on rate are found.\n\
+                     time = \"none\""
+                ),
+            };
         }
     }
     text.push_str(
@@ -100,7 +109,11 @@ fn axis_text(text: &mut String, axis: &DraftAxis) {
         AxisKind::Translation => ("m", "translation"),
         AxisKind::Rotation => ("rad", "rotation"),
     };
-    let mut channels = axis.displacement.iter().chain([&axis.force]);
+    let mut channels = axis
+        .displacement
+        .iter()
+        .chain(&axis.velocity)
+        .chain([&axis.force]);
     let states_units = channels.any(|channel| channel.unit.is_some());
     let _ = write!(
         text,
@@ -118,6 +131,12 @@ fn axis_text(text: &mut String, axis: &DraftAxis) {
     );
     let list: Vec<String> = axis.displacement.iter().map(written).collect();
     match list.as_slice() {
+        [] => {
+            let _ = writeln!(
+                text,
+                "# Relative displacement, {unit}; the integral of the velocity where none was logged.\n# displacement = …"
+            );
+        }
         [one] => {
             let _ = writeln!(
                 text,

@@ -44,11 +44,8 @@ const LIMITS: Limits = Limits {
 /// Looks for the mistakes of a first day; one sentence each, without a full stop. A sound study gives none.
 pub fn check(study: &Study) -> Vec<String> {
     let text = std::fs::read_to_string(&study.path).unwrap_or_default();
-    let source = Source {
-        path: &study.path,
-        text: text.strip_prefix('\u{feff}').unwrap_or(&text),
-        written: true,
-    };
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let source = Source::file(&study.path, text);
     let said: Option<Description> = source.parse("study.md").ok();
     let mut found = Vec::new();
     for index in 0..study.axes.len() {
@@ -89,7 +86,9 @@ impl Columns {
             let names: Vec<&str> = tables.iter().map(|t| t.column.as_str()).collect();
             names.join("\", \"")
         };
-        let displacement = list(&axis.displacement.get_ref().0);
+        // Without a displacement the velocity is integrated.
+        let position = axis.displacement.as_ref().or(axis.velocity.as_ref());
+        let displacement = position.map_or(String::new(), |d| list(&d.get_ref().0));
         let one = |channel: &Option<toml::Spanned<super::description::Channel>>| {
             channel.as_ref().map(|c| c.get_ref().0.column.clone())
         };

@@ -183,7 +183,7 @@ fn time_of_day(text: &str) -> Option<i128> {
 }
 
 /// Seconds since the first cell of a column of dates and times.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Clock {
     first: Option<i128>,
     last: i128,

@@ -9,8 +9,9 @@ use super::text::{decode, lines};
 use crate::study::log::{Column, Numbering, Request, Table, line_name};
 use crate::text::error::{Error, Result};
 
-/// Bytes of a line at the top of a log. A line's cells are compared with each other, and each of them is a name.
-const LONGEST_LINE: usize = 1 << 20;
+/// Bytes of a line at the top of a log, and of any line of a long one. A line's cells are compared with each other, and each of them is
+/// a name.
+pub(super) const LONGEST_LINE: usize = 1 << 20;
 
 /// Reads the columns that the request needs.
 pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
@@ -22,22 +23,20 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
 
 /// The same for a text that is decoded already.
 pub(super) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
-    let layout = layout_of(request, text)?;
+    let layout = layout_of(request, &Sample::of(text))?;
     if layout.first_line.is_none() {
         return Err(no_row(request, &layout, text));
     }
     let names = names(request, &layout)?;
     request.locate(&names)?;
     let units: Vec<Option<String>> = layout.units.clone();
-    let mut columns: Vec<Reading> = names
-        .iter()
-        .map(|name| Reading {
-            wanted: request.needs(name),
-            clock: None,
-            values: Vec::new(),
-        })
-        .collect();
-    let numbering = rows(request, text, &layout, &names, &mut columns)?;
+    let mut columns = readings(&names, |place| request.needs(&names[place]));
+    let body = Body {
+        text,
+        lines_before: 0,
+        rows_before: 0,
+    };
+    let numbering = rows(request, body, &layout, &names, &mut columns)?;
     let columns = names
         .into_iter()
         .zip(columns)
@@ -52,6 +51,17 @@ pub(super) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
             values: column.wanted.then_some(column.values),
         })
         .collect();
+    Ok(Table {
+        columns,
+        numbering: Numbering::Lines(numbering),
+        format: format(&layout),
+        cut: true,
+        notes: Vec::new(),
+    })
+}
+
+/// A layout in words.
+pub(super) fn format(layout: &Layout) -> String {
     let separator = match layout.separator {
         Separator::Char('\t') => "tabs".to_owned(),
         Separator::Char(c) => format!("\"{c}\""),
@@ -61,45 +71,64 @@ pub(super) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
         Decimal::Point => "point",
         Decimal::Comma => "comma",
     };
-    Ok(Table {
-        columns,
-        numbering: Numbering::Lines(numbering),
-        format: format!("text, {separator} between cells, decimal {decimal}"),
-        cut: true,
-        notes: Vec::new(),
-    })
+    format!("text, {separator} between cells, decimal {decimal}")
 }
 
-fn layout_of(request: &Request<'_>, text: &str) -> Result<Layout> {
-    let top: Vec<(usize, &str)> = lines(text).take(TOP).collect();
-    if let Some((line, _)) = top.iter().find(|(_, line)| line.len() > LONGEST_LINE) {
-        return Err(request.error_in(
-            &line_name(*line),
-            format!("it is longer than {LONGEST_LINE} bytes, as no row of a log is; check that the lines of the file end"),
-        ));
+/// The lines of a text by which its layout is guessed.
+pub(super) struct Sample<'a> {
+    /// The first ones with their numbers.
+    top: Vec<(usize, &'a str)>,
+    /// Whole ones of the middle and of the end.
+    further: Vec<&'a str>,
+}
+
+impl<'a> Sample<'a> {
+    /// Of a whole text.
+    fn of(text: &'a str) -> Self {
+        // Found without counting the lines before.
+        let parts = [text.len() / 2, text.len().saturating_sub(1 << 14)].map(|start| {
+            let start = (start..text.len()).find(|i| text.is_char_boundary(*i));
+            let rest = &text[start.unwrap_or(text.len())..];
+            &rest[..rest.floor_char_boundary(1 << 14)]
+        });
+        Self::of_parts(text, parts.into_iter())
     }
-    if top.iter().all(|(_, line)| is_comment(line)) {
+
+    /// Of the top of a text, and of parts further down that begin and end anywhere in a line.
+    pub(super) fn of_parts(top: &'a str, parts: impl Iterator<Item = &'a str>) -> Self {
+        let top: Vec<(usize, &str)> = lines(top).take(TOP).collect();
+        let mut further: Vec<&str> = parts
+            .filter(|_| top.len() == TOP)
+            .flat_map(|part| lines(part).skip(1).take(FURTHER / 2).map(|(_, line)| line))
+            .collect();
+        // The last line of a part may be cut.
+        further.pop();
+        Self { top, further }
+    }
+}
+
+/// The layout that a sample shows.
+pub(super) fn layout_of(request: &Request<'_>, sample: &Sample<'_>) -> Result<Layout> {
+    let mut top = sample.top.iter();
+    if let Some((line, _)) = top.find(|(_, line)| line.len() > LONGEST_LINE) {
+        return Err(too_long(request, *line));
+    }
+    if sample.top.iter().all(|(_, line)| is_comment(line)) {
         return Err(request.error("holds only comments; check that the logger finished writing it"));
     }
-    // Whole lines of the middle and of the end, found without counting the lines before.
-    let further: Vec<&str> = [text.len() / 2, text.len().saturating_sub(1 << 14)]
-        .iter()
-        .filter(|_| top.len() == TOP)
-        .flat_map(|start| {
-            let start = (*start..text.len()).find(|i| text.is_char_boundary(*i));
-            let rest = &text[start.unwrap_or(text.len())..];
-            let rest = &rest[..rest.floor_char_boundary(1 << 14)];
-            lines(rest).skip(1).take(FURTHER / 2).map(|(_, line)| line)
-        })
-        .collect();
-    // The last line of a sample may be cut.
-    let further = further
-        .get(..further.len().saturating_sub(1))
-        .unwrap_or(&[]);
-    Ok(guess(&top, further))
+    Ok(guess(&sample.top, &sample.further))
 }
 
-fn names(request: &Request<'_>, layout: &Layout) -> Result<Vec<String>> {
+/// What is said of a line that has no end.
+pub(super) fn too_long(request: &Request<'_>, line: usize) -> Error {
+    request.error_in(
+        &line_name(line),
+        format!("it is longer than {LONGEST_LINE} bytes, as no row of a log is; check that the lines of the file end"),
+    )
+}
+
+/// The columns' names.
+pub(super) fn names(request: &Request<'_>, layout: &Layout) -> Result<Vec<String>> {
     if let Some(columns) = request.columns {
         return Ok(columns.to_vec());
     }
@@ -113,11 +142,28 @@ fn names(request: &Request<'_>, layout: &Layout) -> Result<Vec<String>> {
 }
 
 /// A column while it is read.
-struct Reading {
+pub(super) struct Reading {
     wanted: bool,
     /// Present when the cells are dates or times.
-    clock: Option<Clock>,
-    values: Vec<f64>,
+    pub(super) clock: Option<Clock>,
+    pub(super) values: Vec<f64>,
+}
+
+/// Columns of these names of which nothing was read yet.
+pub(super) fn readings(names: &[String], wanted: impl Fn(usize) -> bool) -> Vec<Reading> {
+    let reading = |place| Reading {
+        wanted: wanted(place),
+        clock: None,
+        values: Vec::new(),
+    };
+    (0..names.len()).map(reading).collect()
+}
+
+/// Lines of a log, and how much of it stands above them.
+pub(super) struct Body<'a> {
+    pub(super) text: &'a str,
+    pub(super) lines_before: usize,
+    pub(super) rows_before: usize,
 }
 
 impl Reading {
@@ -142,9 +188,9 @@ impl Reading {
 }
 
 /// Reads the rows that the request takes; gives the line of each.
-fn rows(
+pub(super) fn rows(
     request: &Request<'_>,
-    text: &str,
+    body: Body<'_>,
     layout: &Layout,
     names: &[String],
     columns: &mut [Reading],
@@ -153,9 +199,9 @@ fn rows(
     let [from, to] = request.rows.unwrap_or([0, usize::MAX]);
     let mut numbering = Vec::new();
     let mut cells = Vec::with_capacity(names.len());
-    let mut total = 0;
-    let body = lines(text).filter(|(number, line)| *number >= first_line && !is_comment(line));
-    for (number, line) in body {
+    let mut total = body.rows_before;
+    let numbered = lines(body.text).map(|(number, line)| (body.lines_before + number, line));
+    for (number, line) in numbered.filter(|(n, line)| *n >= first_line && !is_comment(line)) {
         let row = total;
         total += 1;
         if row < from || row >= to {
@@ -189,7 +235,8 @@ fn rows(
     Ok(numbering)
 }
 
-fn no_row(request: &Request<'_>, layout: &Layout, text: &str) -> Error {
+/// What is said of a text without a row of numbers.
+pub(super) fn no_row(request: &Request<'_>, layout: &Layout, text: &str) -> Error {
     if request.path.extension().is_some_and(|e| e == "mat") {
         return request.error(
             "is no MATLAB file and no table of numbers either; save it from MATLAB with -v7 or -v7.3",

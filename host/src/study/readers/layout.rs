@@ -105,12 +105,18 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         split(line, separator, &mut cells);
         cells.iter().map(|c| (*c).to_owned()).collect()
     };
+    let numeric = numeric_columns(&body, (separator, decimal), columns);
     let holds_data = |line: &str| {
         let mut cells = Vec::new();
         split(line, separator, &mut cells);
         let numbers = cells.iter().filter(|c| is_value(c, decimal)).count();
-        // Preface lines such as “Run;7;;” are padded to the width of the table.
-        numbers > 0 && 2 * numbers >= columns && fits(cells.len(), columns)
+        let kinds = cells.iter().zip(&numeric);
+        let words = kinds.filter(|(c, n)| **n && !c.is_empty() && !is_value(c, decimal));
+        // Preface lines such as “Run;7;;” are padded to the width of the table, and “Interval;0.0005” has as many cells by itself.
+        numbers > 0
+            && 2 * numbers >= columns
+            && 2 * words.count() < columns
+            && fits(cells.len(), columns)
     };
     let first = (0..rows.len()).find(|i| {
         holds_data(rows[*i].1) && rows.get(i + 1).is_none_or(|(_, next)| holds_data(next))
@@ -196,10 +202,29 @@ fn fitness(lines: &[&str], (separator, decimal): (Separator, Decimal)) -> (i64, 
     (score, columns)
 }
 
-/// “mm”, “[mm]”, “(mm)” and empty cells, at least one of them filled.
+/// Which columns hold numbers in most rows.
+fn numeric_columns(
+    body: &[&str],
+    (separator, decimal): (Separator, Decimal),
+    columns: usize,
+) -> Vec<bool> {
+    let mut counts = vec![0; columns];
+    let mut cells = Vec::new();
+    for line in body {
+        split(line, separator, &mut cells);
+        for (count, cell) in counts.iter_mut().zip(&cells) {
+            *count += usize::from(is_value(cell, decimal));
+        }
+    }
+    counts.iter().map(|count| 2 * count > body.len()).collect()
+}
+
+/// “mm”, “[mm]”, “(mm)” and empty cells, at least half of those that are filled: every trade has units of its own.
 fn is_row_of_units(cells: &[String]) -> bool {
-    let mut filled = cells.iter().filter(|c| !c.is_empty()).peekable();
-    filled.peek().is_some() && filled.all(|c| bracketed(c).is_some() || is_a_unit(c))
+    let filled = cells.iter().filter(|c| !c.is_empty());
+    let units = |c: &&String| bracketed(c).is_some() || is_a_unit(c);
+    let known = filled.clone().filter(units).count();
+    known > 0 && 2 * known >= filled.count()
 }
 
 fn bracketed(cell: &str) -> Option<&str> {
@@ -331,6 +356,24 @@ mod tests {
         let without = guessed(&row_repeated("a b c\nt;s;m\n", "0,1;2,5;3"));
         assert_eq!(without.heading.unwrap(), ["t", "s", "m"]);
         assert!(without.units.is_empty());
+    }
+
+    #[test]
+    fn units_that_nobody_knows_and_a_head_of_several_rows_leave_the_names() {
+        let mts = guessed(&row_repeated(
+            "Running Time\tAxial Force\tCount\nSec\tkN\tsegments\n",
+            "0.1\t2.5\t3",
+        ));
+        assert_eq!(
+            mts.heading.unwrap(),
+            ["Running Time", "Axial Force", "Count"]
+        );
+        assert_eq!(mts.units[1], Some("kN".into()));
+        let head = "Timestamp,2020-03-16 17:04:51,Timestamp,2020-03-16 17:04:51\nInterval,0.0005,Interval,0.0005\n\
+                    Channel name,\"Force\",Channel name,\"Input 1\"\nUnit,\"V\",Unit,\"V\"\n";
+        let press = guessed(&row_repeated(head, "0.041,-0.137,0.041,-3.2"));
+        assert_eq!(press.heading.unwrap()[1], "Force");
+        assert_eq!(press.first_line, Some(5));
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! Logs too long to be held in memory: their columns are told at once, and any stretch of rows is read where it stands in the file.
 //!
-//! NumPy arrays and Parquet files allow that. In text nobody knows where a row begins before everything above it was read.
+//! NumPy arrays and Parquet files say where a row is; a text is read once for that.
 
-use super::{numpy, parquet};
+use super::long_text::Lines;
+use super::{is_text_table, numpy, parquet};
 use crate::study::log::{Column, Numbering, Request, Table};
 use crate::text::error::Result;
 use crate::text::hexadecimal::hexadecimal;
@@ -14,7 +15,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// Rows of a NumPy array that are read at a time.
+/// Rows of a NumPy array or of a text that are read at a time.
 const BLOCK: usize = 1 << 18;
 /// Bytes that are read at a time where all are.
 const PIECE: usize = 1 << 20;
@@ -33,6 +34,7 @@ pub(crate) struct LongLog {
 enum Kind {
     Array(numpy::Array),
     Groups(parquet::Groups),
+    Text(Lines),
 }
 
 /// Whether a file is larger than what is read as a whole.
@@ -42,12 +44,12 @@ pub(crate) fn is_long(path: &Path) -> bool {
 }
 
 impl LongLog {
-    /// The log of a request for some rows of a file that is too large to be read whole.
+    /// The log of a request, where its file is too large to be read whole.
     ///
     /// # Errors
     /// As [`LongLog::open`].
     pub(crate) fn where_needed(request: &Request<'_>) -> Result<Option<Self>> {
-        match request.memory.is_none() && request.rows.is_some() && is_long(request.path) {
+        match request.memory.is_none() && is_long(request.path) {
             true => Self::open(request),
             false => Ok(None),
         }
@@ -73,6 +75,8 @@ impl LongLog {
             Kind::Array(array)
         } else if parquet::recognises(&head) {
             Kind::Groups(parquet::Groups::described(request, &file)?)
+        } else if is_text_table(&head) {
+            Kind::Text(Lines::described(request, &mut file)?)
         } else {
             return Ok(None);
         };
@@ -99,14 +103,16 @@ impl LongLog {
         match &self.kind {
             Kind::Array(array) => array.rows,
             Kind::Groups(groups) => groups.rows,
+            Kind::Text(lines) => lines.rows,
         }
     }
 
     /// Its format, in words.
-    pub(crate) fn format(&self) -> &'static str {
-        match self.kind {
+    pub(crate) fn format(&self) -> &str {
+        match &self.kind {
             Kind::Array(_) => "NumPy array",
             Kind::Groups(_) => "Parquet",
+            Kind::Text(lines) => &lines.format,
         }
     }
 
@@ -120,24 +126,30 @@ impl LongLog {
                     .map(|c| (c.name.as_str(), c.unit.as_deref()))
                     .collect()
             }
+            Kind::Text(lines) => {
+                let names = lines.names.iter().enumerate();
+                names
+                    .map(|(place, name)| (name.as_str(), lines.unit(place)))
+                    .collect()
+            }
         }
     }
 
     /// The stretches of rows that are best read one at a time.
     pub(crate) fn blocks(&self) -> Vec<Range<usize>> {
         match &self.kind {
-            Kind::Array(array) => {
-                let starts = (0..array.rows).step_by(BLOCK);
-                starts.map(|s| s..array.rows.min(s + BLOCK)).collect()
-            }
             Kind::Groups(groups) => groups.blocks(),
+            Kind::Array(_) | Kind::Text(_) => {
+                let starts = (0..self.rows()).step_by(BLOCK);
+                starts.map(|s| s..self.rows().min(s + BLOCK)).collect()
+            }
         }
     }
 
     /// Columns that are best read together, because their numbers stand side by side.
     pub(crate) fn together<'a>(&self, columns: &'a [usize]) -> Vec<&'a [usize]> {
         match &self.kind {
-            Kind::Array(_) => vec![columns],
+            Kind::Array(_) | Kind::Text(_) => vec![columns],
             Kind::Groups(_) => columns.chunks(1).collect(),
         }
     }
@@ -164,6 +176,7 @@ impl LongLog {
                 };
                 columns.iter().map(one).collect()
             }
+            Kind::Text(lines) => lines.stretch(request, &mut file, columns, rows),
         }
     }
 
@@ -237,7 +250,7 @@ pub(crate) fn too_long(request: &Request<'_>) -> String {
     match LongLog::open(request) {
         Ok(Some(_)) => format!("{what}; {SHORTER}"),
         _ => format!(
-            "{what}; save it as Parquet or as a NumPy array, of which parts can be read, or set {} to a larger number",
+            "{what}; save it as CSV, as Parquet or as a NumPy array, of which parts can be read, or set {} to a larger number",
             input::VARIABLE
         ),
     }
@@ -308,6 +321,7 @@ mod tests {
             "record.parquet",
             "packed.parquet",
             "types.parquet",
+            "record.csv",
         ];
         names.iter().for_each(|name| check(&logs().join(name)));
         let folder = tempfile::tempdir().unwrap();
@@ -319,6 +333,45 @@ mod tests {
             bytes.extend(head.as_bytes());
             bytes.extend((0..600 * 3 * 8_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 11) as u8));
             let path = folder.path().join("made.npy");
+            std::fs::write(&path, bytes).unwrap();
+            check(&path);
+        }
+        check_texts(folder.path());
+    }
+
+    /// The same of texts of more rows than stand between two places that are known.
+    fn check_texts(folder: &Path) {
+        let row = |i: usize| format!("{};{};{}", i / 7, i % 13, (i * 31) % 101);
+        let stamp = |i: usize| {
+            format!(
+                "{:02}:{:02}:{:02},{:03}",
+                i / 9_000 % 24,
+                i / 150 % 60,
+                i / 5 % 30,
+                i % 5 * 200
+            )
+        };
+        for (name, end, with) in [
+            ("plain", "\n", None),
+            ("dos", "\r\n", Some("# a comment\r\n\r\n")),
+            ("macintosh", "\r", Some("\r\r% a comment\r")),
+            ("times", "\n", None),
+        ] {
+            let mut text = format!("Pr\u{fc}fstand{end}Zeit;Weg;Kraft{end}s;mm;N{end}");
+            for i in 0..10_000 {
+                let line = match name {
+                    "times" => format!("{};{};1,5", stamp(i), i % 17),
+                    _ => row(i),
+                };
+                text += &format!("{line}{end}");
+                text += with.filter(|_| i % 977 == 5).unwrap_or_default();
+            }
+            // The last row has no end; one text is UTF-8 with a mark, the others are Latin-1.
+            let bytes = match name {
+                "plain" => format!("\u{feff}{}", text.trim_end()).into_bytes(),
+                _ => text.trim_end().chars().map(|c| c as u8).collect(),
+            };
+            let path = folder.join(name);
             std::fs::write(&path, bytes).unwrap();
             check(&path);
         }
@@ -334,9 +387,9 @@ mod tests {
             let error = LongLog::open(&request(name, &path)).err().unwrap();
             assert!(error.sentence.contains(wanted), "{}", error.sentence);
         }
-        let path = logs().join("record.csv");
+        let path = logs().join("record.csv.gz");
         assert!(
-            LongLog::open(&request("record.csv", &path))
+            LongLog::open(&request("record.csv.gz", &path))
                 .unwrap()
                 .is_none()
         );

@@ -24,7 +24,16 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     for array in file.arrays() {
         add_columns(request, array, &mut columns)?;
     }
-    Ok(Table::whole("MATLAB version 5", columns))
+    let mut table = Table::whole("MATLAB version 5", columns);
+    if request.wanted.is_none() {
+        // A rate or a gain that whoever describes the log needs.
+        let scalars = file.arrays().iter().filter_map(|array| {
+            let value = real(array.data()).filter(|v| v.len() == 1)?;
+            Some(format!("it holds {} = {}", array.name(), value[0]))
+        });
+        table.notes.extend(scalars);
+    }
+    Ok(table)
 }
 
 /// The type of an element that is packed, and where the elements of a file begin.

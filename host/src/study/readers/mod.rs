@@ -13,6 +13,7 @@ mod hierarchy;
 mod json;
 mod layout;
 pub(crate) mod long;
+mod long_text;
 mod matlab;
 mod mdf;
 mod measurement;
@@ -87,14 +88,25 @@ fn read_plain(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     csv::read(request, bytes)
 }
 
+/// Whether bytes that a file begins with are those of a table of text of which every line ends in one known byte.
+fn is_text_table(head: &[u8]) -> bool {
+    let first = head.iter().find(|b| !b.is_ascii_whitespace());
+    let packed = head.starts_with(&[0x1f, 0x8b]) || head.starts_with(b"PK\x03\x04");
+    !packed
+        && first.is_some_and(|b| !matches!(b, b'{' | b'['))
+        && BINARY.iter().all(|(recognises, _)| !recognises(head))
+        && foreign(head).is_none()
+        && text::is_bytewise(head)
+}
+
 /// Whether bytes are those of a log rather than of a model file, a blob or anything else.
 pub(crate) fn is_a_log(bytes: &[u8]) -> bool {
     match bytes.iter().find(|b| !b.is_ascii_whitespace()) {
         None => false,
-        // A model file is an object as well, without `data`.
+        // A model file is an object as well.
         Some(b'{') => {
             let json: Option<serde_json::Value> = serde_json::from_slice(bytes).ok();
-            json.is_some_and(|json| json.get("data").is_some())
+            json.is_some_and(|json| json::holds_a_log(&json))
         }
         Some(_) => {
             bytes.starts_with(&[0x1f, 0x8b])

@@ -102,8 +102,20 @@ pub(super) fn lines(text: &str) -> Box<dyn Iterator<Item = (usize, &str)> + '_> 
 }
 
 fn not_blank((_, line): &(usize, &str)) -> bool {
+    !is_blank(line)
+}
+
+/// Whether a line has no content.
+pub(super) fn is_blank(line: &str) -> bool {
     // 0x1A is how DOS programs mark the end of a text.
-    !line
-        .trim_matches(|c: char| c.is_whitespace() || c == '\x1a')
+    line.trim_matches(|c: char| c.is_whitespace() || c == '\x1a')
         .is_empty()
+}
+
+/// Whether bytes begin like a text of which every line ends in one known byte: any but UTF-16.
+pub(super) fn is_bytewise(head: &[u8]) -> bool {
+    let marked = matches!(head, [0xff, 0xfe, ..] | [0xfe, 0xff, ..]);
+    is_text(head)
+        && !marked
+        && byte_order_without_mark(&head[..head.len().min(LOOKED_AT)]).is_none()
 }

@@ -1,0 +1,232 @@
+//! Logs that are not one file of time, displacement and force: without time, without displacement, in several files, with the force
+//! twice, as JSON. Each becomes a study by `init`, or by a line in study.toml, and gives the values that are true.
+
+use jointwatch::fit::identify;
+use jointwatch::study::Study;
+use jointwatch_tests::program::{run, succeed};
+use std::f64::consts::TAU;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+const RATE: f64 = 500.0;
+const ROWS: usize = 6000;
+
+/// A motion of several tones: displacement, velocity, acceleration.
+fn motion(t: f64) -> [f64; 3] {
+    let tones = [(0.31, 0.9, 0.0), (1.7, 0.2, 1.0), (4.3, 0.05, 2.0)];
+    let mut sum = [0.0; 3];
+    for (hertz, size, phase) in tones {
+        let rate = TAU * hertz;
+        let (sine, cosine) = (rate * t + phase).sin_cos();
+        sum[0] += size * sine;
+        sum[1] += size * rate * cosine;
+        sum[2] -= size * rate * rate * sine;
+    }
+    sum
+}
+
+/// Rows of a text: the cells of each by its time.
+fn text<const N: usize>(head: &str, cells: impl Fn(f64) -> [f64; N]) -> String {
+    let row = |at: usize| {
+        cells(at as f64 / RATE)
+            .map(|cell| format!("{cell:.9}"))
+            .join(",")
+    };
+    let rows: Vec<String> = (0..ROWS).map(row).collect();
+    format!("{head}\n{}\n", rows.join("\n"))
+}
+
+/// The first parameter of every effect of the physical model of a study.
+fn values(study: &Path) -> Vec<(String, f64)> {
+    let model = identify::physical(&Study::read(study).unwrap())
+        .unwrap()
+        .model;
+    let effects = model.effects.iter();
+    effects
+        .map(|e| (e.effect.clone(), e.parameters[0].value))
+        .collect()
+}
+
+#[track_caller]
+fn assert_near(found: &[(String, f64)], effect: &str, truth: f64, within: f64) {
+    let value = found
+        .iter()
+        .find(|(name, _)| name == effect)
+        .map(|(_, v)| *v);
+    assert!(
+        value.is_some_and(|v| (v / truth - 1.0).abs() < within),
+        "{effect} should be {truth}: {found:?}"
+    );
+}
+
+/// What `init` says when it ends with this exit code, after what it shows of the logs.
+fn refused(folder: &TempDir, words: &[&str], code: i32) -> String {
+    let output = run(folder.path(), words);
+    assert_eq!(output.status.code(), Some(code), "{words:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+fn init(folder: &TempDir, words: &[&str]) -> String {
+    let said = succeed(folder.path(), &[&["init", "--yes"], words].concat());
+    println!("{said}");
+    fs::read_to_string(folder.path().join("study.toml")).unwrap()
+}
+
+#[test]
+fn a_motor_of_which_only_the_speed_was_logged() {
+    let folder = TempDir::new().unwrap();
+    let (inertia, damping, friction) = (0.02, 0.05, 0.3);
+    let log = text("Time (s),Speed (rpm),Torque (Nm)", |t| {
+        let [_, v, a] = motion(t);
+        [
+            t,
+            60.0 * v / TAU,
+            inertia * a + damping * v + friction * (v / 0.01).tanh(),
+        ]
+    });
+    fs::write(folder.path().join("motor.csv"), log).unwrap();
+    let study = init(&folder, &["motor.csv"]);
+    assert!(
+        study.contains("velocity = { column = \"Speed (rpm)\", unit = \"rpm\" }"),
+        "{study}"
+    );
+    let path = folder.path().join("study.toml");
+    let with = study.replace(
+        "terms = [\"viscous@phi\"]",
+        "terms = [\"viscous@phi\", \"coulomb@phi\"]",
+    );
+    assert_ne!(with, study);
+    fs::write(&path, &with).unwrap();
+    let notes = Study::read(&path).unwrap().notes;
+    assert!(
+        notes.iter().any(|n| n.contains("integral of the velocity")),
+        "{notes:?}"
+    );
+    let found = values(&path);
+    assert_near(&found, "viscous", damping, 0.05);
+    assert_near(&found, "coulomb", friction, 0.05);
+    let neither = with.replace("velocity = ", "# velocity = ");
+    fs::write(&path, neither).unwrap();
+    let sentence = Study::read(&path).unwrap_err().sentence;
+    assert!(
+        sentence.contains("needs its displacement, or its velocity"),
+        "{sentence}"
+    );
+}
+
+#[test]
+fn a_loop_without_time_is_drafted_as_one() {
+    let folder = TempDir::new().unwrap();
+    let log = text("Weg [mm],Kraft [kN]", |t| {
+        let [x, v, _] = motion(t);
+        [x, 2e-3 * x + 5e-4 * v.signum()]
+    });
+    fs::write(folder.path().join("loop.csv"), log).unwrap();
+    let said = refused(&folder, &["init", "--yes", "loop.csv"], 3);
+    assert!(said.contains("--column time=none"), "{said}");
+    let study = init(&folder, &["loop.csv", "--column", "time=none"]);
+    assert!(
+        study.contains("time = \"none\"") && study.contains("\"stiffness@x\""),
+        "{study}"
+    );
+    let path = folder.path().join("study.toml");
+    fs::write(
+        &path,
+        study.replace("\"stiffness@x\"", "\"stiffness@x\", \"coulomb@x\""),
+    )
+    .unwrap();
+    let found = values(&path);
+    assert_near(&found, "stiffness", 2e3, 0.01);
+    assert_near(&found, "coulomb", 0.5, 0.01);
+}
+
+#[test]
+fn topics_of_one_clock_in_several_files_are_put_together_and_split() {
+    let folder = TempDir::new().unwrap();
+    let position = text("t,q", |t| [t, motion(t)[0]]);
+    // The second topic's times lie between those of the first.
+    let effort = text("t,effort", |t| {
+        let t = t + 0.4 / RATE;
+        let [x, v, _] = motion(t);
+        [t, 40.0 * x + 3.0 * v]
+    });
+    fs::write(folder.path().join("position.csv"), position).unwrap();
+    fs::write(folder.path().join("effort.csv"), effort).unwrap();
+    let study = "time = { column = \"t\", resample_hz = 500 }\n\
+                 axis = [{ name = \"x\", kind = \"rotation\", displacement = \"q\", force = \"effort\", inertia = 0.0 }]\n\
+                 base = { terms = [\"stiffness@x\", \"viscous@x\"] }\n\
+                 [[record]]\nfile = \"position.csv\"\nrole = \"train\"\nrows = [0, 4000]\n\
+                 [[record]]\nfile = \"position.csv\"\nrole = \"validate\"\nrows = [4000, 6000]\n\
+                 [[clock]]\nfile = \"effort.csv\"\nrecord = \"position.csv\"\ntime = \"t\"\n";
+    let path = folder.path().join("study.toml");
+    fs::write(&path, study).unwrap();
+    let read = Study::read(&path).unwrap();
+    let rows: Vec<usize> = read.records.iter().map(|record| record.rows).collect();
+    assert!(
+        rows[0].abs_diff(4000) < 3 && rows[1].abs_diff(2000) < 3,
+        "{rows:?}"
+    );
+    let found = values(&path);
+    assert_near(&found, "stiffness", 40.0, 1e-3);
+    assert_near(&found, "viscous", 3.0, 1e-3);
+    let with = |line: &str| {
+        fs::write(&path, format!("{study}{line}\n")).unwrap();
+        Study::read(&path).unwrap_err().sentence
+    };
+    assert!(with("common = [\"t\", \"t\"]").contains("leave common out"));
+    assert!(with("derivative = 1").contains("none is named"));
+}
+
+#[test]
+fn a_file_that_holds_the_force_twice_and_one_column_for_two_roles() {
+    let folder = TempDir::new().unwrap();
+    let log = text("t,x_F[1],x_F[2],forc", |t| {
+        let [x, v, _] = motion(t);
+        let force = 40.0 * x + 3.0 * v;
+        [t, x, force, force]
+    });
+    fs::write(folder.path().join("run.csv"), log).unwrap();
+    let study = init(&folder, &["run.csv"]);
+    assert!(
+        study.contains("displacement = \"x_F[1]\"") && study.contains("force = \"forc\""),
+        "{study}"
+    );
+    let twice = [
+        "init",
+        "--yes",
+        "run.csv",
+        "-o",
+        "b.toml",
+        "--column",
+        "force=forc",
+        "--column",
+        "displacement=forc",
+    ];
+    let said = refused(&folder, &twice, 2);
+    assert!(
+        said.contains("cannot be the force and the displacement"),
+        "{said}"
+    );
+}
+
+#[test]
+fn rows_as_json_objects_become_a_study() {
+    let folder = TempDir::new().unwrap();
+    let row = |at: usize| {
+        let t = at as f64 / RATE;
+        let [x, v, _] = motion(t);
+        format!(
+            "{{\"timestamp\": {t}, \"position\": {x}, \"force\": {}, \"on\": true}}",
+            40.0 * x + 3.0 * v
+        )
+    };
+    let rows: Vec<String> = (0..ROWS).map(row).collect();
+    let log = format!("{{\"mass\": 1.2, \"entries\": [{}]}}", rows.join(", "));
+    fs::write(folder.path().join("run.json"), log).unwrap();
+    let seen = succeed(folder.path(), &["inspect", "run.json"]);
+    assert!(seen.contains("JSON, 6000 rows, 500 Hz"), "{seen}");
+    init(&folder, &["run.json"]);
+    let found = values(&folder.path().join("study.toml"));
+    assert_near(&found, "stiffness", 40.0, 1e-3);
+}
