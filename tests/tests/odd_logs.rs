@@ -4,6 +4,8 @@
 use jointwatch::fit::identify;
 use jointwatch::study::Study;
 use jointwatch_tests::program::{run, succeed};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
@@ -229,4 +231,48 @@ fn rows_as_json_objects_become_a_study() {
     init(&folder, &["run.json"]);
     let found = values(&folder.path().join("study.toml"));
     assert_near(&found, "stiffness", 40.0, 1e-3);
+}
+
+#[test]
+fn a_log_much_faster_than_its_motion_is_told_the_rate_that_serves() {
+    let folder = TempDir::new().unwrap();
+    let mut noise = ChaCha8Rng::seed_from_u64(8);
+    let rows = (0..30_000).map(|at| {
+        let t = f64::from(at) / 1000.0;
+        let swing = (-0.04 * t).exp() * (TAU * 0.63 * t).cos();
+        // Read by a converter of 0.5 mrad.
+        let read = ((swing + noise.random_range(-3e-4..3e-4)) / 5e-4).round() * 5e-4;
+        format!("{t},{read}")
+    });
+    let log = format!("t,q\n{}\n", rows.collect::<Vec<_>>().join("\n"));
+    fs::write(folder.path().join("run.csv"), log).unwrap();
+    let with = |time: &str| {
+        let study = format!(
+            "time = {{ column = \"t\"{time} }}\n\
+             axis = [{{ name = \"x\", kind = \"rotation\", displacement = \"q\", force = 0, inertia = 1.0 }}]\n\
+             base = {{ terms = [\"stiffness@x\", \"viscous@x\"] }}\n\
+             record = [{{ file = \"run.csv\", role = \"train\", rows = [0, 20000] }},\n\
+             {{ file = \"run.csv\", role = \"validate\", rows = [20000, 30000] }}]\n"
+        );
+        fs::write(folder.path().join("study.toml"), study).unwrap();
+        let said = succeed(
+            folder.path(),
+            &["identify", "study.toml", "--model", "physical"],
+        );
+        let found = said.lines().find(|line| line.starts_with("Validation"));
+        let cells = found.unwrap().split_whitespace();
+        let percent: Vec<f64> = cells.filter_map(|cell| cell.parse().ok()).collect();
+        (said, percent[0])
+    };
+    let (said, fast) = with("");
+    let rate = said
+        .split("resample_hz = ")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next());
+    let rate: f64 = rate.expect(&said).parse().unwrap();
+    assert!((20.0..=100.0).contains(&rate), "{said}");
+    // A part of the log is then shorter than the filters' longest.
+    let (_, slow) = with(&format!(", resample_hz = {rate}"));
+    println!("validation NMSE {fast} % at 1000 Hz, {slow} % at {rate} Hz");
+    assert!(slow < 0.2 * fast, "{slow} % after {fast} %");
 }

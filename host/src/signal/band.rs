@@ -9,7 +9,7 @@
 //!   below that frequency would cost more than the noise, so it is not made narrower.
 //! - **Common band**: of the restoring force's power below the state band, taking only frequencies at which it stands ten
 //!   times above its floor, 99.9 % lies below it. What is above adds noise to every error figure and hardly any joint.
-//!   Three nines, because contact is in the tail: with two, the corners of a clearance are gone. Lines count wherever they
+//!   An acceleration that is derived brings the position's noise with it, (2πf)⁴ of its floor. Three nines, because contact is in the tail: with two, the corners of a clearance are gone. Lines count wherever they
 //!   are, so a stepped sine keeps its harmonics.
 
 use super::design::NARROWEST_DERIVATIVE;
@@ -74,11 +74,33 @@ pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> 
                 sum.add(&motion.restoring_force(index, inertia, axis.restoring_force));
             }
             let spectrum = sum.finish();
-            let level = STANDS_OUT * floor_of(&spectrum, FORCE_FLOOR);
+            let of_force = floor_of(&spectrum, FORCE_FLOOR);
+            let of_position = inertia * inertia * derived_floor(study, index);
+            let level = |hz: f64| {
+                let derived = of_position * (std::f64::consts::TAU * hz).powi(4);
+                STANDS_OUT * of_force.max(derived)
+            };
             power_edge(&spectrum, level, state_band_hz)
         })
         .fold(0.0, f64::max);
     edge.clamp(1e-3 * rate, 0.5 * WIDEST * rate)
+}
+
+/// Noise floor of the position of which an axis's acceleration is derived; 0 where the acceleration is measured.
+fn derived_floor(study: &Study, axis: usize) -> f64 {
+    let channels = || study.records.iter().map(|record| &record.axes[axis]);
+    if channels().any(|channels| channels.acceleration.is_some()) {
+        return 0.0;
+    }
+    let shortest = study.records.iter().map(|r| r.rows).min().unwrap_or(0);
+    let mut sum = Accumulator::new(study.sample_rate_hz, SEGMENT.min(shortest));
+    for channels in channels() {
+        match &channels.body_position {
+            Some(position) => sum.add(position),
+            None => sum.add(&channels.relative_displacement()),
+        }
+    }
+    floor_of(&sum.finish(), DISPLACEMENT_FLOOR)
 }
 
 /// Least squares of the force over acceleration, velocity, displacement and a constant; good enough for a spectrum.
@@ -119,13 +141,16 @@ fn floor_of(spectrum: &Spectrum, [from, to]: [f64; 2]) -> f64 {
     densities.get(densities.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The frequency below which [`KEPT`] of the power lies that stands above `level`, up to `limit_hz`; 0 when none does.
-fn power_edge(spectrum: &Spectrum, level: f64, limit_hz: f64) -> f64 {
+/// The frequency below which [`KEPT`] of the power lies that stands above the `level` there, up to `limit_hz`; 0 when none does.
+fn power_edge(spectrum: &Spectrum, level: impl Fn(f64) -> f64, limit_hz: f64) -> f64 {
     let lines: Vec<f64> = smoothed(spectrum)
         .zip(&spectrum.density)
         .enumerate()
         .take_while(|(i, _)| *i as f64 * spectrum.resolution_hz <= limit_hz)
-        .map(|(_, (mean, density))| if mean > level { *density } else { 0.0 })
+        .map(|(i, (mean, density))| {
+            let stands_out = mean > level(i as f64 * spectrum.resolution_hz);
+            if stands_out { *density } else { 0.0 }
+        })
         .collect();
     let total: f64 = lines.iter().sum();
     let mut sum = 0.0;
@@ -184,7 +209,7 @@ mod tests {
     fn the_common_band_does_not_depend_on_the_noise() {
         // ∫ of 1/(1 + u⁴) from U to ∞ is 1/(3U³), a thousandth of π/(2√2) at U = 6.70.
         for top in [1e5, 1e7] {
-            let edge = power_edge(&falling(top), STANDS_OUT, 1024.0);
+            let edge = power_edge(&falling(top), |_| STANDS_OUT, 1024.0);
             assert!((edge - 67.0).abs() < 7.0, "{edge}");
         }
     }
@@ -195,7 +220,7 @@ mod tests {
         spectrum.density[100] = 1e4;
         spectrum.density[300] = 1e3;
         spectrum.density[900] = 1e5;
-        assert_eq!(power_edge(&spectrum, STANDS_OUT, 400.0), 150.0);
+        assert_eq!(power_edge(&spectrum, |_| STANDS_OUT, 400.0), 150.0);
     }
 
     #[test]
@@ -206,7 +231,7 @@ mod tests {
         };
         let floor = floor_of(&empty, FORCE_FLOOR);
         assert_eq!(floor, 0.0);
-        assert_eq!(power_edge(&empty, floor, 100.0), 0.0);
+        assert_eq!(power_edge(&empty, |_| floor, 100.0), 0.0);
         assert_eq!(noise_limit_hz(&empty, floor), 0.0);
     }
 }

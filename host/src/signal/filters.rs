@@ -15,6 +15,8 @@ const STATES_OVER_COMMON: f64 = 2.0;
 const TRANSITION_WIDTH: f64 = 0.75;
 /// The common band's low-pass is made longer where it would fall to zero over more than this share of the band.
 const WIDEST_FALL: f64 = 1.25;
+/// A fall to so many times the band lets more noise in than it keeps out.
+const FAR_FALL: f64 = 5.0;
 
 /// The three filters of a study: what the host applies with zero phase and the device with a delay of half their length.
 ///
@@ -38,6 +40,14 @@ pub struct Filters {
     pub quasi_static: bool,
     /// Why these bands, for the user to read; one sentence without a full stop.
     pub reason: String,
+}
+
+/// The next number of 1, 2 or 5 times a power of ten.
+fn rounded_up(number: f64) -> f64 {
+    let ten = 10_f64.powf(number.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0];
+    let next = steps.iter().find(|step| **step * ten >= number);
+    next.map_or(number, |step| step * ten)
 }
 
 impl Filters {
@@ -92,6 +102,12 @@ impl Filters {
                 short(common.stop_hz),
                 common.taps
             );
+            if common.stop_hz > FAR_FALL * band_hz {
+                reason += &format!(
+                    ", which lets noise in: time = {{ …, resample_hz = {} }} has enough rows for this motion",
+                    rounded_up(rate * TRANSITION_WIDTH * band_hz / (common.stop_hz - band_hz))
+                );
+            }
         }
         if wanted_hz > noise_limited_hz {
             filters = Self::differentiators(rate, wanted_hz, longest)?;

@@ -5,6 +5,8 @@ use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS};
 
 /// Fewest rows of a piece between gaps: after the longest differentiator there are twice as many left as the longest low-pass has taps.
 pub(super) const SHORTEST_PIECE: usize = MAX_TAPS + 2 * MAX_BAND_TAPS - 1;
+/// Fewest rows of a record.
+pub(super) const MIN_ROWS: usize = 100;
 
 /// “split at 2 gaps, the first before …”.
 pub(super) fn said_of_gaps(gaps: usize, before: &str, left_out: usize) -> String {

@@ -5,6 +5,7 @@ use super::check::{self, Extent};
 use super::description::{Description, Source};
 use super::log::{Log, MemoryLog, Request};
 use super::long_records::{Thinned, thin};
+use super::pieces::MIN_ROWS;
 use super::plan::{Plan, plan};
 use super::quasi_static::{ROWS_PER_SECOND, direction};
 use super::readers::long::LongLog;
@@ -16,9 +17,6 @@ use crate::text::input;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// Fewest rows of a record.
-const MIN_ROWS: usize = 100;
 
 impl Study {
     /// Reads `study.toml` (or the one in the folder `path`) and its logs, in parallel, and checks everything. Of records with more than

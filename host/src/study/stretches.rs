@@ -2,7 +2,7 @@
 
 use super::calibrated::Calibrated;
 use super::log::{Log, Request};
-use super::pieces::{Density, SHORTEST_PIECE, density, said_of_gaps};
+use super::pieces::{Density, MIN_ROWS, SHORTEST_PIECE, density, said_of_gaps};
 use super::plan::Plan;
 use super::resample::Resampler;
 use super::time::{even_where_rounded, round_rate, sampled};
@@ -229,7 +229,7 @@ fn parts(
     spans.push([from, end]);
     spans.retain(|[from, to]| to > from);
     let found = spans.len();
-    let parts: Vec<Stretch> = spans
+    let mut parts: Vec<Stretch> = spans
         .iter()
         .map(|[from, to]| Stretch {
             start_s: *from,
@@ -238,11 +238,13 @@ fn parts(
             begins: ((from - begin) * rate_hz).round() as usize,
             whole: OnceLock::new(),
         })
-        .filter(|part| part.points >= SHORTEST_PIECE)
         .collect();
+    // Filters are shortened for a short log, but not for a scrap of one.
+    let shortest = if found == 1 { MIN_ROWS } else { SHORTEST_PIECE };
+    parts.retain(|part| part.points >= shortest);
     if parts.is_empty() {
         return Err(request.error(format!(
-            "has no stretch of {SHORTEST_PIECE} points at {rate_hz} Hz in which all its channels go on ({:.4} s in all, {} gaps); \
+            "has no stretch of {shortest} points at {rate_hz} Hz in which all its channels go on ({:.4} s in all, {} gaps); \
              use a longer log or another resample_hz",
             (end - begin).max(0.0),
             gaps.len()
