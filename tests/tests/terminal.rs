@@ -1,7 +1,7 @@
 //! What shells and editors get: completions, man pages, examples in every help, and a schema of study.toml that names its keys.
 
 use jointwatch::study::Study;
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{jointwatch, succeed, workspace};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -99,4 +99,17 @@ fn shells_and_man_get_every_command() {
             "{help}"
         );
     }
+}
+
+#[test]
+fn a_log_comes_through_a_pipe() {
+    let log = workspace().join("tests/data/logs/german.csv");
+    let piped = std::process::Command::new(jointwatch())
+        .args(["inspect", "-"])
+        .stdin(fs::File::open(&log).unwrap())
+        .output()
+        .unwrap();
+    let said = String::from_utf8(piped.stdout).unwrap();
+    let named = succeed(log.parent().unwrap(), &["inspect", "german.csv"]);
+    assert_eq!(said.replacen('-', "german.csv", 1), named);
 }

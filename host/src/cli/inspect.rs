@@ -21,7 +21,7 @@ use std::path::PathBuf;
 /// Options of `jointwatch inspect`.
 #[derive(Args)]
 pub(crate) struct Inspect {
-    /// A log in any format that can be read, a model.json that `identify` wrote, or a blob or a rig block that `export` wrote.
+    /// A log in any format that can be read (`-`: from standard input), a model.json that `identify` wrote, or a blob or a rig block that `export` wrote.
     pub(super) file: PathBuf,
 }
 

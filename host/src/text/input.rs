@@ -2,6 +2,7 @@
 
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// Bytes that one file may have, unless the environment says otherwise: what is read of so many stays under 2 GB of memory.
 const DEFAULT_LIMIT: u64 = 1 << 28;
@@ -16,9 +17,19 @@ pub(crate) fn limit() -> u64 {
         .unwrap_or(DEFAULT_LIMIT)
 }
 
-/// The bytes of a file. A pipe or a device, which may never end, is refused before it is opened.
+/// What standard input held; it can be read once.
+static STANDARD_INPUT: OnceLock<Vec<u8>> = OnceLock::new();
+
+/// The bytes of a file, or of standard input for `-`. A pipe or a device, which may never end, is refused before it is opened.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
-    read_up_to(path, limit())
+    if path.as_os_str() != "-" {
+        return read_up_to(path, limit());
+    }
+    if let Some(known) = STANDARD_INPUT.get() {
+        return Ok(known.clone());
+    }
+    let bytes = taken(std::io::stdin().lock(), limit())?;
+    Ok(STANDARD_INPUT.get_or_init(|| bytes).clone())
 }
 
 /// The text of a file.
@@ -33,9 +44,13 @@ fn read_up_to(path: &Path, limit: u64) -> Result<Vec<u8>> {
     if !about.is_file() && !about.is_dir() {
         return Err(Error::other("it is a pipe or a device and no file"));
     }
+    taken(std::fs::File::open(path)?, limit)
+}
+
+/// All that is to be read, if it is no more than the limit.
+fn taken(from: impl Read, limit: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    let file = std::fs::File::open(path)?;
-    file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    from.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > limit {
         return Err(Error::other(format!(
             "it has more than {limit} bytes; if it is sound, set {VARIABLE} to a larger number"

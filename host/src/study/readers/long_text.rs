@@ -14,7 +14,7 @@ use std::ops::Range;
 /// Rows from one known place in the file to the next.
 const APART: usize = 1 << 12;
 /// Bytes looked at from the top of the file, from its middle and from its end.
-const TOP: u64 = 1 << 20;
+const TOP: u64 = LONGEST_LINE as u64 + 1;
 const FURTHER: u64 = 1 << 14;
 /// Bytes that are read at a time.
 const PIECE: usize = 1 << 20;
