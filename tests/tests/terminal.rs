@@ -113,3 +113,20 @@ fn a_log_comes_through_a_pipe() {
     let named = succeed(log.parent().unwrap(), &["inspect", "german.csv"]);
     assert_eq!(said.replacen('-', "german.csv", 1), named);
 }
+
+#[test]
+fn a_model_and_a_draft_go_into_a_pipe() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    succeed(
+        here,
+        &["simulate", "--out", "rig", "--axes", "1", "--duration", "2"],
+    );
+    let learn = ["identify", "rig", "--model", "physical", "--quiet", "-o"];
+    let piped = succeed(here, &[&learn[..], &["-"]].concat());
+    succeed(here, &[&learn[..], &["model.json"]].concat());
+    assert_eq!(piped, fs::read_to_string(here.join("model.json")).unwrap());
+    let drafted = ["init", "--yes", "--quiet", "rig/train_x.csv", "-o", "-"];
+    assert!(succeed(here, &drafted).contains("[[axis]]"));
+    assert!(!here.join("-").exists());
+}

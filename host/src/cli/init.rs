@@ -95,6 +95,9 @@ impl Init {
             ask_inertia(&mut draft)?;
         }
         output::write_whole(&self.output, draft::text(&draft).as_bytes())?;
+        if output::is_standard(&self.output) {
+            return Ok(());
+        }
         self.report(console, &draft)
     }
 

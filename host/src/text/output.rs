@@ -4,13 +4,24 @@ use crate::text::error::{Error, Result};
 use std::io::Write;
 use std::path::Path;
 
-/// Writes a file in one step: into a temporary file beside it, then renamed over it.
+/// Whether a path stands for standard output.
+pub fn is_standard(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// Writes a file in one step: into a temporary file beside it, then renamed over it; for `-` to standard output.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Failed`] with the path when the folder is missing or not writable; the old file, if there
 /// was one, is then untouched.
 pub fn write_whole(path: &Path, contents: &[u8]) -> Result<()> {
     check(path)?;
+    if is_standard(path) {
+        let mut out = std::io::stdout().lock();
+        let written = out.write_all(contents).and_then(|()| out.flush());
+        return written
+            .map_err(|e| Error::failed(format!("standard output could not be written to ({e})")));
+    }
     let folder = folder_of(path);
     let failed = |e: std::io::Error| {
         Error::failed(format!(
@@ -40,6 +51,9 @@ pub fn folder_of(path: &Path) -> &Path {
 /// # Errors
 /// [`crate::text::error::Kind::Failed`] when its folder is missing or it is a folder itself.
 pub fn check(path: &Path) -> Result<()> {
+    if is_standard(path) {
+        return Ok(());
+    }
     let folder = folder_of(path);
     if !folder.is_dir() {
         return Err(Error::failed(format!(
