@@ -2,11 +2,11 @@
 
 use super::progress_lines;
 use crate::study::{Study, mistakes};
-use crate::text::error::{Error, Result};
+use crate::text::error::Result;
 use crate::text::output;
 use crate::text::printable;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -40,7 +40,7 @@ impl Console {
         if self.quiet || self.json_to_stdout() {
             return Ok(());
         }
-        print_to_stdout(&format!("{}\n", printable::escaped(text.as_ref())))
+        output::print(format!("{}\n", printable::escaped(text.as_ref())).as_bytes())
     }
 
     /// Prints what is wrong with a study's data, a line each.
@@ -59,7 +59,6 @@ impl Console {
     pub(crate) fn json<T: serde::Serialize>(&self, value: &T) -> Result<()> {
         match &self.json {
             None => Ok(()),
-            Some(_) if self.json_to_stdout() => print_to_stdout(&output::json_text(value)?),
             Some(path) => output::write_whole(path, output::json_text(value)?.as_bytes()),
         }
     }
@@ -101,20 +100,6 @@ impl Console {
 
     /// Whether standard output carries JSON in place of the text.
     pub(crate) fn json_to_stdout(&self) -> bool {
-        self.json
-            .as_ref()
-            .is_some_and(|path| path.as_os_str() == "-")
-    }
-}
-
-/// Prints; a reader that has gone away (`| head`) is no error of ours, but ends the run.
-pub(super) fn print_to_stdout(text: &str) -> Result<()> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
-        Err(e) => Err(Error::failed(format!(
-            "standard output could not be written to ({e})"
-        ))),
-        Ok(()) => Ok(()),
+        self.json.as_deref().is_some_and(output::is_standard)
     }
 }

@@ -8,7 +8,7 @@ use crate::model::corrections;
 use crate::model::file::{Base, HistoryEntry, ModelFile};
 use crate::model::{ModelEffect, effects};
 use crate::study::AxisKind;
-use crate::study::survey::{self as look, Survey, is_a_log};
+use crate::study::survey::{Survey, is_a_log, is_long};
 use crate::text::error::{Error, Result};
 use crate::text::input;
 use crate::text::table::{Table, percent, significant};
@@ -21,13 +21,15 @@ use std::path::PathBuf;
 /// Options of `jointwatch inspect`.
 #[derive(Args)]
 pub(crate) struct Inspect {
-    /// A log in any format that can be read (`-`: from standard input), a model.json that `identify` wrote, or a blob or a rig block that `export` wrote.
+    /// A log in any format that can be read (`-`: from standard input), a model.json that `identify` wrote, or a blob or a
+    /// rig block that `export` wrote.
     pub(super) file: PathBuf,
 }
 
 impl Inspect {
     pub(super) fn run(self, console: &Console) -> Result<()> {
-        let bytes = match look::is_long(&self.file) {
+        let long = is_long(&self.file);
+        let bytes = match long {
             true => Vec::new(),
             false => input::read(&self.file).map_err(|e| {
                 Error::data(format!(
@@ -36,8 +38,7 @@ impl Inspect {
                 ))
             })?,
         };
-        let log = !rig_block::begins_like_one(&bytes) && is_a_log(&bytes);
-        if log || look::is_long(&self.file) {
+        if long || (!rig_block::begins_like_one(&bytes) && is_a_log(&bytes)) {
             let log = Survey::of(&self.file)?;
             console.say(survey::in_words(&log, true))?;
             return console.json(&survey::as_json(&log));

@@ -9,13 +9,14 @@
 //!   below that frequency would cost more than the noise, so it is not made narrower.
 //! - **Common band**: of the restoring force's power below the state band, taking only frequencies at which it stands ten
 //!   times above its floor, 99.9 % lies below it. What is above adds noise to every error figure and hardly any joint.
-//!   An acceleration that is derived brings the position's noise with it, (2πf)⁴ of its floor. Three nines, because contact is in the tail: with two, the corners of a clearance are gone. Lines count wherever they
-//!   are, so a stepped sine keeps its harmonics.
+//!   An acceleration that is derived brings the position's noise with it, (2πf)⁴ of its floor. Three nines, because
+//!   contact is in the tail: with two, the corners of a clearance are gone. Lines count wherever they are, so a stepped
+//!   sine keeps its harmonics.
 
 use super::design::NARROWEST_DERIVATIVE;
 use super::spectrum::{Accumulator, Spectrum};
 use crate::signal::motion::Motion;
-use crate::study::{Role, Study};
+use crate::study::{Channels, Role, Study};
 use nalgebra::{Matrix4, Vector4};
 
 /// Rows per window of the spectra; a record shorter than this sets the length.
@@ -39,14 +40,9 @@ pub const WIDEST: f64 = 0.36;
 /// Pass band of the differentiators in Hz, before the common band asks for more: where the displacement of the most
 /// limited axis drowns in its noise, between 0.06 and 0.36 of the sample rate.
 pub fn state_band_hz(study: &Study) -> f64 {
-    let shortest = study.records.iter().map(|r| r.rows).min().unwrap_or(0);
     let noise_limited = (0..study.axes.len())
         .map(|axis| {
-            let mut sum = Accumulator::new(study.sample_rate_hz, SEGMENT.min(shortest));
-            for record in &study.records {
-                sum.add(&record.axes[axis].relative_displacement());
-            }
-            let spectrum = sum.finish();
+            let spectrum = spectrum_of(study, axis, Channels::relative_displacement);
             noise_limit_hz(&spectrum, EQUAL * floor_of(&spectrum, DISPLACEMENT_FLOOR))
         })
         .fold(f64::INFINITY, f64::min);
@@ -75,7 +71,10 @@ pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> 
             }
             let spectrum = sum.finish();
             let of_force = floor_of(&spectrum, FORCE_FLOOR);
-            let of_position = inertia * inertia * derived_floor(study, index);
+            let of_position = match inertia {
+                0.0 => 0.0,
+                _ => inertia * inertia * derived_floor(study, index),
+            };
             let level = |hz: f64| {
                 let derived = of_position * (std::f64::consts::TAU * hz).powi(4);
                 STANDS_OUT * of_force.max(derived)
@@ -92,15 +91,21 @@ fn derived_floor(study: &Study, axis: usize) -> f64 {
     if channels().any(|channels| channels.acceleration.is_some()) {
         return 0.0;
     }
+    let position = |channels: &Channels| match &channels.body_position {
+        Some(position) => position.clone(),
+        None => channels.relative_displacement(),
+    };
+    floor_of(&spectrum_of(study, axis, position), DISPLACEMENT_FLOOR)
+}
+
+/// The spectrum over all records of what an axis's channels give.
+fn spectrum_of(study: &Study, axis: usize, series: impl Fn(&Channels) -> Vec<f64>) -> Spectrum {
     let shortest = study.records.iter().map(|r| r.rows).min().unwrap_or(0);
     let mut sum = Accumulator::new(study.sample_rate_hz, SEGMENT.min(shortest));
-    for channels in channels() {
-        match &channels.body_position {
-            Some(position) => sum.add(position),
-            None => sum.add(&channels.relative_displacement()),
-        }
+    for record in &study.records {
+        sum.add(&series(&record.axes[axis]));
     }
-    floor_of(&sum.finish(), DISPLACEMENT_FLOOR)
+    sum.finish()
 }
 
 /// Least squares of the force over acceleration, velocity, displacement and a constant; good enough for a spectrum.

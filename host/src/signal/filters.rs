@@ -42,14 +42,6 @@ pub struct Filters {
     pub reason: String,
 }
 
-/// The next number of 1, 2 or 5 times a power of ten.
-fn rounded_up(number: f64) -> f64 {
-    let ten = 10_f64.powf(number.log10().floor());
-    let steps = [1.0, 2.0, 5.0, 10.0];
-    let next = steps.iter().find(|step| **step * ten >= number);
-    next.map_or(number, |step| step * ten)
-}
-
 impl Filters {
     /// Chooses the bands (unless the study states `band_hz`) and designs the filters for the study's sample rate.
     ///
@@ -227,6 +219,14 @@ impl Filters {
             quantise(&self.band)?,
         ))
     }
+}
+
+/// The next number of 1, 2 or 5 times a power of ten.
+fn rounded_up(number: f64) -> f64 {
+    let ten = 10_f64.powf(number.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0];
+    let next = steps.iter().find(|step| **step * ten >= number);
+    next.map_or(number, |step| step * ten)
 }
 
 /// Three digits are enough to judge a band by.

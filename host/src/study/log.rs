@@ -203,6 +203,11 @@ impl Request<'_> {
         Error::data(format!("{} {what}", self.file))
     }
 
+    /// An error about a file that the system does not give.
+    pub(crate) fn unreadable(&self, error: &std::io::Error) -> Error {
+        self.error(format!("cannot be read ({error}); check it"))
+    }
+
     /// An error about a row of the file.
     pub(crate) fn error_in(&self, row: &str, what: impl std::fmt::Display) -> Error {
         Error::data(format!("{}, {row}: {what}", self.file))

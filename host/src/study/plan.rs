@@ -361,13 +361,12 @@ fn check_axis(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
     Ok(())
 }
 
-/// Checks how many columns the displacement has, and the other channels.
-fn check_columns(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
-    let velocity = entry.velocity.as_ref();
+/// Checks how many columns the displacement has.
+fn check_displacement(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
     let Some(displacement) = &entry.displacement else {
-        return match velocity.is_some_and(|v| !v.get_ref().0.is_empty()) {
-            true => check_force(source, entry),
-            false => Err(source.wrong(
+        return match &entry.velocity {
+            Some(velocity) if !velocity.get_ref().0.is_empty() => Ok(()),
+            _ => Err(source.wrong(
                 &entry.name,
                 "an axis needs its displacement, or its velocity, of which the displacement is then the integral; name a column of either",
             )),
@@ -389,7 +388,7 @@ fn check_columns(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
             ),
         ));
     }
-    check_force(source, entry)
+    Ok(())
 }
 
 /// Checks how many columns force and velocity have.
@@ -416,7 +415,8 @@ fn check_force(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
 }
 
 fn axis_plan(source: &Source<'_>, entry: &AxisEntry, columns: &mut Columns) -> Result<AxisPlan> {
-    check_columns(source, entry)?;
+    check_displacement(source, entry)?;
+    check_force(source, entry)?;
     let kind = entry.kind;
     let mut list = |key: &str, start: usize, tables: &[ChannelTable], quantity: Quantity| {
         if let Some(table) = tables.iter().find(|t| t.optional && key != "force") {

@@ -2,7 +2,7 @@
 
 use super::calibrated::Calibrated;
 use super::check::{self, Extent};
-use super::description::{Description, Source};
+use super::description::{Description, RecordEntry, Source};
 use super::log::{Log, MemoryLog, Request};
 use super::long_records::{Thinned, thin};
 use super::pieces::MIN_ROWS;
@@ -194,35 +194,25 @@ pub(super) fn folder_name(folder: &Path) -> String {
 
 /// A sentence for every axis whose displacement is integrated, or whose acceleration is derived from a relative displacement.
 fn derived_channels(plan: &Plan, axes: &[super::Axis]) -> Vec<String> {
-    let integrated = plan
-        .axes
-        .iter()
-        .zip(axes)
-        .filter(|(p, _)| p.displacement.is_empty());
-    let integrated = integrated.map(|(_, axis)| {
-        format!(
-            "axis {:?}: the displacement is the integral of the velocity, from 0 at the beginning of every record, so little is known of \
-             what depends on place",
-            axis.name
-        )
+    let said = plan.axes.iter().zip(axes).filter_map(|(channels, axis)| {
+        let derived = channels.displacement.len() == 2
+            && channels.body_position.is_none()
+            && channels.acceleration.is_none()
+            && axis.inertia != Some(0.0);
+        let what = match channels.displacement.is_empty() {
+            true => {
+                "the displacement is the integral of the velocity, from 0 at the beginning of every record, so little is known of what \
+                 depends on place"
+            }
+            false if derived => {
+                "acceleration is derived from the relative displacement, which is right only when the far side does not accelerate; give \
+                 body_position or acceleration otherwise"
+            }
+            false => return None,
+        };
+        Some(format!("axis {:?}: {what}", axis.name))
     });
-    let derived = plan.axes
-        .iter()
-        .zip(axes)
-        .filter(|(p, axis)| {
-            p.displacement.len() == 2
-                && p.body_position.is_none()
-                && p.acceleration.is_none()
-                && axis.inertia != Some(0.0)
-        })
-        .map(|(_, axis)| {
-            format!(
-                "axis {:?}: acceleration is derived from the relative displacement, which is right only when the far side \
-                 does not accelerate; give body_position or acceleration otherwise",
-                axis.name
-            )
-        });
-    integrated.chain(derived).collect()
+    said.collect()
 }
 
 /// Where a study's logs are, and how much is read of them.
@@ -266,6 +256,26 @@ fn opened_once(requests: &[Request<'_>], known: &[Arc<LongLog>]) -> Result<Vec<A
     Ok(long)
 }
 
+/// What is wanted of every log.
+fn requests<'a>(
+    said: &'a Description,
+    plan: &'a Plan,
+    paths: &'a [PathBuf],
+    memory: Option<&'a [MemoryLog]>,
+) -> Vec<Request<'a>> {
+    let entries = said.record.iter().zip(paths);
+    let request = |(entry, path): (&'a RecordEntry, &'a PathBuf)| Request {
+        file: entry.file.get_ref(),
+        path,
+        wanted: Some(&plan.wanted),
+        rows: entry.rows.as_ref().map(|r| *r.get_ref()),
+        columns: entry.columns.as_deref(),
+        memory: memory.and_then(|logs| logs.iter().find(|log| log.name == *entry.file.get_ref())),
+        sparse: plan.resample_hz.is_some(),
+    };
+    entries.map(request).collect()
+}
+
 /// Reads all logs, settles the sample rate, and turns them into records.
 fn read_records(
     said: &Description,
@@ -276,21 +286,7 @@ fn read_records(
     let Place { folder, memory, .. } = place;
     let files = said.record.iter().map(|entry| entry.file.get_ref());
     let paths: Vec<PathBuf> = files.map(|file| folder.join(file)).collect();
-    let requests: Vec<Request<'_>> = said
-        .record
-        .iter()
-        .zip(&paths)
-        .map(|(entry, path)| Request {
-            file: entry.file.get_ref(),
-            path,
-            wanted: Some(&plan.wanted),
-            rows: entry.rows.as_ref().map(|r| *r.get_ref()),
-            columns: entry.columns.as_deref(),
-            memory: memory
-                .and_then(|logs| logs.iter().find(|log| log.name == *entry.file.get_ref())),
-            sparse: plan.resample_hz.is_some(),
-        })
-        .collect();
+    let requests = requests(said, plan, &paths, memory);
     let long = opened_once(&requests, place.long)?;
     let long_of = |request: &Request<'_>| long.iter().find(|log| log.is_at(request.path));
     let wants = Wants {
@@ -337,10 +333,12 @@ fn read_records(
     for log in read {
         records.extend(log.records);
         sources.push(log.source);
-        // Stretches of one log may say the same of it.
-        let new = |note: &String| !notes.contains(note);
-        let said: Vec<String> = log.notes.into_iter().filter(new).collect();
-        notes.extend(said);
+        for note in log.notes {
+            // Stretches of one log may say the same of it.
+            if !notes.contains(&note) {
+                notes.push(note);
+            }
+        }
     }
     Ok(Logs {
         sample_rate_hz: rate,

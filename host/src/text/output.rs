@@ -9,6 +9,21 @@ pub fn is_standard(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
+/// Writes to standard output; a reader that has gone away (`| head`) is no error of ours, but ends the run.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Failed`] when it cannot be written to.
+pub fn print(contents: &[u8]) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(contents).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(e) => Err(Error::failed(format!(
+            "standard output could not be written to ({e})"
+        ))),
+        Ok(()) => Ok(()),
+    }
+}
+
 /// Writes a file in one step: into a temporary file beside it, then renamed over it; for `-` to standard output.
 ///
 /// # Errors
@@ -17,10 +32,7 @@ pub fn is_standard(path: &Path) -> bool {
 pub fn write_whole(path: &Path, contents: &[u8]) -> Result<()> {
     check(path)?;
     if is_standard(path) {
-        let mut out = std::io::stdout().lock();
-        let written = out.write_all(contents).and_then(|()| out.flush());
-        return written
-            .map_err(|e| Error::failed(format!("standard output could not be written to ({e})")));
+        return print(contents);
     }
     let folder = folder_of(path);
     let failed = |e: std::io::Error| {

@@ -1,11 +1,12 @@
 //! What `jointwatch monitor` writes beside what it shows: JSON lines, and the raw frames.
 
-use crate::cli::console::{Console, print_to_stdout};
+use crate::cli::console::Console;
 use crate::device::telemetry::line::Source;
 use crate::device::telemetry::listen::{Heard, Tally};
 use crate::device::telemetry::steady::Caught;
 use crate::device::telemetry::words::Reader;
 use crate::text::error::{Error, Result};
+use crate::text::output;
 use jointwatch_shared::wire::telemetry::{Received, Report};
 use serde::Serialize;
 use std::fs::File;
@@ -48,7 +49,7 @@ impl JsonLines {
     fn write(&mut self, lines: &str) -> Result<()> {
         match self {
             Self::Nowhere => Ok(()),
-            Self::StandardOutput => print_to_stdout(lines),
+            Self::StandardOutput => output::print(lines.as_bytes()),
             Self::To(path, file) => file.write_all(lines.as_bytes()).map_err(|e| {
                 Error::failed(format!("{}: could not be written ({e})", path.display()))
             }),

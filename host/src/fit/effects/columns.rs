@@ -48,6 +48,8 @@ pub(crate) struct Records<'a> {
     pub(crate) rows: Vec<usize>,
     /// The largest displacement and velocity of each axis, and the RMS of its force: what parameters are relative to.
     pub(crate) references: References,
+    /// From the smallest to the largest displacement of each axis, over all records, m or rad.
+    pub(crate) travel: Vec<f64>,
     /// The measured force of each axis, record after record, the first axis's before the second's.
     pub(crate) measured: Vec<f64>,
     /// The inertia that is stated, per axis, kg or kg·m².
@@ -69,6 +71,11 @@ impl<'a> Records<'a> {
             let most = series.fold(0.0, |most: f64, v| most.max(v.abs()));
             if most > 0.0 { most } else { 1.0 }
         };
+        let travel = |axis: usize| {
+            let series = motions.iter().flat_map(|m| &m.states[2 * axis]);
+            let least = series.clone().copied().fold(f64::INFINITY, f64::min);
+            series.fold(0.0, |most: f64, x| most.max(x - least))
+        };
         let conventions: Vec<Convention> = axes.iter().map(|a| a.restoring_force).collect();
         let histories = motions.iter();
         let mut records = Self {
@@ -88,6 +95,7 @@ impl<'a> Records<'a> {
                 velocity: [largest(1), largest(3)],
                 time: 1.0,
             },
+            travel: (0..axes.len()).map(travel).collect(),
             measured: Vec::new(),
             inertias: axes.iter().map(|axis| axis.inertia).collect(),
             forced: (0..axes.len())
@@ -231,18 +239,6 @@ impl<'a> Records<'a> {
             self.thinned(&values.collect::<Vec<_>>())
         });
         self.on_axis(axis, parts.flatten().collect())
-    }
-
-    /// From the smallest to the largest displacement of an axis, over all records, m or rad.
-    pub(crate) fn travel(&self, axis: usize) -> f64 {
-        let series = self.histories.iter().flat_map(|h| h.displacement(axis));
-        let least = series.clone().copied().fold(f64::INFINITY, f64::min);
-        series.fold(0.0, |most, x| most.max(x - least))
-    }
-
-    /// Rows per second before they are thinned.
-    pub(crate) fn rate_hz(&self) -> f64 {
-        self.thinned_rate_hz * self.every as f64
     }
 
     /// How long the longest record lasts, s.

@@ -146,27 +146,23 @@ pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<
             let unit = reference(bound, &parameters[place], &records.references);
             let is_length = parameters[place].dimension == Dimension::DISPLACEMENT;
             values[place] > AT_MOST * shape.most * unit
-                || (is_length && values[place] > records.travel(bound.axis))
+                || (is_length && values[place] > records.travel[bound.axis])
         }
         _ => false,
     };
     let longest_s = records.longest_s();
+    let rate_hz = records.thinned_rate_hz * records.every as f64;
     let mut listed = parameters.iter().zip(values);
-    let unseen = listed.any(|(parameter, value)| {
-        matches!(parameter.role, Role::Shape(_))
-            && parameter.dimension == Dimension::TIME.inverse()
-            && (value * longest_s < PERIODS || *value > SAMPLED * records.rate_hz())
-    });
-    let mut listed = parameters.iter().zip(values);
-    let outlasts = listed.any(|(parameter, value)| {
-        matches!(parameter.role, Role::Shape(_))
-            && parameter.dimension == Dimension::TIME
-            && *value > longest_s
+    let unseen = listed.any(|(parameter, value)| match parameter.role {
+        Role::Shape(_) if parameter.dimension == Dimension::TIME => *value > longest_s,
+        Role::Shape(_) if parameter.dimension == Dimension::TIME.inverse() => {
+            value * longest_s < PERIODS || *value > SAMPLED * rate_hz
+        }
+        _ => false,
     });
     let mut pairs = entry.never_less.iter();
     inside
         && pairs.all(|&(more, less)| (1.0..=AT_REST).contains(&(values[more] / values[less])))
         && !entry.not_at_most.iter().any(|&place| at_most(place))
-        && !outlasts
         && !unseen
 }

@@ -30,7 +30,8 @@ pub(super) fn axes(
                 "the column {column:?} cannot be the {other} and the {role}; give each a column of its own"
             )));
         }
-        if survey.column(column).is_none() && !said.is_timeless(survey) {
+        let no_time = *role == "time" && said.is_timeless(survey);
+        if survey.column(column).is_none() && !no_time {
             return Err(Error::usage(format!(
                 "{} has no column {column:?}; --column {role}= needs one of {}",
                 survey.file,
@@ -124,8 +125,10 @@ impl<'a> Parts<'a> {
             found
         };
         let mut displacement = motion("displacement", Quantity::Displacement);
-        // A name such as `x_F` may be either.
-        displacement.retain(|c| force.first().is_none_or(|force| force.name != c.name));
+        // A name such as `x_F` may be either, and a file may hold the force twice, alone and in a matrix.
+        if let (Some(force), None) = (force.first(), said.column("displacement")) {
+            displacement.retain(|c| !is_copy(&c.values, &force.values));
+        }
         let velocity = motion("velocity", Quantity::Velocity);
         let integrated = displacement.is_empty() && !said.is_timeless(survey);
         if integrated {
@@ -160,10 +163,8 @@ fn best_axis(
 ) -> Result<DraftAxis> {
     let force = parts.force[0];
     let mut trials: Vec<Trial<'_>> = Vec::new();
-    // A file may hold the force twice, alone and in a matrix.
-    let other = |c: &&&SurveyedColumn| !is_copy(&c.values, &force.values);
-    for first in parts.displacement.iter().filter(other) {
-        let others = parts.displacement.iter().filter(other);
+    for first in &parts.displacement {
+        let others = parts.displacement.iter();
         let others = others.filter(|c| c.name != first.name && !parts.integrated);
         let seconds = std::iter::once(None).chain(others.map(Some));
         for second in seconds {

@@ -13,6 +13,9 @@ use crate::text::error::{Error, Result};
 /// a name.
 pub(super) const LONGEST_LINE: usize = 1 << 20;
 
+/// Bytes looked at further down than the top of a log: in its middle, and at its end.
+pub(super) const PART: usize = 1 << 14;
+
 /// Reads the columns that the request needs.
 pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     let decoded = decode(request, bytes)?;
@@ -29,7 +32,6 @@ pub(super) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
     }
     let names = names(request, &layout)?;
     request.locate(&names)?;
-    let units: Vec<Option<String>> = layout.units.clone();
     let mut columns = readings(&names, |place| request.needs(&names[place]));
     let body = Body {
         text,
@@ -43,11 +45,7 @@ pub(super) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
         .enumerate()
         .map(|(place, (name, column))| Column {
             name,
-            unit: match &column.clock {
-                // Dates and times are counted in seconds, whatever else stands above them.
-                Some(_) => Some("s".into()),
-                None => units.get(place).cloned().flatten(),
-            },
+            unit: unit(&layout, column.clock.as_ref(), place).map(str::to_owned),
             values: column.wanted.then_some(column.values),
         })
         .collect();
@@ -58,6 +56,14 @@ pub(super) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
         cut: true,
         notes: Vec::new(),
     })
+}
+
+/// The unit of a column by its place. Dates and times are counted in seconds, whatever else stands above them.
+pub(super) fn unit<'a>(layout: &'a Layout, clock: Option<&Clock>, place: usize) -> Option<&'a str> {
+    match clock {
+        Some(_) => Some("s"),
+        None => layout.units.get(place)?.as_deref(),
+    }
 }
 
 /// A layout in words.
@@ -86,10 +92,10 @@ impl<'a> Sample<'a> {
     /// Of a whole text.
     fn of(text: &'a str) -> Self {
         // Found without counting the lines before.
-        let parts = [text.len() / 2, text.len().saturating_sub(1 << 14)].map(|start| {
+        let parts = [text.len() / 2, text.len().saturating_sub(PART)].map(|start| {
             let start = (start..text.len()).find(|i| text.is_char_boundary(*i));
             let rest = &text[start.unwrap_or(text.len())..];
-            &rest[..rest.floor_char_boundary(1 << 14)]
+            &rest[..rest.floor_char_boundary(PART)]
         });
         Self::of_parts(text, parts.into_iter())
     }

@@ -62,7 +62,7 @@ impl LongLog {
     pub(crate) fn open(request: &Request<'_>) -> Result<Option<Self>> {
         let mut file = opened(request)?;
         let mut head = Vec::new();
-        let failed = |e: std::io::Error| request.error(format!("cannot be read ({e}); check it"));
+        let failed = |e: std::io::Error| request.unreadable(&e);
         let read = (&mut file).take(HEADER).read_to_end(&mut head);
         read.map_err(failed)?;
         let length = file.metadata().map_err(failed)?.len();
@@ -226,8 +226,7 @@ impl LongLog {
         }
         let mut digest = Sha256::new();
         let mut bytes = BufReader::with_capacity(PIECE, opened(request)?);
-        std::io::copy(&mut bytes, &mut digest)
-            .map_err(|e| request.error(format!("cannot be read ({e}); check it")))?;
+        std::io::copy(&mut bytes, &mut digest).map_err(|e| request.unreadable(&e))?;
         let sha256 = hexadecimal(&digest.finalize());
         Ok(self.sha256.get_or_init(|| sha256).clone())
     }

@@ -2,7 +2,7 @@
 //! read from there.
 
 use super::cells::Clock;
-use super::csv::{self, Body, LONGEST_LINE, Reading, Sample};
+use super::csv::{self, Body, LONGEST_LINE, PART, Reading, Sample};
 use super::layout::{Layout, is_comment};
 use super::text::{decode, is_blank};
 use crate::study::log::Request;
@@ -13,9 +13,8 @@ use std::ops::Range;
 
 /// Rows from one known place in the file to the next.
 const APART: usize = 1 << 12;
-/// Bytes looked at from the top of the file, from its middle and from its end.
+/// Bytes looked at from the top of the file.
 const TOP: u64 = LONGEST_LINE as u64 + 1;
-const FURTHER: u64 = 1 << 14;
 /// Bytes that are read at a time.
 const PIECE: usize = 1 << 20;
 
@@ -38,7 +37,7 @@ pub(super) struct Lines {
 impl Lines {
     /// The rows of a file that begins with these bytes.
     pub(super) fn described(request: &Request<'_>, file: &mut File) -> Result<Self> {
-        let failed = |e: std::io::Error| request.error(format!("cannot be read ({e}); check it"));
+        let failed = |e: std::io::Error| request.unreadable(&e);
         let length = file.metadata().map_err(failed)?.len();
         let mut piece = |from: u64, bytes: u64| {
             let mut read = Vec::new();
@@ -47,8 +46,8 @@ impl Lines {
             Ok(read)
         };
         let top = whole_lines(piece(0, TOP)?, length);
-        let middle = piece(length / 2, FURTHER)?;
-        let end = piece(length.saturating_sub(FURTHER), FURTHER)?;
+        let middle = piece(length / 2, PART as u64)?;
+        let end = piece(length.saturating_sub(PART as u64), PART as u64)?;
         let top = decode(request, &top)?;
         let further = [decode(request, &middle)?, decode(request, &end)?];
         let sample = Sample::of_parts(&top.text, further.iter().map(|part| part.text.as_ref()));
@@ -90,7 +89,7 @@ impl Lines {
         first: usize,
         end: u8,
     ) -> Result<()> {
-        let failed = |e: std::io::Error| request.error(format!("cannot be read ({e}); check it"));
+        let failed = |e: std::io::Error| request.unreadable(&e);
         file.seek(SeekFrom::Start(0)).map_err(failed)?;
         let mut bytes = BufReader::with_capacity(PIECE, file);
         let (mut line, mut at) = (Vec::new(), 0);
@@ -117,10 +116,7 @@ impl Lines {
 
     /// The units that the file states.
     pub(super) fn unit(&self, place: usize) -> Option<&str> {
-        match self.clocks[place] {
-            Some(_) => Some("s"),
-            None => self.layout.units.get(place)?.as_deref(),
-        }
+        csv::unit(&self.layout, self.clocks[place].as_ref(), place)
     }
 
     /// Some rows of some columns, by their places.

@@ -28,8 +28,11 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     if request.wanted.is_none() {
         // A rate or a gain that whoever describes the log needs.
         let scalars = file.arrays().iter().filter_map(|array| {
-            let value = real(array.data()).filter(|v| v.len() == 1)?;
-            Some(format!("it holds {} = {}", array.name(), value[0]))
+            let value = match array.size().iter().product() {
+                1 => real(array.data())?.pop()?,
+                _ => return None,
+            };
+            Some(format!("it holds {} = {value}", array.name()))
         });
         table.notes.extend(scalars);
     }

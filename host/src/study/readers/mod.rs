@@ -91,8 +91,7 @@ fn read_plain(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
 /// Whether bytes that a file begins with are those of a table of text of which every line ends in one known byte.
 fn is_text_table(head: &[u8]) -> bool {
     let first = head.iter().find(|b| !b.is_ascii_whitespace());
-    let packed = head.starts_with(&[0x1f, 0x8b]) || head.starts_with(b"PK\x03\x04");
-    !packed
+    !head.starts_with(&[0x1f, 0x8b])
         && first.is_some_and(|b| !matches!(b, b'{' | b'['))
         && BINARY.iter().all(|(recognises, _)| !recognises(head))
         && foreign(head).is_none()

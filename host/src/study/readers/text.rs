@@ -19,12 +19,7 @@ pub(super) struct Text<'a> {
 /// Decodes UTF-8, UTF-16 and, where neither fits, Latin-1.
 pub(super) fn decode<'a>(request: &Request<'_>, bytes: &'a [u8]) -> Result<Text<'a>> {
     let head = &bytes[..bytes.len().min(LOOKED_AT)];
-    let utf16 = match head {
-        [0xff, 0xfe, ..] => Some(true),
-        [0xfe, 0xff, ..] => Some(false),
-        _ => byte_order_without_mark(head),
-    };
-    let (text, encoding) = if let Some(little) = utf16 {
+    let (text, encoding) = if let Some(little) = utf16(head) {
         let units = bytes.chunks_exact(2).map(|pair| {
             let pair = [pair[0], pair[1]];
             if little {
@@ -63,11 +58,18 @@ pub(super) fn decode<'a>(request: &Request<'_>, bytes: &'a [u8]) -> Result<Text<
 /// Whether bytes are text in one of the encodings that [`decode`] knows.
 pub(super) fn is_text(bytes: &[u8]) -> bool {
     let head = &bytes[..bytes.len().min(LOOKED_AT)];
-    let marked = matches!(head, [0xff, 0xfe, ..] | [0xfe, 0xff, ..]);
     let control = |b: &&u8| b.is_ascii_control() && !b.is_ascii_whitespace() && **b != 0x1a;
-    marked
-        || byte_order_without_mark(head).is_some()
+    utf16(head).is_some()
         || head.iter().filter(control).count() as f64 <= CONTROL_SHARE * head.len() as f64
+}
+
+/// Whether bytes begin as UTF-16 does: `true` for little-endian.
+fn utf16(head: &[u8]) -> Option<bool> {
+    match head {
+        [0xff, 0xfe, ..] => Some(true),
+        [0xfe, 0xff, ..] => Some(false),
+        _ => byte_order_without_mark(head),
+    }
 }
 
 /// UTF-16 without a mark: Latin letters and digits then have a zero in every other byte. `true` for little-endian.
@@ -114,8 +116,5 @@ pub(super) fn is_blank(line: &str) -> bool {
 
 /// Whether bytes begin like a text of which every line ends in one known byte: any but UTF-16.
 pub(super) fn is_bytewise(head: &[u8]) -> bool {
-    let marked = matches!(head, [0xff, 0xfe, ..] | [0xfe, 0xff, ..]);
-    is_text(head)
-        && !marked
-        && byte_order_without_mark(&head[..head.len().min(LOOKED_AT)]).is_none()
+    is_text(head) && utf16(&head[..head.len().min(LOOKED_AT)]).is_none()
 }
