@@ -16,8 +16,8 @@ use jointwatch_shared::base::terms::EffectValues;
 /// An axis rests in a record where displacement, velocity and force are under these parts of their largest RMS; the force
 /// channel is noisier than the encoder.
 const AT_REST_BELOW: [f64; 3] = [0.03, 0.03, 0.2];
-/// What is left at rest is more than noise where it is so many times what its high frequencies suggest: noise that grows
-/// towards low frequencies makes it three or four times as much.
+/// What is left is more than noise where it is so many times what its high frequencies suggest: noise that grows towards low
+/// frequencies makes it three or four times as much.
 const ACTS: f64 = 6.0;
 /// The part of the spectrum that stands in for rest, as shares of half the sample rate.
 const TAIL: [f64; 2] = [0.6, 0.9];
@@ -39,6 +39,8 @@ const SLOWEST_HZ: f64 = 0.1;
 pub(crate) struct Floor {
     /// RMS in the common band, N or N·m.
     pub(crate) rms: f64,
+    /// RMS beyond which it is no noise of a sensor, whatever its spectrum, N or N·m.
+    pub(crate) most: f64,
     /// Whether it was seen at rest.
     pub(crate) at_rest: bool,
     /// Whether what was seen at rest is too much for noise: something that nobody measures acts on the axis.
@@ -158,6 +160,7 @@ impl<'a> Band<'a> {
         let tail = from_tail(residuals.clone(), self.low_pass);
         Some(Floor {
             rms,
+            most: rms,
             at_rest: true,
             acts_at_rest: rms > ACTS * tail
                 || Shape::of(residuals, self.sample_rate_hz, self.hz).rises(),
@@ -174,6 +177,7 @@ impl<'a> Band<'a> {
         let rate = self.sample_rate_hz;
         let white = from_tail(residuals.clone(), self.low_pass);
         let ends = Shape::of(residuals.clone(), rate, self.hz).ends();
+        let most = ACTS * white;
         let guessed = white.hypot(slow(residuals.clone(), displacements, self.hz, rate, white));
         // The noise is in what is left, so it cannot be more.
         let left = residuals.map(|series| {
@@ -182,7 +186,8 @@ impl<'a> Band<'a> {
             (square / passed.len().max(1) as f64).sqrt()
         });
         Floor {
-            rms: left.fold(guessed, f64::min),
+            rms: left.fold(guessed.min(most), f64::min),
+            most,
             at_rest: false,
             acts_at_rest: false,
             ends,

@@ -238,9 +238,6 @@ const KNOWN_NOISE: f64 = 0.2;
 /// The same where the noise was not seen at rest, and may be larger.
 const GUESSED_NOISE: f64 = 1.0;
 
-/// Part of the force's variance that may be left.
-const UNDESCRIBED: f64 = 0.3;
-
 /// Power, beside that of the force, of a force on an axis that nobody measured: what stands above the sensors' noise though neither effects
 /// nor a learner without physics take it away.
 fn unmeasured(
@@ -261,22 +258,14 @@ fn unmeasured(
     }
     let stands_out = left > CRITERIA.above_noise * noise && above.sqrt() > share;
     let named = decision.named();
-    // A model that leaves so much of the force's variance describes nothing, whatever the noise may be.
-    let known = floor.at_rest || floor.ends || left * left > UNDESCRIBED * variance(learnt, axis);
+    let known = floor.at_rest || floor.ends;
     let counts = if known { KNOWN_NOISE } else { GUESSED_NOISE } * named;
-    if stands_out && above > counts && (known || named > 0.0) {
+    let loud = left > floor.most / learnt.references.force[axis];
+    if stands_out && above > counts && (known || loud || named > 0.0) {
         above
     } else {
         0.0
     }
-}
-
-/// Variance of the measured force of an axis, beside its mean square.
-fn variance(learnt: &Records<'_>, axis: usize) -> f64 {
-    let rows = learnt.rows_per_axis();
-    let force = &learnt.measured[axis * rows..(axis + 1) * rows];
-    let mean = force.iter().sum::<f64>() / rows.max(1) as f64;
-    1.0 - (mean / learnt.references.force[axis]).powi(2)
 }
 
 /// The same on every axis. No draw of blocks takes away what stands above the noise, so what is likely is put right as well.
