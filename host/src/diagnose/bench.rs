@@ -75,7 +75,7 @@ pub(super) struct Bench<'a> {
 }
 
 /// The rows of an axis in a whole column.
-fn rows_of(records: &Records<'_>, axis: usize) -> Range<usize> {
+pub(super) fn rows_of(records: &Records<'_>, axis: usize) -> Range<usize> {
     let rows = records.rows_per_axis();
     axis * rows..(axis + 1) * rows
 }

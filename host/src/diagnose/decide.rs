@@ -3,6 +3,7 @@
 use super::bench::Bench;
 use super::chances::{Chances, Rivals, is_gained, mean_and_error};
 use super::criteria::CRITERIA;
+use super::curve::Curve;
 use super::hypothesis::Hypothesis;
 use super::learner::{Inputs, Knows, Left, Taken};
 use super::rank::{Field, Looked, look, rank};
@@ -28,6 +29,8 @@ pub(super) struct Decision {
     pub(super) taken: Taken,
     /// Those of the effects that are more than pieces of a shape without a name.
     pub(super) laws: Looked,
+    /// A curve without a law that does for several of the effects.
+    pub(super) curve: Option<Curve>,
     /// The inputs with which it takes most of that, and the parts of the error's power that it takes at each step.
     pub(super) follows: Option<Knows>,
     /// Hypotheses of one effect, best first, with those that explain the same.
@@ -121,7 +124,8 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
             taken,
         },
     } = choice;
-    let laws = laws(field, decided.clone(), lost, taken.surely());
+    let curve = Curve::in_place_of(full, &decided);
+    let laws = laws(field, &decided, lost, (taken.surely(), curve.as_ref()));
     let as_good: Vec<AxisEffect> = rivals.sole(&good);
     let design = full.design(&decided.hypothesis, &decided.parts);
     let left = full.solved(&design).1;
@@ -133,6 +137,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         hypothesis: decided.hypothesis.clone(),
         taken,
         laws,
+        curve,
         follows: None,
         singles: singles(full, &looked, &base, &decided, &as_good),
         chances: Chances::default(),
@@ -272,27 +277,32 @@ fn lost_without_each(field: &Field<'_, '_>, of: &Looked) -> Vec<(f64, AxisEffect
 }
 
 /// Of several effects, those that are laws. An effect beside others that explains little more than what is left without a name is a piece of
-/// a shape that has none, and counts with what is left; so does then an effect that explains little more than both.
+/// a shape that has none, and counts with what is left; so does then an effect that explains little more than both. Of several that one
+/// curve does for, only the most important may be a law.
 ///
 /// `lost` is what [`lost_without_each`] makes of `decided`.
 fn laws(
     field: &Field<'_, '_>,
-    decided: Looked,
+    decided: &Looked,
     lost: Vec<(f64, AxisEffect, Looked)>,
-    without_name: f64,
+    (without_name, curve): (f64, Option<&Curve>),
 ) -> Looked {
     let power = |looked: &Looked| looked.score.error.powi(2);
-    let all = power(&decided);
-    let (mut laws, mut lost) = (decided, Some(lost));
-    while without_name > 0.0 && laws.hypothesis.added().len() > 1 {
+    let (mut laws, mut lost) = (decided.clone(), Some(lost));
+    while laws.hypothesis.added().len() > 1 {
         let mut each = lost
             .take()
             .unwrap_or_else(|| lost_without_each(field, &laws));
-        let pieces = (power(&laws) - all).max(0.0);
-        if without_name + pieces <= CRITERIA.unknown * each[0].0 {
-            break;
-        }
-        laws = each.swap_remove(0).2;
+        let is_piece = |bound: &AxisEffect| curve.is_some_and(|c| c.pieces.contains(bound));
+        let pieces = each.iter().filter(|(_, bound, _)| is_piece(bound)).count();
+        let of_curve = each.iter().position(|(_, bound, _)| is_piece(bound));
+        let unnamed = without_name + (power(&laws) - power(decided)).max(0.0);
+        let least = match of_curve.filter(|_| pieces > 1) {
+            Some(least) => least,
+            None if without_name > 0.0 && unnamed > CRITERIA.unknown * each[0].0 => 0,
+            None => break,
+        };
+        laws = each.swap_remove(least).2;
     }
     laws
 }

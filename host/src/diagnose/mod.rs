@@ -12,6 +12,7 @@ pub mod changed;
 mod collect;
 mod columns;
 mod criteria;
+mod curve;
 mod decide;
 mod descend;
 mod errors;

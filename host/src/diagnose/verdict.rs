@@ -372,7 +372,15 @@ fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) 
     for decision in &search.decisions {
         let axis = names[decision.axis];
         let pieces = pieces(decision, names);
-        if !pieces.is_empty() {
+        if let Some(curve) = &decision.curve {
+            let of_curve: Vec<String> = curve.pieces.iter().map(|b| b.name(names)).collect();
+            notes.push(format!(
+                "axis {axis}: a smooth function of {} without a law predicts as well as {}: they may be pieces of one shape that is no law \
+                 here",
+                curve.of,
+                of_curve.join(" + ")
+            ));
+        } else if !pieces.is_empty() {
             notes.push(format!(
                 "axis {axis}: {} explains little more than what is left without a name: it may be a piece of a shape that is no law here",
                 pieces.join(" + ")
