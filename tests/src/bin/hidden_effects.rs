@@ -70,7 +70,7 @@ impl Asked {
 fn hideable() -> Vec<&'static str> {
     let subjects = SUBJECTS.iter().chain(&BY_NAME);
     let subjects = subjects.map(|subject| subject.name);
-    std::iter::once("none").chain(subjects).collect()
+    ["none", "outsiders"].into_iter().chain(subjects).collect()
 }
 
 /// Draws a case and writes it into a folder.

@@ -92,6 +92,9 @@ fn subjects(options: &Options, rng: &mut impl Rng) -> Vec<&'static Subject> {
         .filter(|s| s.kind == Kind::Outside)
         .collect();
     let mut one = |of: &[&'static Subject]| *of.choose(rng).expect("a list that is not empty");
+    if options.only.as_deref() == Some("outsiders") {
+        return vec![one(&outside)];
+    }
     if let Some(name) = &options.only {
         return Subject::named(name).into_iter().collect();
     }

@@ -3,6 +3,7 @@
 use super::laws::Form;
 use super::rig::Base;
 use super::sensors::Fault;
+use super::wild::{self, Wild};
 use jointwatch_shared::effect::EFFECTS;
 use rand::{Rng, RngExt};
 use std::f64::consts::TAU;
@@ -90,7 +91,7 @@ pub const SUBJECTS: [Subject; 31] = [
 ];
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed and the list above.
-pub const BY_NAME: [Subject; 20] = [
+pub const BY_NAME: [Subject; 26] = [
     subject("coulomb_by_direction", Kind::Joint),
     subject("viscous_by_direction", Kind::Joint),
     subject("gap_jenkins", Kind::Joint),
@@ -111,6 +112,12 @@ pub const BY_NAME: [Subject; 20] = [
     subject("mullins", Kind::Joint),
     subject("bouc_wen_hardening", Kind::Joint),
     subject("bouc_wen_pinching", Kind::Joint),
+    subject(wild::NAMES[0], Kind::Outside),
+    subject(wild::NAMES[1], Kind::Outside),
+    subject(wild::NAMES[2], Kind::Outside),
+    subject(wild::NAMES[3], Kind::Outside),
+    subject(wild::NAMES[4], Kind::Outside),
+    subject(wild::NAMES[5], Kind::Outside),
 ];
 
 /// Effects of the library that the campaign has no independent law for, and so never hides.
@@ -174,6 +181,9 @@ impl Subject {
         longest_s: f64,
         rng: &mut impl Rng,
     ) -> Planted {
+        if let Some(wild) = Wild::draw(self.name, scale, longest_s, rng) {
+            return Planted::Law(Form::Wild(wild));
+        }
         let (x, v) = (scale.displacement, scale.velocity);
         // Friction turns within a speed that no differentiated encoder resolves.
         let edge = 0.004 * v;

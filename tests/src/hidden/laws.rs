@@ -4,9 +4,13 @@
 //! integrated together with the bodies. Positive force pulls body 2 towards body 3 as a spring does when x > 0.
 
 use super::rig::JointState;
+use super::wild::Wild;
 
 /// Memory of one law: what its differential equations integrate.
-pub type Memory = [f64; 2];
+pub type Memory = [f64; MEMORIES];
+
+/// Numbers in it; most laws use the first alone.
+pub const MEMORIES: usize = 6;
 
 /// What a law sees besides the joint's state.
 #[derive(Clone, Copy, Debug, Default)]
@@ -259,6 +263,8 @@ pub enum Form {
         /// Phases, rad.
         phases: [f64; 3],
     },
+    /// Outside the library: drawn at random.
+    Wild(Wild),
     /// Outside the library: damping where the displacement is positive.
     HalfDamper {
         /// Displacement over which it sets in.
@@ -388,6 +394,7 @@ impl Law {
                 .map(|(k, phase)| (k * x / length + phase).sin() / k)
                 .sum(),
             Form::HalfDamper { edge } => v * 0.5 * (1.0 + (x / edge).tanh()),
+            Form::Wild(wild) => wild.force([x, v], memory, around.time_s),
         };
         [self.strength * own, 0.0]
     }
@@ -397,6 +404,7 @@ impl Law {
         let v = joint[self.axis][1];
         let z = memory[0];
         let rate = match self.form {
+            Form::Wild(wild) => return wild.rates(joint[self.axis], memory),
             Form::Wen {
                 saturation,
                 roundness,
@@ -454,7 +462,9 @@ impl Law {
             Form::SpringDamper { relaxation_s } => v - z / relaxation_s,
             _ => 0.0,
         };
-        [rate, 0.0]
+        let mut rates = [0.0; MEMORIES];
+        rates[0] = rate;
+        rates
     }
 
     /// The fastest rate that the law brings into the equations of motion, 1/s: explicit steps must be shorter than its inverse.
@@ -495,6 +505,7 @@ impl Law {
                 both_ways,
                 unloading,
             } => spring(16.0 * s).max(2.0 * top_speed * (both_ways + unloading)),
+            Form::Wild(wild) => wild.fastest_rate(s, moving_inertia, top_speed),
             Form::Teeth { pitch, .. } => spring(s * std::f64::consts::TAU / pitch),
             _ => 0.0,
         }
@@ -516,7 +527,7 @@ mod tests {
         };
         let h = TAU / STEPS as f64;
         let joint = |t: f64| [[t.sin(), t.cos()], [0.0; 2]];
-        let mut memory = [0.0; 2];
+        let mut memory = [0.0; MEMORIES];
         let mut cycle = Vec::new();
         for step in 0..10 * STEPS {
             let t = step as f64 * h;
@@ -524,9 +535,10 @@ mod tests {
                 let force = law.force(&joint(t), &memory, &Surroundings::default())[0];
                 cycle.push((joint(t)[0], force));
             }
-            let slope = law.rates(&joint(t), &memory)[0];
-            let half = [memory[0] + 0.5 * h * slope, 0.0];
-            memory[0] += h * law.rates(&joint(t + 0.5 * h), &half)[0];
+            let slope = law.rates(&joint(t), &memory);
+            let half = std::array::from_fn(|i| memory[i] + 0.5 * h * slope[i]);
+            let slope = law.rates(&joint(t + 0.5 * h), &half);
+            memory = std::array::from_fn(|i| memory[i] + h * slope[i]);
         }
         cycle
     }
@@ -635,7 +647,7 @@ mod tests {
         let around = Surroundings::default();
         let joint = [[0.3, 0.1], [-0.5, 0.7]];
         assert_eq!(
-            law(Form::CrossSpring).force(&joint, &[0.0; 2], &around),
+            law(Form::CrossSpring).force(&joint, &[0.0; MEMORIES], &around),
             [-1.0, 0.6]
         );
         let coupling = law(Form::ContactCoupling {
@@ -644,10 +656,13 @@ mod tests {
             lever: 0.5,
         });
         // Only the translation touches: −⅓·2·ẋ·φ.
-        let [own, other] = coupling.force(&joint, &[0.0; 2], &around);
+        let [own, other] = coupling.force(&joint, &[0.0; MEMORIES], &around);
         near(own, 2.0 * 0.1 * 0.5 / 3.0, 1e-12);
         near(other, 0.5 * own, 1e-12);
         let resting = [[0.3, 0.1], [0.0; 2]];
-        assert_eq!(coupling.force(&resting, &[0.0; 2], &around)[0].abs(), 0.0);
+        assert_eq!(
+            coupling.force(&resting, &[0.0; MEMORIES], &around)[0].abs(),
+            0.0
+        );
     }
 }

@@ -2,10 +2,11 @@
 //! study to study as those of published measurements do.
 
 use super::cases::case_seed;
-use super::catalogue::{BY_NAME, Planted, SUBJECTS, Scale, Subject};
+use super::catalogue::{Kind, Planted, Scale, Subject};
 use super::judge::Truth;
-use super::laws::{Form, Law, Surroundings};
+use super::laws::{Form, Law, MEMORIES, Surroundings};
 use super::rig::Base;
+use super::wild;
 use nalgebra::{DMatrix, DVector};
 use rand::seq::IndexedRandom;
 use rand::{Rng, RngExt, SeedableRng};
@@ -57,6 +58,13 @@ const HIDDEN: [&str; 30] = [
     "spring of a random smooth shape",
     "damping on one side of the middle",
 ];
+
+/// Everything outside the library that a machine can move, the laws drawn at random as well.
+fn outsiders() -> Vec<&'static str> {
+    let is_outside = |name: &&&str| Subject::named(name).is_some_and(|s| s.kind == Kind::Outside);
+    let drawn = HIDDEN.iter().filter(is_outside);
+    drawn.chain(&wild::NAMES).copied().collect()
+}
 
 /// How the machine moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -199,7 +207,7 @@ impl Imposed {
             axis: 0,
             strength: 1.0,
         };
-        let mut memory = [0.0; 2];
+        let mut memory = [0.0; MEMORIES];
         let mut largest = 0.0f64;
         let mut force = Vec::with_capacity(self.x.len() / STEPS);
         let joint = |i: usize| [[self.x[i], self.v[i]], [0.0; 2]];
@@ -215,10 +223,10 @@ impl Imposed {
                 force.push(law.force(&joint(i), &memory, &around)[0]);
             }
             let next = (i + 1).min(self.x.len() - 1);
-            let slope = law.rates(&joint(i), &memory)[0];
-            let ahead = [memory[0] + self.step_s * slope, 0.0];
-            let end = law.rates(&joint(next), &ahead)[0];
-            memory[0] += 0.5 * self.step_s * (slope + end);
+            let slope = law.rates(&joint(i), &memory);
+            let ahead = std::array::from_fn(|m| memory[m] + self.step_s * slope[m]);
+            let end = law.rates(&joint(next), &ahead);
+            memory = std::array::from_fn(|m| memory[m] + 0.5 * self.step_s * (slope[m] + end[m]));
         }
         force
     }
@@ -282,12 +290,12 @@ impl MachineCase {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let name = match only {
             Some("none") => None,
+            Some("outsiders") => outsiders().choose(&mut rng).copied(),
             Some(name) => Some(name),
             None if rng.random_bool(0.15) => None,
             None => HIDDEN.choose(&mut rng).copied(),
         };
-        let subject =
-            name.and_then(|name| SUBJECTS.iter().chain(&BY_NAME).find(|s| s.name == name));
+        let subject = name.and_then(Subject::named);
         for _ in 0..MAX_DRAWS {
             if let Some(case) = Self::attempt(subject, seed, &mut rng) {
                 return Ok(case);

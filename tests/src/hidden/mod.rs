@@ -12,3 +12,4 @@ pub mod sensors;
 pub mod strength;
 pub mod study;
 pub mod table;
+pub mod wild;

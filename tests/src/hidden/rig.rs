@@ -4,7 +4,7 @@
 //! Runge–Kutta scheme of fixed steps, short enough for the stiffest law at work.
 
 use super::drive::{Drive, RATE_HZ};
-use super::laws::{Form, Law, Memory, Surroundings, dead_zone};
+use super::laws::{Form, Law, MEMORIES, Memory, Surroundings, dead_zone};
 
 /// Displacement and velocity of body 3 against body 2, translation first: [[x, ẋ], [φ, φ̇]].
 pub type JointState = [[f64; 2]; 2];
@@ -79,7 +79,7 @@ pub struct Trace {
 /// The most hidden laws in one joint.
 pub const MAX_LAWS: usize = 2;
 const BODIES: usize = 16;
-const SIZE: usize = BODIES + 2 * MAX_LAWS;
+const SIZE: usize = BODIES + MEMORIES * MAX_LAWS;
 
 /// Positions of bodies 1–4 along and about x, their velocities, the laws' memories.
 type State = [f64; SIZE];
@@ -211,7 +211,7 @@ impl Rig {
         }
         for (i, law) in self.hidden.iter().enumerate() {
             let m = law.rates(&joint, &memory(y, i));
-            rate[BODIES + 2 * i..BODIES + 2 * i + 2].copy_from_slice(&m);
+            rate[BODIES + MEMORIES * i..BODIES + MEMORIES * (i + 1)].copy_from_slice(&m);
         }
         rate
     }
@@ -304,7 +304,7 @@ impl Rig {
                 let laws = self.hidden.iter().filter(|law| law.axis == axis);
                 self.base.force(&joint)[axis]
                     + laws
-                        .map(|l| l.force(&joint, &[0.0; 2], &still)[0])
+                        .map(|l| l.force(&joint, &[0.0; MEMORIES], &still)[0])
                         .sum::<f64>()
             };
             if held(0.0) == 0.0 {
@@ -330,7 +330,7 @@ impl Rig {
 }
 
 fn memory(y: &State, law: usize) -> Memory {
-    [y[BODIES + 2 * law], y[BODIES + 2 * law + 1]]
+    std::array::from_fn(|i| y[BODIES + MEMORIES * law + i])
 }
 
 impl Trace {
