@@ -14,6 +14,7 @@ use jointwatch_tests::hidden::rig::{Base, Chain, Rig, Run};
 use jointwatch_tests::hidden::study;
 use jointwatch_tests::program::{fail, succeed};
 use rayon::prelude::*;
+use std::path::Path;
 
 fn only(name: &str, seed: u64) -> Options {
     Options {
@@ -307,19 +308,49 @@ fn joints_in_a_testing_machine_are_named_or_grouped() {
     assert!(of(Expected::Nothing).all(|j| j.right));
 }
 
+/// What `diagnose --json` says of a study with a model of its base.
+fn diagnosed(folder: &Path) -> serde_json::Value {
+    let identify = ["identify", ".", "--model", "physical", "-o", "model.json"];
+    succeed(folder, &identify);
+    let said = succeed(folder, &["diagnose", ".", "model.json", "--json", "-"]);
+    serde_json::from_str(&said).unwrap()
+}
+
+/// Laws outside the library, in a testing machine, with a part of what is said of them.
+const NAMELESS: [(&str, usize, &str); 6] = [
+    ("spring of a random smooth shape", 2, "a smooth function of"),
+    (
+        "spring of a random smooth shape",
+        15,
+        "a smooth function of",
+    ),
+    ("friction that comes and goes", 21, "nobody measures"),
+    ("friction that comes and goes", 23, "nobody measures"),
+    ("unmeasured force", 13, "nobody measures"),
+    ("unmeasured force", 16, "nobody measures"),
+];
+
+/// Pieces that follow a curve are no laws, and what is loud is no noise although the joint never rests.
+#[test]
+fn what_no_law_describes_is_unknown() {
+    NAMELESS.par_iter().for_each(|(name, number, part)| {
+        let case = MachineCase::draw(501, *number, Some(name)).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        case.write(folder.path()).unwrap();
+        let said = diagnosed(folder.path());
+        assert_eq!(said["verdict"], "unknown", "{name} {number}: {said}");
+        let notes = said["notes"].to_string();
+        assert!(notes.contains(part), "{name} {number}: {notes}");
+    });
+}
+
 #[test]
 fn of_a_law_outside_the_library_it_is_told_what_it_follows() {
     OUTSIDE.par_iter().for_each(|(name, number, follows)| {
         let case = Case::draw(&only(name, 402), *number).expect("a rig for this case");
         let folder = tempfile::tempdir().expect("a folder");
         study::write(&case, folder.path()).expect("files that can be written");
-        let identify = ["identify", ".", "--model", "physical", "-o", "model.json"];
-        succeed(folder.path(), &identify);
-        let said = succeed(
-            folder.path(),
-            &["diagnose", ".", "model.json", "--json", "-"],
-        );
-        let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+        let said = diagnosed(folder.path());
         println!(
             "{name}: {} {} {}",
             said["verdict"], said["remainder"], said["notes"]

@@ -14,8 +14,10 @@ use rand::{RngExt, SeedableRng};
 const DRAWS: usize = 300;
 /// Part of a set that has a number more than another one that is as good.
 const PER_NUMBER: f64 = 0.5;
+/// What a named law leaves differs from joint to joint: the bound on it is drawn, within this factor either way in two of three draws.
+const BOUND: f64 = 3.0;
 /// Part of the effects that are named in a draw in which more has no name than may have none: they may imitate it.
-const IMITATES: f64 = 0.5;
+const IMITATES: f64 = 0.2;
 
 /// Mean and its standard error.
 pub(super) fn mean_and_error(values: &[f64]) -> (f64, f64) {
@@ -175,6 +177,9 @@ impl Chances {
             for _ in 0..count {
                 drawn[rng.random_range(0..count)] += 1.0;
             }
+            // Twelve even numbers make a normal one.
+            let normal = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+            let bound = CRITERIA.unknown * BOUND.powf(normal);
             let weights: Vec<f64> = block_of.iter().map(|&block| drawn[block]).collect();
             let power = |values: &mut dyn Iterator<Item = f64>| {
                 let [sum, whole] = values
@@ -190,7 +195,7 @@ impl Chances {
             let unnamed = pieces + power(&mut left.map(|(a, b)| a - b)).max(0.0);
             let unknown = gain > CRITERIA.least_difference
                 && unnamed.sqrt() > rivals.least_share
-                && unnamed > CRITERIA.unknown * named;
+                && unnamed > bound * named;
             chances.unknown += if unknown { each } else { 0.0 };
             for (at, part) in rivals.parts(&rivals.good(&weights)) {
                 let set = rivals.sets[at].iter().filter(|bound| !weak.contains(bound));

@@ -72,7 +72,7 @@ impl Truth {
         Self::new(&hidden, describe(case))
     }
 
-    /// Whether something that a verdict gives a probability is so; an equivalent effect counts.
+    /// Whether something that a verdict gives a probability is so. An equivalent effect has a probability of its own, and is not.
     fn holds(&self, said: &str) -> bool {
         match said {
             "none" => self.expected == Expected::Nothing,
@@ -84,7 +84,7 @@ impl Truth {
                     effect: effect.into(),
                     axis: axis.into(),
                 };
-                self.hidden.iter().any(|truth| truth.is_or_equals(&said))
+                self.hidden.contains(&said)
             }
         }
     }
