@@ -1,5 +1,7 @@
 //! Records of more rows than a study holds: stretches of them are read, whatever the format, and give the parameters that are true.
 
+use jointwatch::assess::compare;
+use jointwatch::fit::errors::RecordFigures;
 use jointwatch::fit::identify;
 use jointwatch::study::Study;
 use rand::{RngExt, SeedableRng};
@@ -76,6 +78,11 @@ fn stretches_of_long_records_are_learnt_from_and_it_is_said() {
         for (found, truth) in values.zip([STIFFNESS, DAMPING]) {
             assert!((found / truth - 1.0).abs() < 1e-3, "{found} for {truth}");
         }
+        // Stretches of a file are told apart by their first rows.
+        let compared = compare::compare(&study, &model).unwrap().records;
+        let all: Vec<&RecordFigures> = compared.iter().collect();
+        let name = all.last().unwrap().name(&all);
+        assert_eq!(name, format!("{file} from row 280000"));
         serde_json::to_string(&model.effects).unwrap()
     });
     assert_eq!(models[0], models[1]);

@@ -237,7 +237,7 @@ fn figures_table(records: &[&RecordFigures], model: &ModelFile) -> Table {
                 }
             };
             table.row(vec![
-                record.file.clone(),
+                record.name(records),
                 axis.name.clone(),
                 percent(figures.nmse_percent),
                 percent(figures.nmse_percent_wide_band),

@@ -1,7 +1,7 @@
 //! A curve without a law: the force as a polynomial of the displacement, of the velocity, or of both. Several laws in whose place such a
 //! curve predicts as well are pieces of it.
 
-use super::bench::{Bench, rows_of};
+use super::bench::{Bench, Score, rows_of};
 use super::criteria::CRITERIA;
 use super::hypothesis::Column;
 use super::rank::Looked;
@@ -10,8 +10,8 @@ use std::sync::Arc;
 
 /// What a curve may be a function of, with how many polynomials are tried, those of the lowest orders first; of both states whole orders.
 const CURVES: [(&str, &[usize]); 3] = [
-    ("the displacement", &[4, 5, 7, 9, 12, 16]),
-    ("the velocity", &[4, 5, 7, 9, 12, 16]),
+    ("the displacement", &[4, 6, 9, 13, 19, 28]),
+    ("the velocity", &[4, 6, 9, 13, 19, 28]),
     ("displacement and velocity", &[10, 15, 21, 28]),
 ];
 /// A curve takes the place of so many laws at least: in the place of one it would win from every law with a rounded corner.
@@ -33,6 +33,7 @@ impl Curve {
         if added.len() < PIECES {
             return None;
         }
+        let known = in_turn(bench, &decided.score, 0);
         let curves = [0, 1, 2].map(|which| columns(bench, which));
         let mut found: Vec<(usize, f64, Self)> = Vec::new();
         for chosen in 0..1_usize << added.len() {
@@ -44,7 +45,7 @@ impl Curve {
             }
             for ((of, counts), columns) in CURVES.into_iter().zip(&curves) {
                 let rank = rank(bench, decided, &pieces, (counts, columns));
-                if rank <= decided.score.rank {
+                if rank <= known {
                     let pieces = pieces.clone();
                     found.push((pieces.len(), rank, Self { of, pieces }));
                 }
@@ -73,9 +74,18 @@ fn rank(
     let ranks = counts.iter().map(|&count| {
         let design = [&design, &polynomials[..count]].concat();
         let score = bench.score(&narrower, &parts, &bench.judged(&design));
-        score.rank + CRITERIA.price * count as f64
+        in_turn(bench, &score, count)
     });
     ranks.fold(f64::INFINITY, f64::min)
+}
+
+/// Mean log error on the blocks in turn with the price of the numbers, and of so many more. A function without a law says nothing where it has
+/// seen nothing, so folds that extrapolate do not count.
+fn in_turn(bench: &Bench<'_>, score: &Score, more: usize) -> f64 {
+    let folds = bench.blocks.folds[..bench.blocks.turns].iter();
+    let errors = &score.log_errors[..folds.map(Vec::len).sum()];
+    let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
+    mean + CRITERIA.price * (score.numbers + more) as f64
 }
 
 /// Products of Chebyshev's polynomials of the states as columns of the axis, those of the lowest order first.

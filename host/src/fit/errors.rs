@@ -39,10 +39,23 @@ pub struct RecordFigures {
     pub file: String,
     /// Verification (`train`) or validation (`validate`).
     pub role: Role,
+    /// The row of the file where the record begins.
+    pub first_row: usize,
     /// Rows that were compared.
     pub rows: usize,
     /// Figures by axis name.
     pub axes: BTreeMap<String, AxisFigures>,
+}
+
+impl RecordFigures {
+    /// Its file, with the row where it begins when another one of `all` is of the same file.
+    pub fn name(&self, all: &[&Self]) -> String {
+        let of_file = all.iter().filter(|other| other.file == self.file);
+        match of_file.count() {
+            0 | 1 => self.file.clone(),
+            _ => format!("{} from row {}", self.file, self.first_row),
+        }
+    }
 }
 
 /// An axis rests in a record when its force there is under this part of its largest RMS over all records.
@@ -197,6 +210,7 @@ impl<'a> Evaluated<'a> {
                 RecordFigures {
                     file: record.file.clone(),
                     role: record.role,
+                    first_row: record.first_row,
                     rows: motion.rows(),
                     axes: axes
                         .map(|((axis, forces), &largest)| {

@@ -1,10 +1,11 @@
 //! Drawing a case: which rig, what is hidden in it and how strongly, and how good its sensors are; all from one seed.
 
 use super::bodies::{BOUND, Plan, Shaking, draw_base, draw_chains, plans};
-use super::catalogue::{Kind, Planted, SUBJECTS, Scale, Subject};
+use super::catalogue::{Kind, Planted, SUBJECTS, Subject};
 use super::laws::Law;
 use super::rig::{Base, Rig, Run, Trace};
 use super::sensors::{Faulty, Tolerances};
+use super::sizes::Scale;
 use super::strength::{Shares, find_strengths};
 use rand::seq::IndexedRandom;
 use rand::{Rng, RngExt, SeedableRng};

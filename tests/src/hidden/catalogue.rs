@@ -1,8 +1,9 @@
 //! What can be hidden: every effect of the library, and effects outside of it, with forms drawn to suit a motion.
 
-use super::laws::Form;
+use super::form::Form;
 use super::rig::Base;
 use super::sensors::Fault;
+use super::sizes::Scale;
 use super::wild::{self, Wild};
 use jointwatch_shared::effect::EFFECTS;
 use rand::{Rng, RngExt};
@@ -126,17 +127,6 @@ pub fn without_law() -> Vec<&'static str> {
     names
         .filter(|name| Subject::named(name).is_none())
         .collect()
-}
-
-/// Size of the motion that an axis makes without the hidden effect.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Scale {
-    /// RMS displacement over the rows that move.
-    pub displacement: f64,
-    /// Its largest magnitude.
-    pub reach: f64,
-    /// RMS velocity.
-    pub velocity: f64,
 }
 
 /// A subject made ready for a rig.

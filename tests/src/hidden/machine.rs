@@ -2,10 +2,13 @@
 //! study to study as those of published measurements do.
 
 use super::cases::case_seed;
-use super::catalogue::{Kind, Planted, Scale, Subject};
+use super::catalogue::{Kind, Planted, Subject};
+use super::form::Form;
 use super::judge::Truth;
-use super::laws::{Form, Law, MEMORIES, Surroundings};
+use super::laws::{Law, Surroundings};
 use super::rig::Base;
+use super::sizes::MEMORIES;
+use super::sizes::Scale;
 use super::wild;
 use nalgebra::{DMatrix, DVector};
 use rand::seq::IndexedRandom;

@@ -4,7 +4,9 @@
 //! Runge–Kutta scheme of fixed steps, short enough for the stiffest law at work.
 
 use super::drive::{Drive, RATE_HZ};
-use super::laws::{Form, Law, MEMORIES, Memory, Surroundings, dead_zone};
+use super::form::Form;
+use super::laws::{Law, Surroundings, dead_zone};
+use super::sizes::{MEMORIES, Memory};
 
 /// Displacement and velocity of body 3 against body 2, translation first: [[x, ẋ], [φ, φ̇]].
 pub type JointState = [[f64; 2]; 2];

@@ -1,7 +1,6 @@
 //! Laws drawn at random, of kinds that no library of named effects holds: what a diagnosis should call unknown.
 
-use super::catalogue::Scale;
-use super::laws::{MEMORIES, Memory};
+use super::sizes::{MEMORIES, Memory, Scale};
 use rand::{Rng, RngExt};
 use std::f64::consts::TAU;
 

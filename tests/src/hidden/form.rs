@@ -1,0 +1,250 @@
+//! The forms of the force laws that can be hidden in the joint.
+
+use super::wild::Wild;
+
+/// A law's form; lengths and speeds are in the units of its axis (m, rad, m/s, rad/s).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Form {
+    /// Hooke's spring.
+    Spring,
+    /// Linear damper.
+    Damper,
+    /// A spring beyond half the free play `gap` on either side.
+    Play {
+        /// Half the free play.
+        gap: f64,
+    },
+    /// The paper's Eq. (16): friction in one axis's contact that depends on the other axis.
+    ContactCoupling {
+        /// Half the free play of both axes, translation first.
+        gaps: [f64; 2],
+        /// Coefficient of the second product over that of the first.
+        ratio: f64,
+        /// Lever arm through which the same force turns the body, m.
+        lever: f64,
+    },
+    /// Dry friction that changes sign within `edge` of rest.
+    Dry {
+        /// Speed at which friction has 71 % of its full size.
+        edge: f64,
+    },
+    /// Stribeck curve with a Gaussian: static over kinetic friction `ratio`, decaying over `speed`.
+    Stribeck {
+        /// Static over kinetic friction.
+        ratio: f64,
+        /// Speed at which the excess has fallen to 1/e.
+        speed: f64,
+        /// As in [`Form::Dry`].
+        edge: f64,
+    },
+    /// Turbulent drag v·|v|.
+    Drag,
+    /// Duffing's x³.
+    Duffing,
+    /// A spring that only acts for x > 0.
+    OneSided,
+    /// A spring beyond a far stop on either side.
+    Stop {
+        /// Where the stop is.
+        at: f64,
+    },
+    /// Wen's hysteresis ż = v − |v|·|z|ⁿ⁻¹·z·β − v·|z|ⁿ·γ with (β + γ)·z_yⁿ = 1; force z/z_y.
+    Wen {
+        /// z_y, where the loop saturates.
+        saturation: f64,
+        /// β/(β + γ).
+        roundness: f64,
+        /// n.
+        exponent: f64,
+    },
+    /// Wen's hysteresis with n = 1 that never saturates: ż = v + α·v·|z| + β·|v|·z, α above |β|, β below 0; force z.
+    HardeningWen {
+        /// α, one over a length.
+        both_ways: f64,
+        /// −β.
+        unloading: f64,
+    },
+    /// [`Form::Wen`] with β = γ behind a slip lock: ż times 1 − ζ₁·exp(−(z·sign v − q·z_y)²/ζ₂²).
+    PinchedWen {
+        /// z_y.
+        saturation: f64,
+        /// n.
+        exponent: f64,
+        /// ζ₁.
+        lost: f64,
+        /// q·z_y.
+        level: f64,
+        /// ζ₂.
+        width: f64,
+    },
+    /// A spring in series with a dry slider (Jenkin's element).
+    SpringSlider {
+        /// Extension at which it slips.
+        slip: f64,
+    },
+    /// Dahl's pre-sliding friction with exponent 1: dz/dx = 1 − z/z_c·sign v.
+    Dahl {
+        /// z_c.
+        saturation: f64,
+    },
+    /// LuGre: bristles of mean deflection z, ż = v − |v|·z/(z_c·g(v)), force z/z_c + damping·ż.
+    Bristles {
+        /// z_c, the deflection under kinetic friction.
+        deflection: f64,
+        /// Static over kinetic friction.
+        ratio: f64,
+        /// Stribeck speed.
+        speed: f64,
+        /// σ₁·z_c over the kinetic friction, s.
+        damping_s: f64,
+    },
+    /// A spring in series with a damper.
+    SpringDamper {
+        /// Damper over spring, s.
+        relaxation_s: f64,
+    },
+    /// A force periodic in the displacement.
+    Teeth {
+        /// Length of one period.
+        pitch: f64,
+        /// Phase at x = 0, rad.
+        phase: f64,
+    },
+    /// A constant force.
+    Constant,
+    /// A spring between the two axes: energy strength·x·φ.
+    CrossSpring,
+    /// A spring that grows in proportion to the time since the record began.
+    GrowingSpring {
+        /// Time after which it has its full strength, s.
+        duration_s: f64,
+    },
+    /// Dry friction, backwards another one.
+    SidedDry {
+        /// As in [`Form::Dry`].
+        edge: f64,
+        /// Friction backwards over that forwards.
+        back: f64,
+    },
+    /// A damper, backwards another one.
+    SidedDamper {
+        /// Damping backwards over that forwards.
+        back: f64,
+    },
+    /// A dry slider, a spring and a gap in series.
+    GapSlider {
+        /// Half the gap.
+        gap: f64,
+        /// Way of the spring until the slider slips.
+        slip: f64,
+        /// Force backwards over that forwards.
+        back: f64,
+    },
+    /// [`Form::Wen`] with another force backwards.
+    SidedWen {
+        /// As in [`Form::Wen`].
+        saturation: f64,
+        /// As in [`Form::Wen`].
+        roundness: f64,
+        /// As in [`Form::Wen`].
+        exponent: f64,
+        /// Force backwards over that forwards.
+        back: f64,
+    },
+    /// A spring with a power of the displacement.
+    PowerSpring {
+        /// The power.
+        exponent: f64,
+        /// Displacement at which the power is 1.
+        length: f64,
+        /// Force at negative displacement over that at positive.
+        back: f64,
+    },
+    /// A damper with a power of the velocity, rounded at rest.
+    PowerDamper {
+        /// The power.
+        exponent: f64,
+        /// Velocity at which the power is 1.
+        speed: f64,
+        /// Force backwards over that forwards.
+        back: f64,
+    },
+    /// A damper that gives way above a knee: v/(1 + |v|/knee).
+    Valve {
+        /// Velocity at which half the slope's force is left.
+        knee: f64,
+    },
+    /// Dry friction behind a lag: ż = (direction − z)/lag.
+    LateFriction {
+        /// As in [`Form::Dry`].
+        edge: f64,
+        /// Time of the lag, s.
+        lag_s: f64,
+    },
+    /// A spring times a power of the other axis's displacement.
+    SpringTimesOther {
+        /// The power.
+        power: i32,
+    },
+    /// A damper times a power of the other axis's displacement.
+    DamperTimesOther {
+        /// The power.
+        power: i32,
+    },
+    /// Dry friction that grows along the travel.
+    TighterAlong {
+        /// As in [`Form::Dry`].
+        edge: f64,
+        /// Displacement at which it has its full size.
+        length: f64,
+    },
+    /// Dry friction under the load of the spring that is deflected.
+    RingSpring {
+        /// As in [`Form::Dry`].
+        edge: f64,
+    },
+    /// A spring lost in proportion to the largest excursion so far.
+    Softening {
+        /// Excursion at which its full strength is lost.
+        excursion: f64,
+    },
+    /// Outside the library: dry friction that comes and goes with time.
+    FrictionInBouts {
+        /// As in [`Form::Dry`].
+        edge: f64,
+        /// Time from one onset to the next, s.
+        period_s: f64,
+        /// Phase, rad.
+        phase: f64,
+    },
+    /// Outside the library: a spring that acts on where the joint was.
+    LateSpring {
+        /// How long ago, s.
+        delay_s: f64,
+    },
+    /// Outside the library: a force from outside that the log does not hold.
+    Unlogged,
+    /// Outside the library: a spring that swings in time, as a shaft with unequal stiffness does when it turns.
+    SwingingSpring {
+        /// Frequency, Hz.
+        frequency_hz: f64,
+        /// Phase, rad.
+        phase: f64,
+    },
+    /// Outside the library: damping that grows with the square of the displacement.
+    SqueezeFilm,
+    /// Outside the library: three waves along the displacement, each half as long and half as strong as the one before.
+    SmoothSpring {
+        /// Displacement in which the longest wave turns by one radian.
+        length: f64,
+        /// Phases, rad.
+        phases: [f64; 3],
+    },
+    /// Outside the library: drawn at random.
+    Wild(Wild),
+    /// Outside the library: damping where the displacement is positive.
+    HalfDamper {
+        /// Displacement over which it sets in.
+        edge: f64,
+    },
+}
