@@ -26,7 +26,8 @@ pub enum Wild {
         /// Force of each.
         forces: Memory,
     },
-    /// Preisach: relays beside each other that turn at one displacement on the way up and at another on the way down.
+    /// Preisach: catches beside each other, each of which pushes back until it snaps through, at one displacement on the way up and at another
+    /// on the way down: so each takes energy.
     Relays {
         /// The displacements on the way up.
         up: Memory,
@@ -113,7 +114,7 @@ impl Wild {
             Self::Sliders { slips, forces } => {
                 sum(forces, &|i| (memory[i] / slips[i]).clamp(-1.0, 1.0))
             }
-            Self::Relays { forces, .. } => sum(forces, &|i| memory[i]),
+            Self::Relays { forces, .. } => sum(forces, &|i| -memory[i]),
             Self::Switching { period_s, seed } => {
                 let number = (time_s / period_s).floor();
                 let chance = ((number * 12.9898 + seed).sin() * 43_758.545_3).rem_euclid(1.0);
