@@ -104,9 +104,12 @@ pub fn apply(
 /// Whether what was found last explains next to nothing of all that is explained beside the model that was brought.
 fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
     let power = |errors: &PerAxis| errors.values().map(|e| e * e).sum::<f64>();
-    let after = power(&last.relative_error_after);
-    let found = power(&last.relative_error_before) - after;
-    found < CRITERIA.least_importance * (power(&first.relative_error_before) - after)
+    let (before, after) = (
+        power(&last.relative_error_before),
+        power(&last.relative_error_after),
+    );
+    let share = CRITERIA.least_importance * (power(&first.relative_error_before) - after);
+    before - after < share && before < CRITERIA.clearly.exp() * after
 }
 
 /// Adds what was found, one after the other; says why when nothing could be added.

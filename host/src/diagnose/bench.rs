@@ -39,6 +39,15 @@ pub(super) struct Score {
     pub(super) rank: f64,
 }
 
+impl Score {
+    /// Whether it leaves a third of the error of another one.
+    pub(super) fn is_clearly_better(&self, than: &Self) -> bool {
+        let pairs = than.log_errors.iter().zip(&self.log_errors);
+        let gained: f64 = pairs.map(|(other, own)| other - own).sum();
+        gained > CRITERIA.clearly * self.log_errors.len() as f64
+    }
+}
+
 /// What least squares makes of a design on all blocks but some.
 pub(super) struct Judged {
     /// Products of the columns in every block.

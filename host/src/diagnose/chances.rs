@@ -89,7 +89,8 @@ impl<'a> Rivals<'a> {
         let chance = (square / whole / whole)
             .sqrt()
             .max(CRITERIA.least_difference);
-        behind <= chance || self.powers[at] - power < self.least_share.powi(2)
+        let small = self.powers[at] - power < self.least_share.powi(2);
+        behind <= chance || (small && behind < CRITERIA.clearly)
     }
 
     /// The simplest set that is as good as this one and has fewer numbers.

@@ -13,8 +13,10 @@ pub(crate) struct Criteria {
     pub(crate) price: f64,
     /// Mean log error power below which nothing is decided: 1.5 % of the error.
     pub(crate) least_difference: f64,
-    /// Of what the effects explain together, the part that each has to explain by itself.
+    /// Of what the effects explain together, the part that each has to explain by itself, unless it is clearly better to have it.
     pub(crate) least_importance: f64,
+    /// Mean log error power by which a set of effects is better however little it explains: it leaves a third of the error.
+    pub(crate) clearly: f64,
     /// What an effect explains at least, RMS beside the RMS force of its axis: every model of a real joint is wrong by half a per cent.
     pub(crate) least_share: f64,
     /// A zero of force within this part of the RMS applied force is a data sheet's tolerance.
@@ -41,6 +43,7 @@ pub(crate) const CRITERIA: Criteria = Criteria {
     price: 0.02,
     least_difference: 0.03,
     least_importance: 0.02,
+    clearly: 2.2,
     least_share: 0.005,
     zero: 0.01,
     gain: 0.0078,

@@ -242,8 +242,12 @@ fn pruned(field: &Field<'_, '_>, inputs: &Inputs, mut decided: Looked, base: &Lo
         let added = decided.hypothesis.added().to_vec();
         let mut lost = lost_without_each(field, &decided);
         let least = lost.first().map_or(f64::INFINITY, |(lost, ..)| *lost);
-        let counts = (CRITERIA.least_importance * explained).max(field.full.least_share.powi(2));
-        if least >= counts {
+        let share = CRITERIA.least_importance * explained;
+        // No piece of another one's shape makes the error a third.
+        let clearly = lost
+            .first()
+            .is_none_or(|(.., without)| decided.score.is_clearly_better(&without.score));
+        if least >= field.full.least_share.powi(2) && (least >= share || clearly) {
             let taken = taken(&decided);
             if added.len() < 2 || least >= taken.surely() {
                 let order: Vec<AxisEffect> =

@@ -113,12 +113,12 @@ pub const BY_NAME: [Subject; 26] = [
     subject("mullins", Kind::Joint),
     subject("bouc_wen_hardening", Kind::Joint),
     subject("bouc_wen_pinching", Kind::Joint),
+    subject("iwan", Kind::Joint),
     subject(wild::NAMES[0], Kind::Outside),
     subject(wild::NAMES[1], Kind::Outside),
     subject(wild::NAMES[2], Kind::Outside),
     subject(wild::NAMES[3], Kind::Outside),
     subject(wild::NAMES[4], Kind::Outside),
-    subject(wild::NAMES[5], Kind::Outside),
 ];
 
 /// Effects of the library that the campaign has no independent law for, and so never hides.

@@ -29,7 +29,7 @@ const MAX_DRAWS: usize = 60;
 const MIN_VISIBLE: f64 = 0.01;
 
 /// What can be hidden in one axis whose motion is imposed.
-const HIDDEN: [&str; 30] = [
+const HIDDEN: [&str; 31] = [
     "coulomb",
     "stribeck",
     "quadratic_drag",
@@ -40,6 +40,7 @@ const HIDDEN: [&str; 30] = [
     "bouc_wen",
     "jenkins",
     "dahl",
+    "iwan",
     "lugre",
     "maxwell",
     "cogging",

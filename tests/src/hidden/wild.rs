@@ -1,4 +1,4 @@
-//! Laws drawn at random, of kinds that no library of named effects holds: what a diagnosis should call unknown.
+//! Laws drawn at random: kinds that no library of named effects holds, which a diagnosis should call unknown, and Iwan's with any sliders.
 
 use super::sizes::{MEMORIES, Memory, Scale};
 use rand::{Rng, RngExt};
@@ -19,7 +19,7 @@ pub enum Wild {
         /// Phases, rad.
         phases: [f64; 3],
     },
-    /// Prandtl and Ishlinskii: springs in series with sliders beside each other.
+    /// Iwan, or Prandtl and Ishlinskii: springs in series with sliders beside each other, of any sizes.
     Sliders {
         /// Extension at which each slips.
         slips: Memory,
@@ -47,11 +47,10 @@ pub enum Wild {
     },
 }
 
-/// The names of those that can be hidden.
-pub const NAMES: [&str; 6] = [
+/// The names of those that the library does not hold.
+pub const NAMES: [&str; 5] = [
     "damper of a random smooth shape",
     "random smooth surface of displacement and velocity",
-    "random hysteresis of sliders",
     "random hysteresis of relays",
     "spring that switches at random",
     "random smooth shape along displacement plus velocity",
@@ -78,7 +77,7 @@ impl Wild {
                 turns: [1.0 / (x * within(1.0, 4.0)), -1.0 / (v * within(0.5, 1.5))],
                 phases: phases(&mut within),
             },
-            "random hysteresis of sliders" => Self::Sliders {
+            "iwan" => Self::Sliders {
                 slips: each(&mut || x * within(0.05, 2.0)),
                 forces: each(&mut || within(0.05, 1.0)),
             },
