@@ -23,6 +23,7 @@ mod search;
 mod smooth;
 pub(crate) mod start;
 mod verdict;
+mod zeros;
 
 pub use answer::{
     Absorbed, CandidateParameter, Diagnosis, Found, Looked, PerAxis, Ranked, Remainder, Verdict,

@@ -6,7 +6,8 @@ use super::criteria::CRITERIA;
 use super::decide::{Decision, decide};
 use super::errors::{Unseen, relative_errors, shapes_of};
 use super::hypothesis::Hypothesis;
-use super::rank::{Field, look};
+use super::rank::Field;
+use super::zeros::{FORCE_ZERO, Zeros, zero_of_force, zeros_differ};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{Solution, solve, solved_at};
 use crate::model::effects::AxisEffect;
@@ -26,8 +27,6 @@ const LAGS_MS: [f64; 20] = [
 ];
 /// How often a choice that validation records refute is opened again.
 const MAX_REOPENED: usize = 3;
-/// The effect by which a model says that the zero of force differs from record to record.
-const FORCE_ZERO: &str = "force_zero";
 /// The longest lag that a record shows, beside its length.
 const LONGEST_LAG: f64 = 0.2;
 
@@ -48,8 +47,8 @@ pub(super) struct Search {
     pub(super) decisions: Vec<Decision>,
     /// What was found in the training records, but makes the error on validation records larger: the axis, and the errors without and with it.
     pub(super) refuted: Vec<(AxisEffect, usize, [f64; 2])>,
-    /// Per axis, by how much the zeros of force differ from record to record, N or N·m, where they do.
-    pub(super) zeros: Vec<Option<f64>>,
+    /// Per axis, the zeros of force, where they differ from record to record.
+    pub(super) zeros: Vec<Option<Zeros>>,
 }
 
 /// What a search is given.
@@ -140,16 +139,19 @@ fn search_once(
         of_base: base.len(),
     };
     let mut decisions: Vec<Decision> = Vec::new();
-    let mut zeros = vec![None; given.axes.len()];
+    let mut zeros: Vec<Option<Zeros>> = given.axes.iter().map(|_| None).collect();
     for axis in order(&records, base, &solution, given.axes.len()) {
         let differ = zeros_differ(&records, axis, &of_axis(axis, &known.terms, &known.values));
         let beside = (known.terms.as_slice(), known.values.as_slice());
         let decision = on_axis(given, &records, excerpt.as_ref(), axis, beside, differ);
         if differ && zeros_differ(&records, axis, &decision.hypothesis) {
-            zeros[axis] = Some(spread_of_zeros(&records, axis, &decision.hypothesis));
+            let own = Zeros::of(&records, axis, &decision.hypothesis);
+            zeros[axis] = Some(own);
         }
         known.take(&decision.hypothesis);
-        if zeros[axis].is_some() && !given.without.iter().any(|w| w == FORCE_ZERO) {
+        if zeros[axis].as_ref().is_some_and(Zeros::stand)
+            && !given.without.iter().any(|w| w == FORCE_ZERO)
+        {
             known.take(&zero_of_force(axis));
         }
         decisions.push(decision);
@@ -309,70 +311,6 @@ fn on_axis(
     };
     work::say(&format!("axis {name}: sets of effects"));
     decide(&field, given.axes.len(), &base)
-}
-
-/// What a model is given where the zero of force differs from record to record.
-fn zero_of_force(axis: usize) -> Hypothesis {
-    let entry = Entry::named(FORCE_ZERO);
-    let members: Vec<AxisEffect> = entry
-        .map(|entry| AxisEffect {
-            input: None,
-            entry,
-            axis,
-        })
-        .into_iter()
-        .collect();
-    Hypothesis {
-        base: 0,
-        values: vec![vec![0.0]; members.len()],
-        members,
-    }
-}
-
-/// Whether every record has a zero of force of its own, beside a hypothesis that does not say so already.
-fn zeros_differ(records: &Records<'_>, axis: usize, hypothesis: &Hypothesis) -> bool {
-    let mut members = hypothesis.members.iter();
-    if records.rows.len() < 2 || members.any(|bound| bound.effect() == FORCE_ZERO) {
-        return false;
-    }
-    let Some(preload) = Entry::named("preload") else {
-        return false;
-    };
-    let preload = AxisEffect {
-        input: None,
-        entry: preload,
-        axis,
-    };
-    let mut with_one = hypothesis.clone();
-    if !with_one.members.contains(&preload) {
-        with_one = with_one.with(preload, vec![0.0]);
-    }
-    let turns = |per_record: bool, hypothesis: &Hypothesis| {
-        let bench = Bench::new(records, axis, hypothesis, per_record);
-        let count: usize = bench.blocks.folds[..bench.blocks.turns]
-            .iter()
-            .map(Vec::len)
-            .sum();
-        let score = look(&bench, hypothesis, &[]).score;
-        score.log_errors[..count].iter().sum::<f64>() / count as f64
-    };
-    let gain = turns(false, &with_one) - turns(true, hypothesis);
-    let applied = records.applied_rms(axis);
-    gain > CRITERIA.least_difference
-        && spread_of_zeros(records, axis, hypothesis) > CRITERIA.zero * applied
-}
-
-/// How far the zeros of the records lie apart, beside a hypothesis.
-fn spread_of_zeros(records: &Records<'_>, axis: usize, hypothesis: &Hypothesis) -> f64 {
-    let bench = Bench::new(records, axis, hypothesis, true);
-    let parts = bench.parts(hypothesis, &[]);
-    // The zeros stand last among the columns.
-    let columns = bench.columns(&parts, hypothesis.base);
-    let (factors, _) = bench.solved(&columns);
-    let zeros = &factors[factors.len() - records.rows.len()..];
-    let most = zeros.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let least = zeros.iter().copied().fold(f64::INFINITY, f64::min);
-    most - least
 }
 
 /// Takes out of a model what makes the error on validation records larger: an error that rises is no effect.

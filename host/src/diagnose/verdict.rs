@@ -358,13 +358,19 @@ fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) 
         }
     }
     for (axis, zeros) in search.zeros.iter().enumerate() {
-        if let Some(apart) = zeros {
+        if let Some(zeros) = zeros {
+            let within = if zeros.stand() {
+                ""
+            } else {
+                ", and drifts as much within them, so no zero per record mends it"
+            };
+            let apart = zeros.spread();
             let unit = match study.axes[axis].kind {
                 AxisKind::Translation => "N",
                 AxisKind::Rotation => "N·m",
             };
             notes.push(format!(
-                "axis {}: the zero of force differs by {apart:.3} {unit} between training records",
+                "axis {}: the zero of force differs by {apart:.3} {unit} between training records{within}",
                 names[axis]
             ));
         }
