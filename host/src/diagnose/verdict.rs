@@ -8,7 +8,7 @@ use super::answer::{
 use super::base::base_of;
 use super::criteria::CRITERIA;
 use super::decide::Decision;
-use super::errors::Unseen;
+use super::errors::{Unseen, relative_errors};
 use super::learner::Knows;
 use super::search::{Given, Search, search};
 use crate::assess::compare;
@@ -239,18 +239,19 @@ const KNOWN_NOISE: f64 = 0.2;
 const GUESSED_NOISE: f64 = 1.0;
 
 /// Power, beside that of the force, of a force on an axis that nobody measured: what stands above the sensors' noise though neither effects
-/// nor a learner without physics take it away.
+/// nor a learner without physics take it away. `last` is what the whole model leaves of the axis: what is found on another one may mend a
+/// term that acts on both.
 fn unmeasured(
     search: &Search,
     axis: usize,
     (floor, as_logged): (&Floor, &Floor),
-    learnt: &Records<'_>,
+    (learnt, last): (&Records<'_>, f64),
 ) -> f64 {
     let Some(decision) = search.decisions.iter().find(|d| d.axis == axis) else {
         return 0.0;
     };
     let noise = floor.rms / learnt.references.force[axis];
-    let left = decision.left;
+    let left = decision.left.min(last);
     let above = (left * left - noise * noise).max(0.0);
     let share = CRITERIA.zero.hypot(CRITERIA.gain);
     if as_logged.acts_at_rest && noise > share {
@@ -274,9 +275,11 @@ fn unmeasured_forces(
     (floors, as_logged): (&[Floor], &[Floor]),
     learnt: &Records<'_>,
 ) -> Vec<f64> {
-    let floors = floors.iter().zip(as_logged).enumerate();
+    let model = &search.last;
+    let last = relative_errors(learnt, &model.terms, &model.solution.solved);
+    let floors = floors.iter().zip(as_logged).zip(last).enumerate();
     let unmeasured: Vec<f64> = floors
-        .map(|(axis, floors)| unmeasured(search, axis, floors, learnt))
+        .map(|(axis, (floors, last))| unmeasured(search, axis, floors, (learnt, last)))
         .collect();
     for decision in &mut search.decisions {
         if unmeasured[decision.axis] > CRITERIA.unknown * decision.named() {
