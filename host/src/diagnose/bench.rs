@@ -11,6 +11,7 @@ use crate::fit::effects::unknowns::{ShapeUnknown, column_bounds, shapes};
 use crate::model::effects::AxisEffect;
 use faer::Mat;
 use jointwatch_shared::effect::Entry;
+use jointwatch_shared::units::Dimension;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -72,6 +73,8 @@ pub(super) struct Bench<'a> {
     scale: f64,
     /// The same of the largest force.
     peak: f64,
+    /// Whether the motion turns round, without which a hysteresis looks like a spring.
+    pub(super) reverses: bool,
     /// Zero, inertia and lateness within their tolerances: the effect that each stands for, and its column.
     instruments: Vec<(&'static str, Column)>,
     /// The force of each record's own zero, where zeros differ.
@@ -97,6 +100,14 @@ fn peak(series: &[f64]) -> f64 {
     series.iter().fold(0.0, |most, v| most.max(v.abs()))
 }
 
+/// Whether an axis travels both ways, by more than a hundredth of its way.
+fn reverses(records: &Records<'_>, axis: usize) -> bool {
+    let velocity = records.of_motion(axis, None, |at| at.velocity);
+    let way = |sign: f64| -> f64 { velocity.iter().map(|v| (sign * v).max(0.0)).sum() };
+    let (ahead, back) = (way(1.0), way(-1.0));
+    ahead.min(back) > 0.01 * ahead.max(back)
+}
+
 impl<'a> Bench<'a> {
     /// An axis beside a base; `zero_per_record` gives every record a zero of its own.
     pub(super) fn new(
@@ -119,6 +130,7 @@ impl<'a> Bench<'a> {
             },
             scale: rms(measured),
             peak: peak(measured),
+            reverses: reverses(records, axis),
             instruments: Vec::new(),
             zeros: Vec::new(),
             acceleration: None,
@@ -231,11 +243,15 @@ impl<'a> Bench<'a> {
         values
     }
 
-    /// The columns of an effect at these values.
+    /// The columns of an effect at these values. A joint has no source of energy: dampers of the base do not drive it either.
     pub(super) fn part(&self, bound: &AxisEffect, values: &[f64]) -> Part {
         let rows = rows_of(self.records, self.axis);
         let columns = self.records.columns(bound, values).into_iter();
-        let bounds = column_bounds(bound, self.records);
+        let mut drives = bound.entry.parameters().iter();
+        let drives = drives.any(|parameter| parameter.dimension == Dimension::DAMPING);
+        let bounds = column_bounds(bound, self.records).into_iter();
+        let bounds =
+            bounds.map(|[least, most]| [if drives { least.max(0.0) } else { least }, most]);
         let columns = columns.zip(bounds).map(|(column, bounds)| Column {
             data: Arc::new(column[rows.clone()].to_vec()),
             bounds,

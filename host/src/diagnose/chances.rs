@@ -3,6 +3,7 @@
 //! Blocks are drawn with replacement, and with each draw every set that loses to the best by no more than chance has a part in it: of two such
 //! sets the one with a number more has half the part. A set that holds another one of them has none, for it says nothing new.
 
+use super::bench::Bench;
 use super::criteria::CRITERIA;
 use super::learner::Taken;
 use super::rank::Looked;
@@ -39,20 +40,28 @@ pub(super) struct Rivals<'a> {
     errors: Vec<&'a [f64]>,
     powers: Vec<f64>,
     numbers: Vec<usize>,
+    /// Effects with a memory that nothing in the records has shown.
+    unseen_memories: Vec<usize>,
     /// RMS beside the RMS force that counts at least.
     least_share: f64,
 }
 
 impl<'a> Rivals<'a> {
-    /// Reads them.
-    pub(super) fn of(looked: &[&'a Looked], least_share: f64) -> Self {
+    /// Reads them, on this axis.
+    pub(super) fn of(looked: &[&'a Looked], bench: &Bench<'_>) -> Self {
         let all = || looked.iter().copied();
+        let unseen = |l: &Looked| {
+            let added = l.hypothesis.added().iter();
+            let remember = added.filter(|bound| !bound.entry.state_bounds.is_empty());
+            if bench.reverses { 0 } else { remember.count() }
+        };
         Self {
             sets: all().map(|l| l.hypothesis.added()).collect(),
             errors: all().map(|l| l.score.log_errors.as_slice()).collect(),
             powers: all().map(|l| l.score.error.powi(2)).collect(),
             numbers: all().map(|l| l.score.numbers).collect(),
-            least_share,
+            unseen_memories: all().map(unseen).collect(),
+            least_share: bench.least_share,
         }
     }
 
@@ -109,12 +118,12 @@ impl<'a> Rivals<'a> {
         (!good.is_empty()).then(|| self.simplest(&good, &weights))
     }
 
-    /// The simplest of some.
+    /// The simplest of some: that with the fewest numbers, then with the fewest memories that were not seen, then with the least error.
     pub(super) fn simplest(&self, of: &[usize], weights: &[f64]) -> usize {
-        let order = |at: &usize| (self.numbers[*at], self.mean(*at, weights));
+        let order = |at: &usize| (self.numbers[*at], self.unseen_memories[*at]);
         let simplest = of.iter().min_by(|a, b| {
-            let ((m, x), (n, y)) = (order(a), order(b));
-            m.cmp(&n).then(x.total_cmp(&y))
+            let errors = self.mean(**a, weights).total_cmp(&self.mean(**b, weights));
+            order(a).cmp(&order(b)).then(errors)
         });
         simplest.copied().unwrap_or(0)
     }
@@ -264,6 +273,7 @@ mod tests {
                 .collect(),
             errors: errors.to_vec(),
             powers: vec![1.0, 0.1, 0.01],
+            unseen_memories: vec![0; errors.len()],
             numbers: vec![2, 4, 6],
             least_share: 0.005,
         };

@@ -10,7 +10,7 @@ use crate::fit::effects::projection::product;
 use crate::fit::effects::unknowns::{ShapeUnknown, is_physical, shapes};
 use crate::fit::normal_equations::Cholesky;
 use crate::model::effects::AxisEffect;
-use crate::study::Axis;
+use crate::study::{Axis, AxisKind};
 use crate::text::work;
 use faer::Mat;
 use jointwatch_shared::effect::{Acts, EFFECTS, Subsystem};
@@ -79,8 +79,12 @@ pub(super) fn candidates(
             let rival = known
                 .iter()
                 .any(|term| bound.rules_out(term) && !bound.replaces(term));
+            // A length that is given whatever the motion is a full turn, which a translation has not.
+            let mut listed = bound.entry.parameters().iter();
+            let turns = listed.any(|p| p.is_given() && bound.entry.is_in_si(p));
             // Whether zeros differ is asked before what else is missing.
             !rival
+                && (!turns || axes[bound.axis].kind == AxisKind::Rotation)
                 && !bound.entry.is_zero_per_record()
                 && !known.contains(bound)
                 && (!of_inertia || inertia)

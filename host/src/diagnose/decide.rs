@@ -198,7 +198,7 @@ struct Pruned {
 
 impl<'a> Choice<'a> {
     fn of(field: &Field<'_, '_>, inputs: &Inputs, sound: &[&'a Looked], base: &Looked) -> Self {
-        let rivals = Rivals::of(sound, field.full.least_share);
+        let rivals = Rivals::of(sound, field.full);
         let alike = vec![1.0; base.score.log_errors.len()];
         let good = rivals.good(&alike);
         let mut chosen = sound[rivals.simplest(&good, &alike)];

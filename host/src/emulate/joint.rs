@@ -158,14 +158,13 @@ impl<'a> LoopedJoint<'a> {
         let rows = self.record.rows;
         let (mut own, mut other) = (vec![0.0; rows], vec![0.0; rows]);
         let input = history.input(term.input);
-        let law = term.entry.real;
         // The second time round the memory of an effect is that of the loop; a row is written twice where both have it.
         let each = |row: usize, [mine, others]: [f64; 2]| {
             let at = (row + motion.first_row) % rows;
             let factor = input.at(row);
             (own[at], other[at]) = (factor * mine, factor * others);
         };
-        history.along(law, &parameters, axis, 0.0, |v| v, each);
+        history.along(term.entry, &parameters, axis, 0.0, each);
         let mut forces = vec![(axis, own)];
         if self.study.axes.len() > 1 {
             forces.push((1 - axis, other));

@@ -79,8 +79,7 @@ pub(crate) fn along(term: &EffectValues, phase: f64, rows: usize, period_s: f64)
     let history = TimeHistory::of_states(&[&still, &still], period_s);
     let parameters = law_parameters(term.entry, &term.values);
     let mut force = Vec::with_capacity(rows);
-    let law = term.entry.real;
-    history.along(law, &parameters, 0, phase, |v| v, |_, [f, _]| force.push(f));
+    history.along(term.entry, &parameters, 0, phase, |_, [f, _]| force.push(f));
     force
 }
 

@@ -1,9 +1,10 @@
 //! Laws of effects, evaluated along a record.
 
+use super::scalar::HostScalar;
 use crate::signal::motion::Motion;
 use crate::study::Convention;
 use jointwatch_shared::base::terms::EffectValues;
-use jointwatch_shared::effect::{Entry, Instrument, Kinematics, Law, Parameters, States};
+use jointwatch_shared::effect::{Entry, Instrument, Kinematics, Parameters, States, Subsystem};
 use jointwatch_shared::scalar::Scalar;
 use std::borrow::Cow;
 
@@ -178,15 +179,14 @@ impl<'a> TimeHistory<'a> {
         self.states.first().map_or(0, |series| series.len())
     }
 
-    /// Evaluates a law of an effect on `axis` along the record, in the record's order, from internal states of 0; `phase` is the
+    /// Evaluates the law of an effect on `axis` along the record, in the record's order, from internal states of 0; `phase` is the
     /// record's own, in turns, for an effect that has one; `each` is given the row and the force on the own and the other axis.
-    pub fn along<S: Scalar>(
+    pub fn along<S: HostScalar>(
         &self,
-        law: Law<S>,
+        entry: &Entry,
         parameters: &Parameters<S>,
         axis: usize,
         phase: f64,
-        lift: impl Fn(f64) -> S,
         mut each: impl FnMut(usize, [S; 2]),
     ) {
         // Cut to one length beforehand, so that no row is checked against it.
@@ -197,12 +197,12 @@ impl<'a> TimeHistory<'a> {
             return;
         };
         let others = state(other).zip(state(other + 1));
-        let instruments = self
-            .instruments
-            .as_ref()
-            .map(|said| said.of_axis(axis, rows));
+        // No law of the joint looks at them.
+        let instruments = self.instruments.as_ref();
+        let instruments = instruments.filter(|_| entry.subsystem == Subsystem::Sensor);
+        let instruments = instruments.map(|said| said.of_axis(axis, rows));
+        let (law, lift) = (S::law_of(entry), S::constant);
         let mut memory: States<S> = [S::zero(); _];
-        let mut before = None;
         for row in 0..rows {
             let displacement = lift(displacements[row]);
             let [other_displacement, other_velocity] =
@@ -215,7 +215,7 @@ impl<'a> TimeHistory<'a> {
             let at = Kinematics {
                 displacement,
                 velocity: lift(velocities[row]),
-                step: displacement - before.unwrap_or(displacement),
+                step: displacement - lift(displacements[row.saturating_sub(1)]),
                 other_displacement,
                 other_velocity,
                 period: lift(self.period_s),
@@ -223,7 +223,6 @@ impl<'a> TimeHistory<'a> {
                     .as_ref()
                     .map_or(silent, |said| said.at(row, silent, &lift)),
             };
-            before = Some(displacement);
             each(row, law(parameters, &at, &mut memory));
         }
     }
@@ -302,18 +301,11 @@ pub fn add_forces(terms: &[EffectValues], history: &TimeHistory<'_>, forces: &mu
         let parameters = law_parameters(term.entry, &term.values);
         let axis = usize::from(term.axis);
         let factor = history.input(term.input);
-        history.along(
-            term.entry.real,
-            &parameters,
-            axis,
-            0.0,
-            |v| v,
-            |row, [own, other]| {
-                forces[axis][row] += own * factor.at(row);
-                if let Some(force) = forces.get_mut(1 - axis) {
-                    force[row] += other * factor.at(row);
-                }
-            },
-        );
+        history.along(term.entry, &parameters, axis, 0.0, |row, [own, other]| {
+            forces[axis][row] += own * factor.at(row);
+            if let Some(force) = forces.get_mut(1 - axis) {
+                force[row] += other * factor.at(row);
+            }
+        });
     }
 }

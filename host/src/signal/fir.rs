@@ -4,8 +4,8 @@ use crate::text::error::{Error, Result};
 use jointwatch_shared::wire::rig::Taps;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Rows filtered at a time, so that they stay in the first-level cache while all taps pass over them.
-const BLOCK: usize = 1024;
+/// Rows filtered at a time: as many as vector registers hold beside what they are made of.
+const BLOCK: usize = 32;
 /// Bound on the sum of the integer taps' magnitudes: with 32-bit counts no sum then leaves 62 bits.
 const TAP_SUM: i64 = (1 << 31) - 1;
 
@@ -15,34 +15,71 @@ const TAP_SUM: i64 = (1 << 31) - 1;
 /// than the filter; row 0 of the result belongs to row `taps.len() / 2` of the series. The taps must be an odd number
 /// and symmetric or antisymmetric, which halves the work and makes the derivative of a constant exactly zero.
 pub fn apply(series: &[f64], taps: &[f64]) -> Vec<f64> {
+    Arch::new().dispatch(Whole { series, taps })
+}
+
+/// The loop of [`apply`], which `pulp` compiles for the vector registers that the processor turns out to have. Every row is summed in
+/// the same order in each of them, so the bits do not depend on the processor.
+struct Whole<'a> {
+    series: &'a [f64],
+    taps: &'a [f64],
+}
+
+impl WithSimd for Whole<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _registers: S) -> Vec<f64> {
+        let Self { series, taps } = self;
+        let half = taps.len() / 2;
+        if series.len() < taps.len() {
+            return Vec::new();
+        }
+        let antisymmetric = half > 0 && taps[half - 1] == -taps[half + 1] && taps[half] == 0.0;
+        let mut out = vec![0.0; series.len() - 2 * half];
+        if antisymmetric {
+            filter(series, taps, &mut out, |newer, older| newer - older);
+        } else {
+            filter(series, taps, &mut out, |newer, older| newer + older);
+        }
+        out
+    }
+}
+
+/// Fills `out`; `pair` is what two rows as far from the middle count together.
+#[inline(always)]
+fn filter(series: &[f64], taps: &[f64], out: &mut [f64], pair: impl Fn(f64, f64) -> f64 + Copy) {
+    let (blocks, rest) = out.as_chunks_mut::<BLOCK>();
+    let whole = BLOCK * blocks.len();
+    for (block, rows) in blocks.iter_mut().enumerate() {
+        *rows = filtered(&series[block * BLOCK..], taps, pair);
+    }
+    for (row, y) in rest.iter_mut().enumerate() {
+        [*y] = filtered(&series[whole + row..], taps, pair);
+    }
+}
+
+/// The first rows of a filtered series, side by side in registers while all taps pass over them.
+#[inline(always)]
+fn filtered<const ROWS: usize>(
+    series: &[f64],
+    taps: &[f64],
+    pair: impl Fn(f64, f64) -> f64,
+) -> [f64; ROWS] {
     let half = taps.len() / 2;
-    if series.len() < taps.len() {
-        return Vec::new();
-    }
-    let antisymmetric = half > 0 && taps[half - 1] == -taps[half + 1] && taps[half] == 0.0;
-    let mut out = vec![0.0; series.len() - 2 * half];
-    for (block, rows) in out.chunks_mut(BLOCK).enumerate() {
-        let start = block * BLOCK;
-        let count = rows.len();
-        let shifted = |offset: usize| &series[start + offset..start + offset + count];
-        for (y, x) in rows.iter_mut().zip(shifted(half)) {
-            *y = taps[half] * x;
-        }
-        for m in 1..=half {
-            let tap = taps[half - m];
-            let pairs = shifted(half + m).iter().zip(shifted(half - m));
-            if antisymmetric {
-                for (y, (newer, older)) in rows.iter_mut().zip(pairs) {
-                    *y += tap * (newer - older);
-                }
-            } else {
-                for (y, (newer, older)) in rows.iter_mut().zip(pairs) {
-                    *y += tap * (newer + older);
-                }
-            }
+    let shifted = |offset: usize| -> &[f64; ROWS] {
+        let rows = series[offset..].first_chunk();
+        rows.expect("the series is as long as taps and rows")
+    };
+    let mut sums = shifted(half).map(|x| taps[half] * x);
+    for m in 1..=half {
+        let tap = taps[half - m];
+        let pairs = shifted(half + m).iter().zip(shifted(half - m));
+        for (sum, (newer, older)) in sums.iter_mut().zip(pairs) {
+            *sum += tap * pair(*newer, *older);
         }
     }
-    out
+    sums
 }
 
 /// Every `step`-th row of what [`apply`] gives, beginning with the first; the taps must be symmetric.
@@ -63,7 +100,7 @@ impl WithSimd for Thinned<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _registers: S) -> Vec<f64> {
         // Sums side by side, which vector registers can hold; one running sum would wait for every addition.
-        const LANES: usize = 32;
+        const LANES: usize = 16;
         let Self { series, taps, step } = self;
         let mut out =
             Vec::with_capacity((series.len() + 1).saturating_sub(taps.len()).div_ceil(step));
@@ -77,7 +114,14 @@ impl WithSimd for Thinned<'_> {
                 }
             }
             let rest = values_rest.iter().zip(weights_rest).map(|(v, w)| v * w);
-            out.push(sums.iter().sum::<f64>() + rest.sum::<f64>());
+            // By halves, which vector registers add side by side.
+            let mut count = LANES / 2;
+            while count > 0 {
+                let (low, high) = sums.split_at_mut(count);
+                low.iter_mut().zip(high).for_each(|(l, h)| *l += *h);
+                count /= 2;
+            }
+            out.push(sums[0] + rest.sum::<f64>());
         }
         out
     }

@@ -207,14 +207,9 @@ impl Rig<'_> {
         let parameters = law_parameters(term.entry, &term.values);
         let mut force = vec![0.0; history.rows()];
         let axis = usize::from(term.axis);
-        history.along(
-            term.entry.real,
-            &parameters,
-            axis,
-            0.0,
-            |v| v,
-            |row, [own, _]| force[row] = own,
-        );
+        history.along(term.entry, &parameters, axis, 0.0, |row, [own, _]| {
+            force[row] = own
+        });
         force
     }
 }

@@ -98,6 +98,19 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
     }
 }
 
+/// Words that say that a column is what something was told to do, and not what it did.
+const COMMANDS: [&str; 9] = [
+    "cmd",
+    "command",
+    "commanded",
+    "desired",
+    "goal",
+    "setpoint",
+    "soll",
+    "sollwert",
+    "target",
+];
+
 /// Reads a column's name, and its unit where the file states one.
 pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
     let (stem, own) = split_unit(name);
@@ -124,6 +137,7 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
             0
         }
     };
+    let commanded = tokens.iter().any(|t| COMMANDS.contains(t));
     let by_unit = |quantity: Quantity| known.map(|unit| quantity.factor(unit, false).is_ok());
     let score = |quantity: Quantity| match by_unit(quantity) {
         Some(true) => 4 + by_name(quantity),
@@ -152,7 +166,7 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
         quantities: QUANTITIES
             .into_iter()
             .map(|q| (q, score(q)))
-            .filter(|(_, score)| *score > 0)
+            .filter(|(_, score)| *score > 0 && !commanded)
             .collect(),
         unit,
         stem,
@@ -196,7 +210,8 @@ fn split_unit(name: &str) -> (&str, Option<String>) {
     }
     for (at, _) in name.match_indices(['_', ' ']).filter(|(at, _)| *at > 0) {
         let unit = name[at + 1..].replace('_', "/");
-        if is_a_unit(&unit) {
+        // `chan_1` is the first of several.
+        if is_a_unit(&unit) && unit.parse::<usize>().is_err() {
             return (&name[..at], Some(unit));
         }
     }
@@ -245,6 +260,14 @@ mod tests {
         ] {
             assert!(read(name, unit).time > 0, "{name}");
         }
+    }
+
+    #[test]
+    fn a_command_is_no_measurement_and_a_number_no_unit() {
+        for name in ["goal_rad", "cmd_mm", "Force setpoint (N)", "x_target_m"] {
+            assert_eq!(read(name, None).quantities, [], "{name}");
+        }
+        assert_eq!(read("chan_1", None).unit, None);
     }
 
     #[test]

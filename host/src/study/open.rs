@@ -122,7 +122,8 @@ impl Request<'_> {
             let Some(values) = values.as_ref().filter(|_| looked_at) else {
                 continue;
             };
-            if let Some(row) = lone::impossible(values) {
+            let found = lone::lone(values);
+            if let Some(row) = lone::impossible(values, &found) {
                 return Err(self.error_at(
                     &log.row_name(row),
                     column,
@@ -135,7 +136,6 @@ impl Request<'_> {
                     ),
                 ));
             }
-            let found = lone::lone(values);
             if let Some(first) = found.first() {
                 let row = first.row;
                 notes.push(format!(

@@ -7,6 +7,7 @@
 use crate::model::corrections::of_the_joint;
 use crate::model::effects::AxisEffect;
 use crate::model::per_record::{self, PHASES};
+use crate::model::scalar::HostScalar;
 use crate::model::time_history::{TimeHistory, add_forces, law_parameters};
 use crate::signal::fir::{apply_every, shut_from_hz};
 use crate::signal::motion::Motion;
@@ -385,21 +386,7 @@ impl<'a> Records<'a> {
         only: Option<usize>,
         phase: f64,
     ) -> Vec<f64> {
-        let law = bound.entry.real;
-        self.column(bound, only, |history, own, other| {
-            let factor = history.input(bound.input);
-            history.along(
-                law,
-                parameters,
-                bound.axis,
-                phase,
-                |v| v,
-                |row, [f, g]| {
-                    own.push(f * factor.at(row));
-                    other.push(g * factor.at(row));
-                },
-            );
-        })
+        self.column(bound, parameters, (only, phase), |force| force)
     }
 
     /// How the force of a term changes with the logarithm of one of its shape parameters; `factors` are those of its columns.
@@ -428,23 +415,8 @@ impl<'a> Records<'a> {
             value,
             slope: if reciprocal { -value } else { value },
         };
-        let law = bound.entry.dual;
         let along = |parameters: &Parameters<Dual>, only: Option<usize>, phase: f64| {
-            self.column(bound, only, |history, own, other| {
-                let axis = bound.axis;
-                let factor = history.input(bound.input);
-                history.along(
-                    law,
-                    parameters,
-                    axis,
-                    phase,
-                    Dual::constant,
-                    |row, [f, g]| {
-                        own.push(f.slope * factor.at(row));
-                        other.push(g.slope * factor.at(row));
-                    },
-                );
-            })
+            self.column(bound, parameters, (only, phase), |force| force.slope)
         };
         let own_size = bound.entry.parameters().iter();
         let Some(size) = own_size.clone().position(Parameter::is_per_record) else {
@@ -463,13 +435,15 @@ impl<'a> Records<'a> {
         sum
     }
 
-    /// Evaluates a law on every record, or on one alone, then low-passes and thins out.
-    fn column(
+    /// Evaluates a law on every record, or on one alone, then low-passes and thins out; `part` is what of its force is wanted.
+    fn column<S: HostScalar>(
         &self,
         bound: &AxisEffect,
-        only: Option<usize>,
-        evaluate: impl Fn(&TimeHistory<'_>, &mut Vec<f64>, &mut Vec<f64>) + Sync,
+        parameters: &Parameters<S>,
+        (only, phase): (Option<usize>, f64),
+        part: impl Fn(S) -> f64,
     ) -> Vec<f64> {
+        let both = bound.entry.acts == Acts::BothAxes && self.axes == 2;
         let mut whole = vec![0.0; self.axes * self.rows_per_axis()];
         let mut start = 0;
         for (record, (history, &rows)) in self.histories.iter().zip(&self.rows).enumerate() {
@@ -477,14 +451,21 @@ impl<'a> Records<'a> {
                 start += rows;
                 continue;
             }
-            let (mut own, mut other) = (Vec::new(), Vec::new());
-            evaluate(history, &mut own, &mut other);
+            let mut own = vec![0.0; history.rows()];
+            let mut other = vec![0.0; if both { history.rows() } else { 0 }];
+            let factor = history.input(bound.input);
+            history.along(bound.entry, parameters, bound.axis, phase, |row, [f, g]| {
+                own[row] = part(f) * factor.at(row);
+                if let Some(force) = other.get_mut(row) {
+                    *force = part(g) * factor.at(row);
+                }
+            });
             let mut put = |axis: usize, series: &[f64]| {
                 let at = axis * self.rows_per_axis() + start;
                 whole[at..at + rows].copy_from_slice(&self.thinned(series));
             };
             put(bound.axis, &own);
-            if bound.entry.acts == Acts::BothAxes && self.axes == 2 {
+            if both {
                 put(1 - bound.axis, &other);
             }
             start += rows;

@@ -183,6 +183,7 @@ pub(crate) fn assemble(
         if found.identified && found.value == 0.0 {
             warnings.push(no_inertia(axis));
         }
+        warnings.extend(doubtful_inertia(axis, &found));
         inertia.push(found);
     }
     Ok(EffectsFit {
@@ -310,6 +311,18 @@ fn no_inertia(axis: &Axis) -> String {
          displacement, such as a spring or gravity; or the sign of the force or restoring_force in study.toml is wrong; or state the inertia",
         axis.name
     )
+}
+
+/// What is said of an inertia that is not larger than its own uncertainty.
+fn doubtful_inertia(axis: &Axis, found: &Inertia) -> Option<String> {
+    let half = QUANTILE * found.standard_error?;
+    (found.value > 0.0 && half >= found.value).then(|| {
+        format!(
+            "the inertia of axis {} is not determined, its 95 % interval holds 0: shake faster, leave rows out in which no force acts \
+             (rows = […]), or state the inertia",
+            axis.name
+        )
+    })
 }
 
 /// The inertia of an axis, stated or identified; `errors` are the standard errors of those identified that are left.

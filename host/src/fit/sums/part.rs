@@ -2,6 +2,7 @@
 
 use super::exact::Exact;
 use super::plan::{Plan, refused};
+use super::products::{FLUSHED, with_products};
 use super::{physical, polynomial};
 use crate::fit::effects::EffectsFit;
 use crate::fit::inertia::Inertia;
@@ -106,26 +107,14 @@ impl Part {
             }
         }
         for (axis, scales) in plan.scales.iter().enumerate() {
-            let scale = |by: i32| move |v: &f64| v * 2f64.powi(-by);
-            let force = motion.force[axis].iter().map(scale(scales[1]));
-            let acceleration = motion.acceleration[axis].iter().map(scale(scales[2]));
-            let mut sums = [0.0_f64; 3];
-            let mut flush = |sums: &mut [f64; 3]| {
-                let places = (0..3).zip(sums.iter_mut());
-                for (place, sum) in places {
-                    self.forces.add(3 * axis + place, std::mem::take(sum))?;
-                }
-                Ok(())
-            };
-            for (row, (f, a)) in force.zip(acceleration).enumerate() {
-                for (sum, (one, other)) in sums.iter_mut().zip([(f, f), (f, a), (a, a)]) {
-                    *sum = one.mul_add(other, *sum);
-                }
-                if row % 4096 == 4095 {
-                    flush(&mut sums)?;
+            let forces = motion.force[axis].chunks(FLUSHED);
+            for (f, a) in forces.zip(motion.acceleration[axis].chunks(FLUSHED)) {
+                let exponents = [2 * scales[1], scales[1] + scales[2], 2 * scales[2]];
+                let sums = with_products([0.0; 3], [(f, f), (f, a), (a, a)]);
+                for (place, (sum, by)) in sums.into_iter().zip(exponents).enumerate() {
+                    self.forces.add(3 * axis + place, sum * 2f64.powi(-by))?;
                 }
             }
-            flush(&mut sums)?;
         }
         if !self.folds.is_empty() {
             polynomial::add(plan, motion, &mut self.folds, &mut self.head.rows_of_folds)?;

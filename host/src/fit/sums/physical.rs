@@ -2,7 +2,7 @@
 
 use super::exact::Exact;
 use super::plan::{Plan, columns};
-use super::products::{LANES, Rows, add_products};
+use super::products::{FLUSHED, LANES, Rows, add_products};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::intervals::QUANTILE;
 use crate::fit::effects::{EffectsFit, FittedEffect, Stopped, found_inertia, of_linear};
@@ -20,8 +20,6 @@ const OF_STUDENT: f64 = 2.262;
 const WEIGHINGS: usize = 2;
 /// Rows behind the low-pass that are wanted for each parameter.
 const ROWS_PER_PARAMETER: u64 = 5;
-/// Rows that are summed in floating point before they enter the exact sums.
-const FLUSHED: usize = 4096;
 
 /// How many sums a plan asks for.
 pub(super) fn count(plan: &Plan) -> usize {

@@ -3,7 +3,7 @@
 
 use super::exact::Exact;
 use super::plan::Plan;
-use super::products::{LANES, Rows, add_products};
+use super::products::{FLUSHED, LANES, Rows, add_products, with_products};
 use crate::fit::cross_validation::{FOLDS, Folds, edges, guard_rows};
 use crate::fit::moments::Moments;
 use crate::model::InputRange;
@@ -15,8 +15,6 @@ use crate::text::error::Result;
 pub(super) const PARTS: usize = 3 * FOLDS;
 /// Rows whose products are made at a time, so that they stay in the second-level cache.
 const BLOCK: usize = 128;
-/// Rows that are summed in floating point before they enter the exact sums.
-const FLUSHED: usize = 4096;
 
 /// Sizes of the sums for one axis or two.
 #[derive(Clone, Copy)]
@@ -126,7 +124,7 @@ impl Summation {
             (&mut self.sums, sizes.right()),
         );
         for (square, output) in self.squares.iter_mut().zip(outputs) {
-            *square = output.iter().fold(*square, |sum, y| y.mul_add(*y, sum));
+            [*square] = with_products([*square], [(output, output)]);
         }
     }
 

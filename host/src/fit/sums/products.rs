@@ -11,6 +11,25 @@ pub(crate) const LANES: usize = 8;
 /// Columns of the left side that are summed at once.
 const HEIGHT: usize = 6;
 
+/// Rows that are summed in floating point before they enter the exact sums.
+pub(super) const FLUSHED: usize = 4096;
+
+/// `sums` with Σ left·right of series that are equally long, each summed in the order of its rows.
+pub(super) fn with_products<const N: usize>(
+    mut sums: [f64; N],
+    pairs: [(&[f64], &[f64]); N],
+) -> [f64; N] {
+    Arch::new().dispatch(|| {
+        let rows = pairs.first().map_or(0, |(left, _)| left.len());
+        for row in 0..rows {
+            for (sum, (left, right)) in sums.iter_mut().zip(pairs) {
+                *sum = left[row].mul_add(right[row], *sum);
+            }
+        }
+        sums
+    })
+}
+
 /// Rows of numbers, one row after the other.
 #[derive(Clone, Copy)]
 pub(crate) struct Rows<'a> {

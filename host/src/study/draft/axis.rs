@@ -376,7 +376,8 @@ fn axis_of(
     if !timeless {
         base.push("viscous");
     } else if base.is_empty() {
-        base.push("preload");
+        // The one term of the usual base that needs no time.
+        base.push("stiffness");
     }
     if said.inertia.is_none() && !inertial {
         findings.push(format!(
