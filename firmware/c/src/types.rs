@@ -297,3 +297,41 @@ pub(crate) fn cause_name(number: u8) -> &'static Name {
     let found = known.find(|(cause, _)| *cause as u8 == number);
     found.map_or(&UNKNOWN, |(_, name)| name)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Cause, State, jw_cause::*, jw_state::*};
+
+    #[test]
+    fn states_and_causes_have_the_numbers_of_the_telemetry() {
+        let states = [JW_UNJUDGED, JW_HEALTHY, JW_SUSPECT, JW_ALARM];
+        assert_eq!(states.map(|state| state as u8), State::ALL.map(State::tag));
+        let causes = [
+            JW_STARTING,
+            JW_AS_EXPECTED,
+            JW_NO_MODEL,
+            JW_NO_RIG,
+            JW_WITHOUT_LIMITS,
+            JW_LIMITS_OF_OTHER_MODEL,
+            JW_TOO_GENTLE,
+            JW_SENSOR_FAULT,
+            JW_SAMPLES_LOST,
+            JW_OUTSIDE_RANGE,
+            JW_ERROR_GREW,
+            JW_STIFFER,
+            JW_SOFTER,
+            JW_MORE_FRICTION,
+            JW_LESS_FRICTION,
+            JW_FORCE_GONE,
+            JW_FORCE_UNEXPECTED,
+            JW_STUCK,
+            JW_SATURATED,
+            JW_OUT_OF_RANGE,
+            JW_WRONG_CHECKSUM,
+            JW_TIME_OUT,
+            JW_MISSING,
+            JW_REFERENCE_LOST,
+        ];
+        assert_eq!(causes.map(|cause| cause as u8), Cause::ALL.map(Cause::tag));
+    }
+}
