@@ -6,7 +6,7 @@ use jointwatch_firmware::board::an500 as board;
 #[cfg(feature = "microbit")]
 use jointwatch_firmware::board::microbit as board;
 use jointwatch_firmware::board::semihosting;
-#[cfg(feature = "stm32f405")]
+#[cfg(feature = "stm32")]
 use jointwatch_firmware::board::stm32f405 as board;
 use jointwatch_firmware::suite::{self, Board};
 

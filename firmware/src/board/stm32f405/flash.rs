@@ -3,13 +3,13 @@
 //! The processor fetches its program from the same flash: an erasure stops it for about a second (2 s at most, DS8626, “Flash
 //! memory characteristics”), a word for about 16 µs.
 
+use super::chip::FLASH;
 use super::supply;
 use crate::app::Supplied;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 use jointwatch_shared::wire::telemetry::Supply;
-use stm32f4::stm32f405::FLASH;
 
 unsafe extern "C" {
     // An address from the board's memory map; there is nothing of Rust's behind it.
@@ -71,7 +71,7 @@ pub fn slots() -> SlotFlash {
     SlotFlash(())
 }
 
-fn registers() -> &'static stm32f4::stm32f405::flash::RegisterBlock {
+fn registers() -> &'static super::chip::flash::RegisterBlock {
     // SAFETY: the registers exist for as long as the program; control and status are used here only, by the one driver.
     unsafe { &*FLASH::PTR }
 }

@@ -1,9 +1,9 @@
 //! USART2: telemetry out, requests in, at one million bits per second.
 
+use super::chip::{GPIOA, RCC, USART2};
 use crate::app::SerialPort;
 use crate::clock::{Clock, Source};
 use jointwatch_shared::wire::telemetry::BAUD;
-use stm32f4::stm32f405::{GPIOA, RCC, USART2};
 
 // USART_SR, RM0090, “Status register”.
 const OVERRUN: u32 = 1 << 3;

@@ -2,9 +2,9 @@
 //!
 //! `docs/howto/wiring.md` has the pins. Every wait is bounded: a bus that does not answer is an error, and never holds up a sample.
 
+use super::chip::{GPIOA, GPIOB, RCC, SPI1};
 use embedded_hal::spi::{Error, ErrorKind, ErrorType, Operation, SpiDevice};
 use jointwatch_shared::wire::wiring::{ACCELEROMETERS, COUNTERS};
-use stm32f4::stm32f405::{GPIOA, GPIOB, RCC, SPI1};
 
 /// Chip selects on port B, in the order of the board's chips.
 const COUNTER_SELECTS: [u16; COUNTERS] = [1 << 12, 1 << 13, 1 << 14, 1 << 15];
@@ -164,7 +164,7 @@ impl SpiDevice for SpiChip {
     }
 }
 
-fn bus() -> &'static stm32f4::stm32f405::spi1::RegisterBlock {
+fn bus() -> &'static super::chip::spi1::RegisterBlock {
     // SAFETY: the registers exist for as long as the program.
     unsafe { &*SPI1::PTR }
 }

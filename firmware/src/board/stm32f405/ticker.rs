@@ -1,9 +1,9 @@
 //! TIM2 tells when to sample; TIM5, which runs on, tells how many instants went by without a sample.
 
+use super::chip::{RCC, TIM2};
 use super::count;
 use crate::clock::{Clock, Rate, Source};
 use core::num::NonZeroU32;
-use stm32f4::stm32f405::{RCC, TIM2};
 
 /// The timer that gives the sampling instants.
 #[derive(Debug)]
