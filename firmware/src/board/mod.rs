@@ -3,7 +3,11 @@
 #[cfg(feature = "an500")]
 pub mod an500;
 #[cfg(feature = "stm32")]
+mod chips;
+#[cfg(feature = "stm32")]
 mod chunks;
+#[cfg(all(feature = "stm32", not(feature = "semihosting-link")))]
+mod driver;
 #[cfg(any(feature = "stm32", feature = "an500"))]
 mod kernels;
 #[cfg(feature = "semihosting-link")]
