@@ -8,6 +8,7 @@ fn main() {
     println!("cargo::rerun-if-changed=../memory.x");
     println!("cargo::rerun-if-changed=microbit.x");
     println!("cargo::rerun-if-changed=an500.x");
+    println!("cargo::rerun-if-changed=nrf52840.x");
 
     // Cargo sets these for every build script.
     let target = env::var("TARGET").expect("cargo sets TARGET");
@@ -23,6 +24,8 @@ fn main() {
         Path::new("microbit.x")
     } else if is_for("CARGO_FEATURE_AN500") {
         Path::new("an500.x")
+    } else if is_for("CARGO_FEATURE_NRF52840") {
+        Path::new("nrf52840.x")
     } else {
         Path::new("../memory.x")
     };
