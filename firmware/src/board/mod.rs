@@ -2,13 +2,14 @@
 
 #[cfg(feature = "an500")]
 pub mod an500;
-#[cfg(any(feature = "stm32", feature = "nrf52840"))]
+#[cfg(any(feature = "stm32", feature = "nrf52840", feature = "rp2350"))]
 mod chips;
 #[cfg(feature = "stm32")]
 mod chunks;
 #[cfg(any(
     all(feature = "stm32", not(feature = "semihosting-link")),
-    feature = "nrf52840"
+    feature = "nrf52840",
+    feature = "rp2350"
 ))]
 mod driver;
 #[cfg(any(feature = "stm32", feature = "an500", feature = "nrf52840"))]
@@ -21,10 +22,17 @@ pub mod microbit;
 pub mod nrf52840;
 #[cfg(feature = "stm32")]
 pub mod restart;
+#[cfg(feature = "rp2350")]
+pub mod rp2350;
 #[cfg(feature = "stm32")]
 mod rtt;
 pub mod semihosting;
-#[cfg(any(feature = "stm32", feature = "an500", feature = "nrf52840"))]
+#[cfg(any(
+    feature = "stm32",
+    feature = "an500",
+    feature = "nrf52840",
+    feature = "rp2350"
+))]
 mod slots;
 #[cfg(feature = "stm32")]
 pub mod stack;

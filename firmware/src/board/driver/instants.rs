@@ -31,4 +31,10 @@ impl Instants {
         self.due = Some(self.due.unwrap_or(now).wrapping_add(periods));
         missed
     }
+
+    /// When the next one is due, for a timer that does not start anew by itself; `now` before the first.
+    #[cfg(feature = "rp2350")]
+    pub(in crate::board) fn due(&self, now: u32) -> u32 {
+        self.due.unwrap_or(now)
+    }
 }
