@@ -8,6 +8,8 @@ fn main() {
     println!("cargo::rerun-if-changed=../memory.x");
     println!("cargo::rerun-if-changed=microbit.x");
     println!("cargo::rerun-if-changed=an500.x");
+    println!("cargo::rerun-if-changed=nrf52840.x");
+    println!("cargo::rerun-if-changed=rp2350.x");
 
     // Cargo sets these for every build script.
     let target = env::var("TARGET").expect("cargo sets TARGET");
@@ -23,6 +25,10 @@ fn main() {
         Path::new("microbit.x")
     } else if is_for("CARGO_FEATURE_AN500") {
         Path::new("an500.x")
+    } else if is_for("CARGO_FEATURE_NRF52840") {
+        Path::new("nrf52840.x")
+    } else if is_for("CARGO_FEATURE_RP2350") {
+        Path::new("rp2350.x")
     } else {
         Path::new("../memory.x")
     };

@@ -120,6 +120,7 @@ fn the_image_for_tests_differs_in_chips_line_clock_and_slots_alone() {
     // The drivers are generic over the bus, so the compiler may put other pieces of them into their callers.
     let parts = [
         "board::link",
+        "board::driver",
         "board::stm32f405",
         "board::semihosting",
         "board::stack",

@@ -14,7 +14,8 @@ use crate::types::{
 use core::ffi::{c_char, c_void};
 use core::mem::MaybeUninit;
 use core::ptr::null_mut;
-use jointwatch_shared::monitor::Window;
+use jointwatch_shared::chain::RawSample;
+use jointwatch_shared::monitor::{Faults, Window};
 
 /// Whether a pointer can be one to a `T`.
 #[inline(always)]
@@ -134,17 +135,27 @@ unsafe fn make<T: Object>(
     unsafe { hand(place, object) }
 }
 
-/// Faults that C gave; null says that there are none.
+/// Counts that C gave. `types.rs` holds that they are the bytes of Rust's.
 ///
 /// # Safety
 /// As [`read`].
 #[inline(always)]
-unsafe fn faults<'a>(at: *const jw_faults) -> Result<Option<&'a jw_faults>, jw_error> {
+unsafe fn sample<'a>(at: *const jw_counts) -> Result<&'a RawSample, jw_error> {
+    // SAFETY: the caller vouches for the pointer.
+    unsafe { read(at.cast()) }
+}
+
+/// Faults that C gave, likewise; null says that there are none.
+///
+/// # Safety
+/// As [`read`].
+#[inline(always)]
+unsafe fn faults<'a>(at: *const jw_faults) -> Result<Option<&'a Faults>, jw_error> {
     if at.is_null() {
         return Ok(None);
     }
     // SAFETY: the caller vouches for the pointer.
-    unsafe { read(at) }.map(Some)
+    unsafe { read(at.cast()) }.map(Some)
 }
 
 #[inline(always)]
@@ -279,7 +290,7 @@ pub unsafe extern "C" fn jw_chain_step(
         object_mut(chain).and_then(|chain| {
             let wrong = faults(wrong)?;
             usable(output)?;
-            hand(output, chain.step(read(counts)?, wrong))
+            hand(output, chain.step(sample(counts)?, wrong))
         })
     })
 }
@@ -316,7 +327,7 @@ pub unsafe extern "C" fn jw_monitor_step(
         object_mut(monitor).and_then(|monitor| {
             let wrong = faults(wrong)?;
             usable(verdict)?;
-            let said = monitor.step(read(counts)?, read(output)?, wrong);
+            let said = monitor.step(sample(counts)?, read(output)?, wrong);
             hand(verdict, said.into())
         })
     })

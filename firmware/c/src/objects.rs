@@ -3,11 +3,10 @@
 use crate::Kernels;
 use crate::error::jw_error;
 use crate::types::{
-    JW_ALIGN, JW_BLOB_LENGTH, JW_CHAIN_SIZE, JW_MODEL_SIZE, JW_MONITOR_SIZE, jw_counts, jw_faults,
-    jw_output,
+    JW_ALIGN, JW_BLOB_LENGTH, JW_CHAIN_SIZE, JW_MODEL_SIZE, JW_MONITOR_SIZE, jw_output,
 };
 use jointwatch_shared::base::Model;
-use jointwatch_shared::chain::{Chain, ChainState};
+use jointwatch_shared::chain::{Chain, ChainState, RawSample};
 use jointwatch_shared::monitor::limits::Limits;
 use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, Verdict};
 use jointwatch_shared::wire::{blob, rig_block};
@@ -101,14 +100,13 @@ impl jw_chain {
 
     /// Takes one sample in.
     #[inline]
-    pub(crate) fn step(&mut self, counts: &jw_counts, wrong: Option<&jw_faults>) -> jw_output {
-        if wrong.is_some_and(|wrong| Faults::from(*wrong).any()) {
+    pub(crate) fn step(&mut self, sample: &RawSample, wrong: Option<&Faults>) -> jw_output {
+        if wrong.is_some_and(Faults::any) {
             self.state.hold_notches(self.chain.invalidated_by_fault());
         }
-        let sample = counts.sample();
         let output = self
             .chain
-            .step_by::<Kernels>(&mut self.state, &self.model.model, &sample);
+            .step_by::<Kernels>(&mut self.state, &self.model.model, sample);
         output
             .as_ref()
             .map_or_else(jw_output::default, jw_output::from)
@@ -133,19 +131,14 @@ impl jw_monitor {
     #[inline]
     pub(crate) fn step(
         &mut self,
-        counts: &jw_counts,
+        sample: &RawSample,
         output: &jw_output,
-        wrong: Option<&jw_faults>,
+        wrong: Option<&Faults>,
     ) -> Verdict {
-        let (sample, output) = (counts.sample(), output.output());
-        let mut judge = |faults: &Faults| {
-            self.monitor
-                .update(&mut self.state, &sample, output.as_ref(), faults)
-        };
-        match wrong {
-            None => judge(const { &WELL }),
-            Some(wrong) => judge(&Faults::from(*wrong)),
-        }
+        let faults = wrong.unwrap_or(const { &WELL });
+        let output = output.output();
+        self.monitor
+            .update(&mut self.state, sample, output.as_ref(), faults)
     }
 }
 

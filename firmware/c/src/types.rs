@@ -1,5 +1,6 @@
 //! What goes in and out of the library, laid out as C lays it out, and the constants beside it.
 
+use core::mem::offset_of;
 use jointwatch_shared::chain::{Output, RawAxis, RawSample};
 use jointwatch_shared::monitor::{AxisHealth, Cause, Faults, State, Verdict};
 
@@ -156,30 +157,36 @@ pub enum jw_cause {
     JW_REFERENCE_LOST = 54,
 }
 
-impl jw_counts {
-    pub(crate) fn sample(&self) -> RawSample {
-        self.axis.map(|axis| RawAxis {
-            displacement: axis.displacement,
-            body: axis.body,
-            acceleration: axis.acceleration,
-            force: axis.force,
-        })
-    }
+/// Holds that a struct of C has the fields of one of Rust at the same places, so that the boundary may hand it on without a copy.
+macro_rules! same_bytes {
+    ($of_c:ty, $of_rust:ty, [$($field:ident),*]) => {
+        const _: () = assert!(
+            size_of::<$of_c>() == size_of::<$of_rust>()
+                && align_of::<$of_c>() == align_of::<$of_rust>()
+                $(&& offset_of!($of_c, $field) == offset_of!($of_rust, $field))*
+        );
+    };
 }
 
-impl From<jw_faults> for Faults {
-    fn from(faults: jw_faults) -> Self {
-        Self {
-            saturated: faults.saturated,
-            out_of_range: faults.out_of_range,
-            checksum: faults.checksum,
-            time_out: faults.time_out,
-            missing: faults.missing,
-            reference_lost: faults.reference_lost,
-            lost: faults.lost,
-        }
-    }
-}
+same_bytes!(
+    jw_axis_counts,
+    RawAxis,
+    [displacement, body, acceleration, force]
+);
+same_bytes!(jw_counts, RawSample, []);
+same_bytes!(
+    jw_faults,
+    Faults,
+    [
+        saturated,
+        out_of_range,
+        checksum,
+        time_out,
+        missing,
+        reference_lost,
+        lost
+    ]
+);
 
 impl From<&Output> for jw_output {
     fn from(output: &Output) -> Self {
@@ -289,4 +296,42 @@ pub(crate) fn cause_name(number: u8) -> &'static Name {
     let mut known = Cause::ALL.into_iter().zip(&CAUSES);
     let found = known.find(|(cause, _)| *cause as u8 == number);
     found.map_or(&UNKNOWN, |(_, name)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cause, State, jw_cause::*, jw_state::*};
+
+    #[test]
+    fn states_and_causes_have_the_numbers_of_the_telemetry() {
+        let states = [JW_UNJUDGED, JW_HEALTHY, JW_SUSPECT, JW_ALARM];
+        assert_eq!(states.map(|state| state as u8), State::ALL.map(State::tag));
+        let causes = [
+            JW_STARTING,
+            JW_AS_EXPECTED,
+            JW_NO_MODEL,
+            JW_NO_RIG,
+            JW_WITHOUT_LIMITS,
+            JW_LIMITS_OF_OTHER_MODEL,
+            JW_TOO_GENTLE,
+            JW_SENSOR_FAULT,
+            JW_SAMPLES_LOST,
+            JW_OUTSIDE_RANGE,
+            JW_ERROR_GREW,
+            JW_STIFFER,
+            JW_SOFTER,
+            JW_MORE_FRICTION,
+            JW_LESS_FRICTION,
+            JW_FORCE_GONE,
+            JW_FORCE_UNEXPECTED,
+            JW_STUCK,
+            JW_SATURATED,
+            JW_OUT_OF_RANGE,
+            JW_WRONG_CHECKSUM,
+            JW_TIME_OUT,
+            JW_MISSING,
+            JW_REFERENCE_LOST,
+        ];
+        assert_eq!(causes.map(|cause| cause as u8), Cause::ALL.map(Cause::tag));
+    }
 }

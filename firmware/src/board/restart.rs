@@ -1,8 +1,8 @@
 //! Why the device restarted: kept in a word of RAM that a restart does not touch, and in the chip's own flags.
 
+use crate::board::stm32f405::chip::RCC;
 use core::cell::UnsafeCell;
 use jointwatch_shared::wire::telemetry::Restart;
-use stm32f4::stm32f405::RCC;
 
 /// A word that start-up code leaves alone.
 #[repr(transparent)]

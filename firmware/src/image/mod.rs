@@ -18,7 +18,7 @@ impl<T: Mutex<T = &'static mut Watch>> Shared for Locked<T> {
     }
 }
 
-#[rtic::app(device = stm32f4::stm32f405, peripherals = false)]
+#[rtic::app(device = jointwatch_firmware::board::stm32f405::chip, peripherals = false)]
 mod app {
     use super::{Locked, log};
     use core::mem::MaybeUninit;
@@ -29,6 +29,7 @@ mod app {
         Watch, begin, evaluate,
     };
     use jointwatch_firmware::board::Kernels;
+    use jointwatch_firmware::board::stm32f405::chip::Interrupt;
     use jointwatch_firmware::board::stm32f405::parts::{
         self, Serial, SlotFlash, SpiChip, SpiChips, Ticker,
     };
@@ -38,7 +39,6 @@ mod app {
     use jointwatch_firmware::sensor::acquire::Sensors;
     use jointwatch_firmware::store::{Key, Store};
     use jointwatch_shared::wire::telemetry::Occasion;
-    use stm32f4::stm32f405::Interrupt;
 
     /// Frames between sampling and evaluation, and between that and the monitor: one less fits.
     const FRAMES: usize = 4;

@@ -5,8 +5,12 @@ use jointwatch_firmware::board::Kernels;
 use jointwatch_firmware::board::an500 as board;
 #[cfg(feature = "microbit")]
 use jointwatch_firmware::board::microbit as board;
+#[cfg(feature = "nrf52840")]
+use jointwatch_firmware::board::nrf52840 as board;
+#[cfg(feature = "rp2350")]
+use jointwatch_firmware::board::rp2350 as board;
 use jointwatch_firmware::board::semihosting;
-#[cfg(feature = "stm32f405")]
+#[cfg(feature = "stm32")]
 use jointwatch_firmware::board::stm32f405 as board;
 use jointwatch_firmware::suite::{self, Board};
 

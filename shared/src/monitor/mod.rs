@@ -221,6 +221,8 @@ impl Monitor {
     }
 
     /// Takes one sample in: the counts, what the chain made of them, and what was wrong with the sensors.
+    // With what it calls for every output, so that the C library need not put an `Output` together.
+    #[inline]
     pub fn update(
         &self,
         state: &mut MonitorState,
@@ -273,6 +275,7 @@ impl Monitor {
     }
 
     /// Adds an output to the blocks that are being filled where it has a residual in the band, unless that is spoilt.
+    #[inline]
     fn take(&self, state: &mut MonitorState, output: &Output) {
         Self::put(&mut state.waiting, output);
         if output.outside != 0 {
@@ -305,6 +308,7 @@ impl Monitor {
     }
 
     /// Puts what of an output has to wait behind those before it.
+    #[inline]
     fn put(waiting: &mut Delayed, output: &Output) {
         waiting.newest = if waiting.newest + 1 < MAX_WAIT {
             waiting.newest + 1

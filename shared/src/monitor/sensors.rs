@@ -9,7 +9,9 @@ pub(super) const KINDS: usize = 6;
 
 /// What went wrong with the sensors at one instant. In every word, bit 5·axis + channel stands for one channel, channels in
 /// the order of [`RawAxis`](crate::chain::RawAxis): far and near displacement counter, body counter, accelerometer, force.
+/// Laid out as in C, as the counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
 pub struct Faults {
     /// The converter stood at a rail of its code.
     pub saturated: u16,

@@ -1,9 +1,9 @@
 //! The chips behind the link, in the numbers of its protocol.
 
 use super::files::Files;
+use crate::board::chips::Chips;
 use core::convert::Infallible;
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
-use jointwatch_shared::wire::wiring::{ACCELEROMETERS, COUNTERS};
 
 /// Kinds of requests: counters 0 to 3, then these.
 const CONVERTER: u8 = 4;
@@ -15,16 +15,7 @@ const LATCH: u8 = 7;
 pub struct SpiChip(u8);
 
 /// Every device of the board.
-pub struct SpiChips {
-    /// All counters at once.
-    pub latch: SpiChip,
-    /// The quadrature counters.
-    pub counters: [SpiChip; COUNTERS],
-    /// The converter.
-    pub converter: SpiChip,
-    /// The accelerometers.
-    pub accelerometers: [SpiChip; ACCELEROMETERS],
-}
+pub type SpiChips = Chips<SpiChip>;
 
 /// The chips of the host.
 pub fn devices() -> SpiChips {

@@ -3,21 +3,13 @@
 //! The processor fetches its program from the same flash: an erasure stops it for about a second (2 s at most, DS8626, “Flash
 //! memory characteristics”), a word for about 16 µs.
 
+use super::chip::FLASH;
 use super::supply;
 use crate::app::Supplied;
-use embedded_storage::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
-};
+use crate::board::driver::slot_flash::{self, FlashFault, SECTOR};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use jointwatch_shared::wire::telemetry::Supply;
-use stm32f4::stm32f405::FLASH;
 
-unsafe extern "C" {
-    // An address from the board's memory map; there is nothing of Rust's behind it.
-    static _slot_a: u8;
-}
-
-/// Bytes of a sector.
-const SECTOR: usize = 128 * 1024;
 /// The number of slot A's sector; slot B's follows.
 const FIRST_SECTOR: u32 = 10;
 
@@ -38,29 +30,6 @@ const ERRORS: u32 = 1 << 7 | 1 << 6 | 1 << 5 | 1 << 4 | 1 << 1;
 /// How often the busy flag is looked at: 3 s at least, where a look takes 5 cycles of 168 MHz.
 const LOOKS: u32 = 100_000_000;
 
-/// Why an operation on the flash failed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FlashFault {
-    /// An address outside the two sectors.
-    OutOfBounds,
-    /// An address or a length that is no multiple of a word or a sector.
-    NotAligned,
-    /// The flash refused, or did not come to an end.
-    Refused,
-    /// The supply is too low for it to be programmed: nothing was done.
-    SupplyLow,
-}
-
-impl NorFlashError for FlashFault {
-    fn kind(&self) -> NorFlashErrorKind {
-        match self {
-            Self::OutOfBounds => NorFlashErrorKind::OutOfBounds,
-            Self::NotAligned => NorFlashErrorKind::NotAligned,
-            Self::Refused | Self::SupplyLow => NorFlashErrorKind::Other,
-        }
-    }
-}
-
 /// Both sectors; there is one of it.
 #[derive(Debug)]
 pub struct SlotFlash(());
@@ -71,22 +40,9 @@ pub fn slots() -> SlotFlash {
     SlotFlash(())
 }
 
-fn registers() -> &'static stm32f4::stm32f405::flash::RegisterBlock {
+fn registers() -> &'static super::chip::flash::RegisterBlock {
     // SAFETY: the registers exist for as long as the program; control and status are used here only, by the one driver.
     unsafe { &*FLASH::PTR }
-}
-
-/// The address of a byte of the slots.
-fn address(offset: u32) -> usize {
-    &raw const _slot_a as usize + offset as usize
-}
-
-fn unless_within(offset: u32, length: usize) -> Result<(), FlashFault> {
-    let end = (offset as usize).checked_add(length);
-    match end {
-        Some(end) if end <= 2 * SECTOR => Ok(()),
-        _ => Err(FlashFault::OutOfBounds),
-    }
 }
 
 /// Waits for the end of an operation.
@@ -145,13 +101,7 @@ impl ReadNorFlash for SlotFlash {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashFault> {
-        unless_within(offset, bytes.len())?;
-        for (place, at) in bytes.iter_mut().zip(address(offset)..) {
-            // SAFETY: within the slots, which are always readable. Volatile, because the flash changes behind the
-            // compiler's back.
-            *place = unsafe { (at as *const u8).read_volatile() };
-        }
-        Ok(())
+        slot_flash::read(offset, bytes)
     }
 
     fn capacity(&self) -> usize {
@@ -164,13 +114,9 @@ impl NorFlash for SlotFlash {
     const ERASE_SIZE: usize = SECTOR;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashFault> {
-        let sector = SECTOR as u32;
-        if !from.is_multiple_of(sector) || !to.is_multiple_of(sector) {
-            return Err(FlashFault::NotAligned);
-        }
-        unless_within(from, to.saturating_sub(from) as usize)?;
+        let sectors = slot_flash::sectors(from, to)?;
         unlocked(|| {
-            for number in from / sector..to / sector {
+            for number in sectors {
                 let which = SECTOR_ERASE | BY_WORDS | (FIRST_SECTOR + number) << 3;
                 // SAFETY: sectors 10 and 11 hold the slots and nothing else (memory.x).
                 unsafe {
@@ -184,17 +130,13 @@ impl NorFlash for SlotFlash {
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashFault> {
-        let (words, rest) = bytes.as_chunks::<4>();
-        if !offset.is_multiple_of(4) || !rest.is_empty() {
-            return Err(FlashFault::NotAligned);
-        }
-        unless_within(offset, bytes.len())?;
+        let words = slot_flash::words(offset, bytes)?;
         unlocked(|| {
             // SAFETY: as above.
             unsafe { registers().cr().write(|w| w.bits(PROGRAM | BY_WORDS)) };
-            for (word, at) in words.iter().zip((address(offset)..).step_by(4)) {
+            for (place, word) in words {
                 // SAFETY: an aligned word within the slots, and the flash is set to take it.
-                unsafe { (at as *mut u32).write_volatile(u32::from_le_bytes(*word)) };
+                unsafe { place.write_volatile(word) };
                 finish()?;
             }
             Ok(())

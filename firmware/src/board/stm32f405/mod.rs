@@ -1,5 +1,7 @@
 //! The STM32F405 board: clock set-up that cannot hang, the counter of the self-test, and the model slots.
 //!
+//! The STM32F407 has the same registers, memory and pins (RM0090 is of both) and Ethernet besides. It was compiled for, and never run.
+//!
 //! QEMU's `netduinoplus2` has the same processor and memory but neither a crystal nor a PLL; the same program runs on
 //! it because every wait below ends.
 
@@ -25,10 +27,21 @@ pub use wired as parts;
 
 use crate::clock::Clock;
 use crate::suite::Counter;
-use stm32f4::stm32f405::{FLASH, PWR, Peripherals, RCC, TIM5};
+use chip::{FLASH, PWR, Peripherals, RCC, TIM5};
 
 /// The board's name in the self-test's text.
+#[cfg(feature = "stm32f405")]
 pub const NAME: &str = "stm32f405";
+/// The board's name in the self-test's text.
+#[cfg(feature = "stm32f407")]
+pub const NAME: &str = "stm32f407";
+
+/// The chip's registers.
+#[cfg(feature = "stm32f405")]
+pub use stm32f4::stm32f405 as chip;
+/// The chip's registers.
+#[cfg(feature = "stm32f407")]
+pub use stm32f4::stm32f407 as chip;
 
 /// The crystal soldered to the board, in Hz. Boards carry 8 or 12 MHz; the dividers below follow from it.
 pub const CRYSTAL_HZ: u32 = 8_000_000;

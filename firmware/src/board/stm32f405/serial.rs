@@ -1,9 +1,10 @@
 //! USART2: telemetry out, requests in, at one million bits per second.
 
+use super::chip::{GPIOA, RCC, USART2};
 use crate::app::SerialPort;
+use crate::board::driver::sending::send;
 use crate::clock::{Clock, Source};
 use jointwatch_shared::wire::telemetry::BAUD;
-use stm32f4::stm32f405::{GPIOA, RCC, USART2};
 
 // USART_SR, RM0090, “Status register”.
 const OVERRUN: u32 = 1 << 3;
@@ -11,9 +12,6 @@ const RECEIVED: u32 = 1 << 5;
 const ROOM: u32 = 1 << 7;
 /// USART_CR1: on, interrupt when a byte has come, transmitter and receiver on.
 const ENABLED: u32 = 1 << 13 | 1 << 5 | 1 << 3 | 1 << 2;
-
-/// How often a flag is looked at: a byte takes 10 µs, a look at least 20 ns.
-const LOOKS: u32 = 10_000;
 
 /// The transmitter of the serial line: USART and its DMA.
 #[derive(Debug)]
@@ -57,13 +55,10 @@ impl SerialPort for Serial {
     fn send(&mut self, frame: &[u8]) -> bool {
         // SAFETY: see `start`.
         let usart = unsafe { &*USART2::PTR };
-        frame.iter().all(|&byte| {
-            let room = (0..LOOKS).any(|_| u32::from(usart.sr().read().bits()) & ROOM != 0);
-            if room {
-                // SAFETY: any byte may be sent.
-                unsafe { usart.dr().write(|w| w.bits(byte.into())) };
-            }
-            room
+        let has_room = || u32::from(usart.sr().read().bits()) & ROOM != 0;
+        send(frame, has_room, |byte| {
+            // SAFETY: any byte may be sent.
+            unsafe { usart.dr().write(|w| w.bits(byte.into())) };
         })
     }
 }

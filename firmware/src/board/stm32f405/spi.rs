@@ -2,9 +2,11 @@
 //!
 //! `docs/howto/wiring.md` has the pins. Every wait is bounded: a bus that does not answer is an error, and never holds up a sample.
 
+use super::chip::{GPIOA, GPIOB, RCC, SPI1};
+use crate::board::chips::Chips;
+use crate::board::driver::transaction::{Bytewise, transaction};
 use embedded_hal::spi::{Error, ErrorKind, ErrorType, Operation, SpiDevice};
 use jointwatch_shared::wire::wiring::{ACCELEROMETERS, COUNTERS};
-use stm32f4::stm32f405::{GPIOA, GPIOB, RCC, SPI1};
 
 /// Chip selects on port B, in the order of the board's chips.
 const COUNTER_SELECTS: [u16; COUNTERS] = [1 << 12, 1 << 13, 1 << 14, 1 << 15];
@@ -31,8 +33,6 @@ const BUSY: u32 = 1 << 7;
 
 /// How often a flag is looked at: a byte takes 3 µs at most at 168 MHz, a look at least 20 ns.
 const LOOKS: u32 = 1000;
-/// Cycles between a chip select's edge and the next edge of anything: 0.2 µs at 168 MHz, above what each chip asks for.
-const SETTLE: u32 = 36;
 
 /// What went wrong on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,16 +65,7 @@ pub struct SpiChip {
 }
 
 /// Every device of the board.
-pub struct SpiChips {
-    /// All counters at once.
-    pub latch: SpiChip,
-    /// The quadrature counters.
-    pub counters: [SpiChip; COUNTERS],
-    /// The converter.
-    pub converter: SpiChip,
-    /// The accelerometers.
-    pub accelerometers: [SpiChip; ACCELEROMETERS],
-}
+pub type SpiChips = Chips<SpiChip>;
 
 /// Sets pins and bus up. To be called once, from the task that then owns the bus.
 pub fn devices() -> SpiChips {
@@ -136,73 +127,53 @@ impl ErrorType for SpiChip {
 
 impl SpiDevice for SpiChip {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), BusFault> {
-        let bus = bus();
+        transaction(self, operations)
+    }
+}
+
+impl Bytewise for SpiChip {
+    type Fault = BusFault;
+
+    fn select(&mut self) {
         // SAFETY: whole registers of a peripheral that only the devices use; they belong to one task, so that no two
         // transactions overlap.
         unsafe {
-            bus.cr1().write(|w| w.bits((self.cr1 & !ENABLED) as _));
-            bus.cr1().write(|w| w.bits(self.cr1 as _));
+            bus().cr1().write(|w| w.bits((self.cr1 & !ENABLED) as _));
+            bus().cr1().write(|w| w.bits(self.cr1 as _));
             (*GPIOB::PTR)
                 .bsrr()
                 .write(|w| w.bits(u32::from(self.select) << 16));
         }
-        cortex_m::asm::delay(SETTLE);
-        let done = operations.iter_mut().try_for_each(operate);
-        let done = done.and_then(|()| wait(|flags| flags & BUSY == 0));
-        cortex_m::asm::delay(SETTLE);
-        // SAFETY: as above.
+    }
+
+    fn exchange(&mut self, byte: u8) -> Result<u8, BusFault> {
+        wait(|flags| flags & ROOM != 0)?;
+        // SAFETY: any byte may be sent.
+        unsafe { bus().dr().write(|w| w.bits(byte.into())) };
+        wait(|flags| flags & RECEIVED != 0)?;
+        Ok(bus().dr().read().bits() as u8)
+    }
+
+    fn finish(&mut self) -> Result<(), BusFault> {
+        wait(|flags| flags & BUSY == 0)
+    }
+
+    fn release(&mut self, done: bool) {
+        // SAFETY: as in `select`.
         unsafe {
             (*GPIOB::PTR)
                 .bsrr()
                 .write(|w| w.bits(u32::from(self.select)));
-            if done.is_err() {
-                bus.cr1().write(|w| w.bits((self.cr1 & !ENABLED) as _));
+            if !done {
+                bus().cr1().write(|w| w.bits((self.cr1 & !ENABLED) as _));
             }
         }
-        cortex_m::asm::delay(SETTLE);
-        done
     }
 }
 
-fn bus() -> &'static stm32f4::stm32f405::spi1::RegisterBlock {
+fn bus() -> &'static super::chip::spi1::RegisterBlock {
     // SAFETY: the registers exist for as long as the program.
     unsafe { &*SPI1::PTR }
-}
-
-fn operate(operation: &mut Operation<'_, u8>) -> Result<(), BusFault> {
-    match operation {
-        Operation::TransferInPlace(bytes) => bytes
-            .iter_mut()
-            .try_for_each(|byte| exchange(*byte).map(|seen| *byte = seen)),
-        Operation::Read(bytes) => bytes
-            .iter_mut()
-            .try_for_each(|byte| exchange(0).map(|seen| *byte = seen)),
-        Operation::Write(bytes) => bytes.iter().try_for_each(|&byte| exchange(byte).map(drop)),
-        Operation::Transfer(into, from) => {
-            let length = into.len().max(from.len());
-            for at in 0..length {
-                let seen = exchange(from.get(at).copied().unwrap_or(0))?;
-                if let Some(place) = into.get_mut(at) {
-                    *place = seen;
-                }
-            }
-            Ok(())
-        }
-        Operation::DelayNs(ns) => {
-            // One cycle is at least 1/168 µs; a little longer does no harm.
-            cortex_m::asm::delay((*ns / 4).max(1));
-            Ok(())
-        }
-    }
-}
-
-/// One byte out, one byte in.
-fn exchange(byte: u8) -> Result<u8, BusFault> {
-    wait(|flags| flags & ROOM != 0)?;
-    // SAFETY: any byte may be sent.
-    unsafe { bus().dr().write(|w| w.bits(byte.into())) };
-    wait(|flags| flags & RECEIVED != 0)?;
-    Ok(bus().dr().read().bits() as u8)
 }
 
 fn wait(ready: impl Fn(u32) -> bool) -> Result<(), BusFault> {

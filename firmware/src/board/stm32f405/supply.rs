@@ -3,7 +3,7 @@
 //! Words of 32 bits may be programmed from 2.7 V on (DS8626, “Flash memory programming”). The voltage detector is set above that, so
 //! that nothing is begun with a supply that is falling.
 
-use stm32f4::stm32f405::{FLASH, PWR, RCC};
+use super::chip::{FLASH, PWR, RCC};
 
 // PWR_CR, RM0090, “PWR power control register”.
 const DETECTOR: u32 = 1 << 4;

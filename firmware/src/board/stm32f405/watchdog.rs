@@ -4,7 +4,7 @@
 //! characteristics”). The longest time for which the program stands still is one erasure of a slot's sector: 4 s at most (DS8626,
 //! “Flash memory programming”). Not emulated by QEMU, where these registers take everything and do nothing.
 
-use stm32f4::stm32f405::{DBGMCU, IWDG};
+use super::chip::{DBGMCU, IWDG};
 
 /// Counts of a 256th of the slow oscillator: 6.5 s where that is fastest, 9.6 s in the mean, 18 s where it is slowest.
 const RELOAD: u16 = 1200;

@@ -5,11 +5,11 @@ pub use super::serial::{Serial, received, start as start_serial};
 pub use super::spi::{SpiChip, SpiChips, devices};
 pub use super::ticker::{Ticker, start as start_ticker};
 
+use super::chip::RCC;
 use crate::board::chunks::hand_out;
 use core::mem::MaybeUninit;
 use core::sync::atomic::AtomicBool;
 use jointwatch_shared::wire::capture::{CHUNK, Chunk};
-use stm32f4::stm32f405::RCC;
 
 /// Chunks that the core-coupled memory holds.
 const CHUNKS: usize = (64 << 10) / CHUNK;
