@@ -90,6 +90,7 @@ impl Device {
             hello = runs.then(|| line.to_owned());
             runs
         })?;
+        let hello = hello.ok_or("the device did not come to run the model")?;
         // Frames that follow are those of a device with the block that came with the model.
         let rig = self.folder.join("rig.bin");
         fs::write(
@@ -98,7 +99,7 @@ impl Device {
         )
         .map_err(|why| format!("{}: {why}", rig.display()))?;
         (self.rig, self.taken) = (rig, model);
-        hello.ok_or("the device did not come to run the model".to_owned())
+        Ok(hello)
     }
 
     /// Keeps the frames of so many samples: samples are counted, since a device under emulation has its own time.
