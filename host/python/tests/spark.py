@@ -3,14 +3,15 @@
     python tests/spark.py LIBRARY PROGRAM FOLDER [ROWS]
 
 LIBRARY is the extension as cargo built it, PROGRAM the command line to compare with. FOLDER keeps an environment with PySpark, from PyPI;
-Java is Debian's (default-jre-headless). A worker is killed on the way. With ROWS, the rates of Spark and of two plain processes are
-measured over so many rows. Where Java or PySpark cannot be had a line says SKIPPED, and why.
+Java is Debian's (default-jre-headless). A Python worker is killed on the way, and in a cluster of two JVMs one of them. With ROWS, the
+rates of Spark and of two plain processes are measured over so many rows. Where Java or PySpark cannot be had a line says SKIPPED, and why.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -20,8 +21,10 @@ import threading
 import time
 import warnings
 from pathlib import Path
+from typing import Any, Callable
 
 HERE = Path(__file__).resolve().parent
+TURNS = 3
 NEEDED = ["numpy<3", "pandas<3", "pyarrow", "pyspark"]
 STUDY = """
 name = "fleet"
@@ -33,19 +36,20 @@ base = {{ terms = ["stiffness@x", "viscous@x", "cubic_hardening@x"] }}
 """
 
 
-def main() -> int:
-    library, program, folder = (Path(word).resolve() for word in sys.argv[1:4])
-    if shutil.which("java") is None:
-        print("SKIPPED: there is no Java, so nobody tried Spark; install default-jre-headless")
-        return 0
+def in_environment(script: str, needed: list, words: list) -> int:
+    """Runs a script with --inside, in an environment that has what it needs, with a copy of the package."""
+    library, program, folder = (Path(word).resolve() for word in words[:3])
     python = folder / "spark-venv/bin/python"
     if not python.exists():
         subprocess.run([sys.executable, "-m", "venv", str(folder / "spark-venv")], check=True)
-    words = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *NEEDED]
-    done = subprocess.run(words, capture_output=True, text=True)
+    done = subprocess.run(
+        [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *needed],
+        capture_output=True,
+        text=True,
+    )
     if done.returncode != 0:
         why = (done.stderr.strip() or done.stdout.strip()).splitlines()[-1:]
-        print(f"SKIPPED: PySpark could not be installed, so nobody tried it: {' '.join(why)}")
+        print(f"SKIPPED: {needed[-1]} could not be installed, so nobody tried it: {' '.join(why)}")
         return 0
     with tempfile.TemporaryDirectory(dir=folder) as copy:
         package = Path(copy) / "python"
@@ -56,9 +60,11 @@ def main() -> int:
             "PYSPARK_PYTHON": str(python),
             "JOINTWATCH": str(program),
             "SPARK_LOCAL_IP": "127.0.0.1",
+            # Where the executors of a cluster keep what they print, which is the package's own folder otherwise.
+            "SPARK_WORKER_DIR": str(Path(copy) / "work"),
         }
-        words = [str(python), str(Path(__file__).resolve()), "--inside", *sys.argv[4:5]]
-        return subprocess.run(words, cwd=copy, env={**os.environ, **variables}).returncode
+        told = [str(python), script, "--inside", *words[3:4]]
+        return subprocess.run(told, cwd=copy, env={**os.environ, **variables}).returncode
 
 
 def log(rows: int, size: float, seed: int) -> dict:
@@ -113,40 +119,51 @@ def plain(here: Path, files: list, out: str, processes: int = 1) -> bytes:
     return (here / out).read_bytes()
 
 
-def children(of: int) -> list:
-    """The processes that a process started, and those that they started."""
-    found = []
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            try:
-                parent = int((entry / "stat").read_text().rsplit(")", 1)[1].split()[1])
-            except OSError:
-                continue
-            if parent == of:
-                found += [int(entry.name), *children(int(entry.name))]
-    return found
+def ancestors(pid: int) -> list:
+    """The processes between a process and this one, itself first, with their command lines; nothing where it is no descendant."""
+    line = []
+    while pid > 1:
+        if pid == os.getpid():
+            return line
+        line.append((pid, Path(f"/proc/{pid}/cmdline").read_text()))
+        pid = int(Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[1])
+    return []
 
 
-def kill_a_worker(killed: list, stop: threading.Event) -> None:
-    """Kills one Python worker of this session while it works."""
-    while not stop.is_set():
-        for pid in children(os.getpid()):
+def kill_one(what: str, killed: list, stop: threading.Event) -> None:
+    """Kills one Python worker of this session that has begun to sum, or the executor that it works for."""
+    while not stop.wait(0.02):
+        for entry in Path("/proc").iterdir():
             try:
-                words = Path(f"/proc/{pid}/cmdline").read_text()
-                parent = int(Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[1])
-                busy = sum(int(n) for n in Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[11:13])
-                of_daemon = "pyspark.daemon" in Path(f"/proc/{parent}/cmdline").read_text()
+                line = ancestors(int(entry.name)) if entry.name.isdigit() else []
+                # A worker is forked from a daemon that has not loaded the extension.
+                if not line or "pyspark.daemon" not in line[0][1] or "_native" not in (entry / "maps").read_text():
+                    continue
             except OSError:
                 continue
-            if "pyspark.daemon" in words and of_daemon and busy > 20:
+            executors = [pid for pid, words in line if "CoarseGrainedExecutorBackend" in words]
+            for pid in [line[0][0]] if what == "worker" else executors:
                 os.kill(pid, signal.SIGKILL)
                 killed.append(pid)
                 return
-        time.sleep(0.02)
+
+
+def killing(what: str, work: Callable[[], Any]) -> Any:
+    """The result of some work, during which a worker or an executor was killed."""
+    killed, stop = [], threading.Event()
+    killer = threading.Thread(target=kill_one, args=(what, killed, stop))
+    killer.start()
+    try:
+        result = work()
+    finally:
+        stop.set()
+        killer.join()
+    assert len(killed) == 1, f"no {what} was seen at work, so none was killed"
+    return result
 
 
 def check(here: Path) -> None:
-    from jointwatch import DataError, Study, Sums, spark
+    from jointwatch import Study, Sums, spark
 
     (here / "study.toml").write_text(STUDY.format(time='time = "t"'))
     write(here / "pilot.parquet", log(20_000, 1.0, 1))
@@ -156,31 +173,33 @@ def check(here: Path) -> None:
     assert one == plain(here, files[::-1], "two.acc", 2), "two processes give other bytes than one"
     assert bytes(Sums.of_files(study, files)) == one, "Python gives other bytes than the command line"
 
-    engine = session("local[2,4]")
-    paths = engine.createDataFrame([(path,) for path in files], "path string").repartition(4)
-    killed, stop = [], threading.Event()
-    killer = threading.Thread(target=kill_a_worker, args=(killed, stop))
-    killer.start()
-    sums = spark.accumulate(paths, study, path="path")
-    stop.set()
-    killer.join()
-    assert bytes(sums) == one, "Spark gives other bytes than one process"
-    print(f"files by path: the same bytes, {len(killed)} worker killed on the way")
-    assert killed, "no worker was busy long enough to be killed"
+    for master, what in (("local-cluster[2,1,1024]", "executor"), ("local[2,4]", "worker")):
+        engine = session(master)
+        paths = engine.createDataFrame([(path,) for path in files], "path string").repartition(4)
+        sums = killing(what, lambda: spark.accumulate(paths, study, path="path"))
+        assert bytes(sums) == one, f"Spark gives other bytes than one process when its {what} is killed"
+        print(f"{master}: the same bytes, one {what} killed on the way")
+        if what == "executor":
+            engine.stop()
+    by_rows(engine, study, files[:3])
+    scored(here, paths, study, sums, files[:3])
+    damaged(engine, here, study, files, one)
+    engine.stop()
 
-    # The rows themselves, shuffled: known by their own hashes, so compared with one process that sums the same arrays.
+
+def by_rows(engine: Any, study: Any, files: list) -> None:
+    """The rows themselves, shuffled: known by their own hashes, so compared with one process that sums the same arrays."""
     import numpy as np
     import pyarrow.parquet as pq
-    from jointwatch import _native
+    from jointwatch import spark
     from jointwatch._sums import merge_bytes, plan_of
     from pyspark.sql import functions as f
 
-    some = files[:3]
-    frame = engine.read.parquet(*some).withColumn("record", f.element_at(f.split(f.input_file_name(), "/"), -1))
+    frame = engine.read.parquet(*files).withColumn("record", f.element_at(f.split(f.input_file_name(), "/"), -1))
     frame = frame.orderBy(f.rand(seed=4))
-    plan: _native.Plan = plan_of(study)
+    plan = plan_of(study)
     parts = []
-    for path in some:
+    for path in files:
         table = pq.read_table(path)
         columns = [(name, np.ascontiguousarray(table[name].to_numpy())) for name in plan.columns()[0]]
         parts.append((path, plan.sum_log((Path(path).name, columns))))
@@ -188,18 +207,26 @@ def check(here: Path) -> None:
     assert bytes(shuffled) == bytes(merge_bytes(parts)), "shuffled rows give other bytes than their arrays"
     print("rows in any order: the same bytes")
 
+
+def scored(here: Path, paths: Any, study: Any, sums: Any, files: list) -> None:
+    from jointwatch import spark
+
     model = sums.identify("physical", study=study)
-    scored = {row.record: row for row in spark.score(paths, model, study, path="path").collect()}
-    program = os.environ["JOINTWATCH"]
+    found = {row.record: row for row in spark.score(paths, model, study, path="path").collect()}
     model.save(here / "model.json")
-    for path in some:
+    for path in files:
         name = Path(path).name
-        text = STUDY.format(time='time = "t"').replace("pilot.parquet", name)
-        (here / "single.toml").write_text(text)
-        words = [program, "compare", "single.toml", "model.json", "--json", "-"]
+        (here / "single.toml").write_text(STUDY.format(time='time = "t"').replace("pilot.parquet", name))
+        words = [os.environ["JOINTWATCH"], "compare", "single.toml", "model.json", "--json", "-"]
         told = json.loads(subprocess.run(words, cwd=here, check=True, capture_output=True, text=True).stdout)
-        assert scored[path].nmse_percent == told["records"][0]["axes"]["x"]["nmse_percent"], name
+        assert found[path].nmse_percent == told["records"][0]["axes"]["x"]["nmse_percent"], name
     print("score: the figures of compare")
+
+
+def damaged(engine: Any, here: Path, study: Any, files: list, one: bytes) -> None:
+    """Records that cannot be summed, and records that are there twice."""
+    import pyarrow.parquet as pq
+    from jointwatch import spark
 
     bad = here / "bad.parquet"
     # Where a page of the second group of rows begins, nothing is.
@@ -215,20 +242,32 @@ def check(here: Path) -> None:
     sentences = [str(warning.message) for warning in told if "left out" in str(warning.message)]
     assert len(sentences) == 1 and "bad.parquet" in sentences[0] and "row group 2" in sentences[0], sentences
     print(f"a corrupt file: {sentences[0]}")
-    try:
-        spark.accumulate(mixed, study, path="path")
-    except Exception as problem:
-        assert "bad.parquet" in str(problem), problem
-    else:
-        raise AssertionError("a corrupt file was taken")
-    try:
-        spark.accumulate(paths.union(paths), study, path="path")
-    except (DataError, Exception) as problem:
-        assert "counted already" in str(problem), problem
-    else:
-        raise AssertionError("files that are there twice were counted twice")
+    twice = engine.createDataFrame([(path,) for path in [*files, *files]], "path string")
+    for frame, why in ((mixed, "bad.parquet"), (twice, "counted already")):
+        try:
+            spark.accumulate(frame, study, path="path")
+        except Exception as problem:
+            assert why in str(problem), problem
+        else:
+            raise AssertionError(f"taken, where {why!r} should have been said")
     print("a corrupt file without skip, and files given twice: refused")
-    engine.stop()
+
+
+def copies(here: Path, rows: int, each: int) -> list:
+    """Files of so many rows in all: the same numbers in each, and another name in its footer, so that each is a record of its own."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    columns = {name: values for name, values in log(each, 0.9, 10).items() if name != "t"}
+    mark = b"run 00000000"
+    parquet.write_table(pa.table(columns).replace_schema_metadata({"run": mark}), here / "part.parquet")
+    whole = (here / "part.parquet").read_bytes()
+    files = []
+    for k in range(rows // each):
+        files.append(str(here / f"part{k}.parquet"))
+        # The schema stands there twice: as Parquet's, and as Arrow's in base64, which nobody reads here.
+        Path(files[-1]).write_bytes(whole.replace(mark, b"run %08d" % k))
+    return files
 
 
 def measure(here: Path, rows: int) -> None:
@@ -236,33 +275,48 @@ def measure(here: Path, rows: int) -> None:
 
     (here / "study.toml").write_text(STUDY.format(time=""))
     write(here / "pilot.parquet", {k: v for k, v in log(20_000, 1.0, 1).items() if k != "t"})
-    each = 500_000
-    files = []
-    for k in range(rows // each):
-        columns = {name: values for name, values in log(each, 0.9, 10 + k).items() if name != "t"}
-        files.append(write(here / f"part{k}.parquet", columns))
+    files = copies(here, rows, 500_000)
     study = Study.open(here / "study.toml")
-    start = time.monotonic()
-    one = plain(here, files, "plain.acc", 2)
-    plainly = time.monotonic() - start
     engine = session("local[2,4]")
     paths = engine.createDataFrame([(path,) for path in files], "path string").repartition(8)
     paths.count()
-    start = time.monotonic()
-    sums = spark.accumulate(paths, study, path="path")
-    sparkly = time.monotonic() - start
-    assert bytes(sums) == one
-    total = each * len(files)
-    print(
-        f"{total:.1e} rows in {len(files)} files: two plain processes {total / plainly / 1e6:.2f} M rows/s, "
-        f"Spark local[2] {total / sparkly / 1e6:.2f} M rows/s, {100 * plainly / sparkly:.0f} %"
-    )
+    found = []
+    ways = {
+        "two plain processes": lambda: plain(here, files, "plain.acc", 2),
+        "Spark local[2]": lambda: bytes(spark.accumulate(paths, study, path="path")),
+    }
+    print(f"{rows:.1e} rows in {len(files)} files")
+    # In turn, since other programs may come and go; Python's workers begin in the first.
+    for turn in range(TURNS):
+        for name, way in ways.items():
+            start, cpu = time.monotonic(), children_cpu_s()
+            found.append(way())
+            took = time.monotonic() - start
+            print(f"{turn + 1}. {name}: {took:.1f} s, {rows / took / 1e6:.2f} M rows/s, {children_cpu_s() - cpu:.1f} CPU s")
+    assert len(set(found)) == 1
     engine.stop()
+
+
+def children_cpu_s() -> float:
+    """Processor time of all that this process has started, those that still run included."""
+    ended = resource.getrusage(resource.RUSAGE_CHILDREN)
+    ticks = 0
+    for entry in Path("/proc").iterdir():
+        try:
+            if entry.name.isdigit() and ancestors(int(entry.name)):
+                # Its own time, and that of its children that have ended.
+                ticks += sum(map(int, (entry / "stat").read_text().rsplit(")", 1)[1].split()[11:15]))
+        except OSError:
+            continue
+    return ended.ru_utime + ended.ru_stime + ticks / os.sysconf("SC_CLK_TCK")
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--inside"]:
-        with tempfile.TemporaryDirectory() as made:
-            check(Path(made)) if len(sys.argv) < 3 else measure(Path(made), int(float(sys.argv[2])))
+        with tempfile.TemporaryDirectory(dir=".") as made:
+            here = Path(made).resolve()
+            check(here) if len(sys.argv) < 3 else measure(here, int(float(sys.argv[2])))
+    elif shutil.which("java") is None:
+        print("SKIPPED: there is no Java, so nobody tried Spark; install default-jre-headless")
     else:
-        sys.exit(main())
+        sys.exit(in_environment(str(Path(__file__).resolve()), NEEDED, sys.argv[1:]))
