@@ -24,7 +24,8 @@ pub fn print(contents: &[u8]) -> Result<()> {
     }
 }
 
-/// Writes a file in one step: into a temporary file beside it, then renamed over it; for `-` to standard output.
+/// Writes a file in one step: into a temporary file beside it, then renamed over it; for `-` to standard output. What is there and no
+/// file, such as `/dev/null` or a pipe, is written into and never replaced.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Failed`] with the path when the folder is missing or not writable; the old file, if there
@@ -42,6 +43,12 @@ pub fn write_whole(path: &Path, contents: &[u8]) -> Result<()> {
             folder.display()
         ))
     };
+    if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+        let open = std::fs::OpenOptions::new().write(true).open(path);
+        return open
+            .and_then(|mut there| there.write_all(contents))
+            .map_err(failed);
+    }
     let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
     file.write_all(contents).map_err(failed)?;
     file.as_file().sync_all().map_err(failed)?;
@@ -146,5 +153,16 @@ mod tests {
 
         let error = write_whole(&folder.path().join("missing/model.json"), b"x").unwrap_err();
         assert_eq!(error.exit_code(), 1);
+    }
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_is_never_replaced() {
+        use std::os::unix::fs::FileTypeExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("socket");
+        let _listener = std::os::unix::net::UnixListener::bind(&path).unwrap();
+        let error = write_whole(&path, b"new").unwrap_err();
+        assert!(error.sentence.contains("socket"), "{error}");
+        assert!(std::fs::metadata(&path).unwrap().file_type().is_socket());
     }
 }
