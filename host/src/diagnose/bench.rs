@@ -11,7 +11,6 @@ use crate::fit::effects::unknowns::{ShapeUnknown, column_bounds, shapes};
 use crate::model::effects::AxisEffect;
 use faer::Mat;
 use jointwatch_shared::effect::Entry;
-use jointwatch_shared::units::Dimension;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -243,15 +242,11 @@ impl<'a> Bench<'a> {
         values
     }
 
-    /// The columns of an effect at these values. A joint has no source of energy: dampers of the base do not drive it either.
+    /// The columns of an effect at these values.
     pub(super) fn part(&self, bound: &AxisEffect, values: &[f64]) -> Part {
         let rows = rows_of(self.records, self.axis);
         let columns = self.records.columns(bound, values).into_iter();
-        let mut drives = bound.entry.parameters().iter();
-        let drives = drives.any(|parameter| parameter.dimension == Dimension::DAMPING);
-        let bounds = column_bounds(bound, self.records).into_iter();
-        let bounds =
-            bounds.map(|[least, most]| [if drives { least.max(0.0) } else { least }, most]);
+        let bounds = column_bounds(bound, self.records);
         let columns = columns.zip(bounds).map(|(column, bounds)| Column {
             data: Arc::new(column[rows.clone()].to_vec()),
             bounds,
