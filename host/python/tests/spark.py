@@ -23,7 +23,8 @@ import warnings
 from pathlib import Path
 from typing import Any, Callable
 
-HERE = Path(__file__).resolve().parent
+from environment import environment, with_package
+
 TURNS = 3
 NEEDED = ["numpy<3", "pandas<3", "pyarrow", "pyspark"]
 STUDY = """
@@ -39,32 +40,15 @@ base = {{ terms = ["stiffness@x", "viscous@x", "cubic_hardening@x"] }}
 def in_environment(script: str, needed: list, words: list) -> int:
     """Runs a script with --inside, in an environment that has what it needs, with a copy of the package."""
     library, program, folder = (Path(word).resolve() for word in words[:3])
-    python = folder / "spark-venv/bin/python"
-    if not python.exists():
-        subprocess.run([sys.executable, "-m", "venv", str(folder / "spark-venv")], check=True)
-    done = subprocess.run(
-        [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *needed],
-        capture_output=True,
-        text=True,
-    )
-    if done.returncode != 0:
-        why = (done.stderr.strip() or done.stdout.strip()).splitlines()[-1:]
-        print(f"SKIPPED: {needed[-1]} could not be installed, so nobody tried it: {' '.join(why)}")
-        return 0
-    with tempfile.TemporaryDirectory(dir=folder) as copy:
-        package = Path(copy) / "python"
-        shutil.copytree(HERE.parent / "python", package, ignore=shutil.ignore_patterns("__pycache__"))
-        shutil.copy(library, package / "jointwatch" / "_native.abi3.so")
-        variables = {
-            "PYTHONPATH": str(package),
-            "PYSPARK_PYTHON": str(python),
-            "JOINTWATCH": str(program),
-            "SPARK_LOCAL_IP": "127.0.0.1",
-            # Where the executors of a cluster keep what they print, which is the package's own folder otherwise.
-            "SPARK_WORKER_DIR": str(Path(copy) / "work"),
-        }
+    folder.mkdir(parents=True, exist_ok=True)
+    python = environment(folder / "spark-venv", needed)
+    with with_package(library, program, folder) as (copy, variables):
+        variables["PYSPARK_PYTHON"] = str(python)
+        variables["SPARK_LOCAL_IP"] = "127.0.0.1"
+        # Where the executors of a cluster keep what they print, which is the package's own folder otherwise.
+        variables["SPARK_WORKER_DIR"] = str(copy / "work")
         told = [str(python), script, "--inside", *words[3:4]]
-        return subprocess.run(told, cwd=copy, env={**os.environ, **variables}).returncode
+        return subprocess.run(told, cwd=copy, env=variables).returncode
 
 
 def log(rows: int, size: float, seed: int) -> dict:
@@ -149,17 +133,19 @@ def kill_one(what: str, killed: list, stop: threading.Event) -> None:
 
 
 def killing(what: str, work: Callable[[], Any]) -> Any:
-    """The result of some work, during which a worker or an executor was killed."""
-    killed, stop = [], threading.Event()
-    killer = threading.Thread(target=kill_one, args=(what, killed, stop))
-    killer.start()
-    try:
-        result = work()
-    finally:
-        stop.set()
-        killer.join()
-    assert len(killed) == 1, f"no {what} was seen at work, so none was killed"
-    return result
+    """The result of some work, during which a worker or an executor was killed; done again where it was over before one was seen."""
+    for _ in range(TURNS):
+        killed, stop = [], threading.Event()
+        killer = threading.Thread(target=kill_one, args=(what, killed, stop))
+        killer.start()
+        try:
+            result = work()
+        finally:
+            stop.set()
+            killer.join()
+        if killed:
+            return result
+    raise AssertionError(f"no {what} was seen at work, so none was killed")
 
 
 def check(here: Path) -> None:

@@ -282,7 +282,7 @@ def story(fleet: Fleet) -> None:
 
 def bridge() -> Path:
     """The bridge, built if need be."""
-    target = Path(os.environ.get("CARGO_TARGET_DIR", HERE.parents[3] / "target/fleet"))
+    target = Path(os.environ.get("CARGO_TARGET_DIR", HERE.parents[3] / "target")) / "fleet"
     words = ["cargo", "build", "--release", "--quiet", "--locked", "--target-dir", str(target)]
     subprocess.run(words, cwd=HERE, check=True)
     return target / "release/fleet-bridge"
@@ -292,6 +292,8 @@ def main() -> int:
     program = shutil.which(sys.argv[1] if len(sys.argv) > 1 else "jointwatch")
     assert program is not None, "there is no jointwatch; name the program"
     missing: Optional[str] = installed()
+    if missing is None and sys.platform != "linux":
+        missing = "this needs Linux"
     if missing is None and shutil.which("qemu-system-arm") is None:
         missing = "there is no qemu-system-arm"
     if missing is not None:
