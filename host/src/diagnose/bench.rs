@@ -3,7 +3,7 @@
 
 use super::blocks::Blocks;
 use super::criteria::CRITERIA;
-use super::hypothesis::{Column, Hypothesis, Part, is_at_bound};
+use super::hypothesis::{Column, Hypothesis, Part, driven, is_at_bound};
 use crate::fit::bounded;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
@@ -72,6 +72,8 @@ pub(super) struct Bench<'a> {
     scale: f64,
     /// The same of the largest force.
     peak: f64,
+    /// RMS force with which the base's own dampers drive the joint: their strengths are below 0, and the base lacks a force.
+    driven: f64,
     /// Whether the motion turns round, without which a hysteresis looks like a spring.
     pub(super) reverses: bool,
     /// Zero, inertia and lateness within their tolerances: the effect that each stands for, and its column.
@@ -129,6 +131,7 @@ impl<'a> Bench<'a> {
             },
             scale: rms(measured),
             peak: peak(measured),
+            driven: 0.0,
             reverses: reverses(records, axis),
             instruments: Vec::new(),
             zeros: Vec::new(),
@@ -158,6 +161,11 @@ impl<'a> Bench<'a> {
         let forces = columns.iter().zip(&factors);
         let largest = forces.map(|(c, f)| f.abs() * rms(&c.data));
         self.scale = largest.fold(self.scale, f64::max);
+        self.driven = driven(
+            &self.valued_by(base, &parts, &factors),
+            self.records,
+            self.axis,
+        );
         let peaks = columns.iter().zip(&factors);
         let peaks = peaks.map(|(c, f)| f.abs() * peak(&c.data));
         self.peak = peaks.fold(self.peak, f64::max);
@@ -473,8 +481,12 @@ impl<'a> Bench<'a> {
         parts: &[Part],
         judged: &Judged,
     ) -> Hypothesis {
+        self.valued_by(hypothesis, parts, &judged.all)
+    }
+
+    /// A hypothesis with these factors of its parts' columns as its linear values.
+    fn valued_by(&self, hypothesis: &Hypothesis, parts: &[Part], mut rest: &[f64]) -> Hypothesis {
         let mut valued = hypothesis.clone();
-        let mut rest = judged.all.as_slice();
         for ((part, bound), values) in parts
             .iter()
             .zip(&hypothesis.members)
@@ -488,10 +500,13 @@ impl<'a> Bench<'a> {
         valued
     }
 
-    /// Whether a hypothesis is physics: every added effect has values that it can have, and none stands at the edge of what was searched.
+    /// Whether a hypothesis is physics: every added effect has values that it can have, none stands at the edge of what was searched, and
+    /// none is there only because a damper of the base gives the energy back that it takes.
     pub(super) fn is_sound(&self, hypothesis: &Hypothesis) -> bool {
         let added = hypothesis.members.iter().zip(&hypothesis.values);
         let mut added = added.skip(hypothesis.base);
+        let given_back = driven(hypothesis, self.records, self.axis) - self.driven;
         added.all(|(bound, values)| !is_at_bound(bound, values, self.records))
+            && given_back <= self.least_share * self.power.sqrt()
     }
 }
