@@ -4,7 +4,7 @@
 use crate::watched::{Learnt, RATE_HZ, Subject, Worn};
 use jointwatch::simulate::{Excitation, RigParameters};
 use jointwatch::study::Record;
-use jointwatch_shared::monitor::{MonitorState, State};
+use jointwatch_shared::monitor::{MonitorState, Onset, State};
 use rayon::prelude::*;
 
 /// The length of a record, s; when the drift begins, and when it has its whole size, which it keeps.
@@ -131,6 +131,8 @@ pub struct Said {
     pub suspect: Option<f64>,
     /// The first alarm.
     pub alarm: Option<f64>,
+    /// Whether that alarm was told as one that came slowly.
+    pub slow: bool,
     /// An alarm or a suspicion before the drift began.
     pub early: bool,
 }
@@ -141,12 +143,14 @@ pub fn said(subject: &Subject, record: &Record) -> Said {
     let first = |least: State| {
         let mut seen = seen.iter();
         let found = seen.find(|(_, v)| v.state >= least && v.cause.is_damage());
-        found.map(|(time, _)| time - BEGINS_S)
+        found.map(|(time, verdict)| (time - BEGINS_S, verdict.onset()))
     };
-    let suspect = first(State::Suspect);
+    let suspect = first(State::Suspect).map(|(time, _)| time);
+    let alarm = first(State::Alarm);
     Said {
         suspect,
-        alarm: first(State::Alarm),
+        alarm: alarm.map(|(time, _)| time),
+        slow: alarm.is_some_and(|(_, onset)| onset == Onset::Slow),
         early: suspect.is_some_and(|time| time < 0.0),
     }
 }
@@ -255,7 +259,8 @@ pub fn line(said: &[Said]) -> String {
     times.sort_by(f64::total_cmp);
     let half = times.get(times.len() / 2);
     let half = half.map_or(String::new(), |time| {
-        format!(", half of the alarms within {time:.0} s")
+        let slow = said.iter().filter(|s| s.slow).count();
+        format!(", half of the alarms within {time:.0} s, {slow} told as slow")
     });
     let early = match early {
         0 => String::new(),

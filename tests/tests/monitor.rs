@@ -3,8 +3,9 @@
 use jointwatch::simulate::RigParameters;
 use jointwatch::study::Record;
 use jointwatch_shared::chain::ChainState;
-use jointwatch_shared::monitor::{Cause, Faults, MonitorState, State, Verdict};
+use jointwatch_shared::monitor::{Cause, Faults, MonitorState, Onset, State, Verdict};
 use jointwatch_tests::detection::{detect, story};
+use jointwatch_tests::drifts::{Motion, Quantity, drifting, said};
 use jointwatch_tests::false_alarms::{Campaign, WANTED_HOURS, report};
 use jointwatch_tests::watched::{Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject};
 use rayon::prelude::*;
@@ -48,8 +49,9 @@ fn finds_changes(
         assert!(error.iter().all(|e| *e < most_error), "{error:?}");
         for watched in detect(&subject, 0.1, within_s, seed) {
             println!("  {}", watched.told());
+            let came = watched.alarm().map(|(_, verdict)| verdict.onset());
             assert!(
-                watched.is_found_within(within_s),
+                watched.is_found_within(within_s) && came == Some(Onset::Sudden),
                 "{learnt:?}, {rig}, seed {seed}: {}",
                 watched.told()
             );
@@ -66,6 +68,28 @@ fn a_changed_joint_is_found_within_two_seconds_by_a_good_model() {
 fn a_changed_joint_is_found_within_ten_seconds_by_a_plain_polynomial() {
     let bursts_towards_softer = [(DRAWN_RIG, 100), (DRAWN_RIG, 101), (DEFAULT_RIG, 104)];
     finds_changes(Learnt::Polynomial, 0.25, 10.0, &bursts_towards_softer);
+}
+
+#[test]
+fn most_of_what_drifts_is_told_as_slow() {
+    let subject = subject(Learnt::Physical, 1);
+    let runs = [
+        (Quantity::Gain, 0.02),
+        (Quantity::Zero, 0.02),
+        (Quantity::Zero, -0.03),
+        (Quantity::Temperature, 0.05),
+    ];
+    let runs = runs
+        .into_iter()
+        .flat_map(|run| Motion::ALL.map(|motion| (run, motion)));
+    let (mut alarms, mut slow) = (0, 0);
+    for ((quantity, size), motion) in runs {
+        let said = said(&subject, &drifting(&subject, quantity, size, motion, 7));
+        println!("{quantity:?} by {size}, {motion:?}: {said:?}");
+        alarms += usize::from(said.alarm.is_some());
+        slow += usize::from(said.slow);
+    }
+    assert!(alarms >= 9 && 3 * slow >= 2 * alarms, "{slow} of {alarms}");
 }
 
 #[test]

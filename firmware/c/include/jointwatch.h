@@ -213,7 +213,7 @@ typedef struct {
   uint8_t cause;
   // The axis that it is about, from 0.
   uint8_t axis;
-  // The channel of that axis, when a sensor is meant, as in jw_faults.
+  // The channel of that axis, when a sensor is meant, as in jw_faults. Of a change of the joint how it came: 1 suddenly, 2 slowly.
   uint8_t channel;
   // How far it is, in 1/1000 of the threshold for a change of the joint, of the time for everything else.
   uint16_t permille;

@@ -97,7 +97,7 @@ pub struct jw_verdict {
     pub cause: u8,
     /// The axis that it is about, from 0.
     pub axis: u8,
-    /// The channel of that axis, when a sensor is meant, as in jw_faults.
+    /// The channel of that axis, when a sensor is meant, as in jw_faults. Of a change of the joint how it came: 1 suddenly, 2 slowly.
     pub channel: u8,
     /// How far it is, in 1/1000 of the threshold for a change of the joint, of the time for everything else.
     pub permille: u16,

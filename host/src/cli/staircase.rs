@@ -38,9 +38,8 @@ pub(super) fn in_words(staircase: &Staircase) -> String {
             ));
         }
     }
-    let mut ended = staircase.ended.chars();
-    let first = ended.next().map(|c| c.to_uppercase().to_string());
-    text.push_str(&format!("{}{}.", first.unwrap_or_default(), ended.as_str()));
+    // A name that it begins with stays as it is written.
+    text.push_str(&format!("Ended: {}.", staircase.ended));
     text
 }
 
@@ -65,6 +64,9 @@ mod tests {
         println!("{text}");
         let bars: Vec<usize> = text.lines().map(|l| l.matches('█').count()).collect();
         assert_eq!(bars, [0, 40, 10, 5, 0]);
-        assert!(text.contains("+ coulomb@x  0.1000") && text.ends_with("Nothing more is missing."));
+        assert!(
+            text.contains("+ coulomb@x  0.1000")
+                && text.ends_with("Ended: nothing more is missing.")
+        );
     }
 }

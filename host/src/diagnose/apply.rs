@@ -80,7 +80,7 @@ pub fn apply(
             _ if last.found.is_empty() => {
                 Some("what is left is nothing that the library knows".into())
             }
-            _ if is_little(&first, &last) => Some(format!(
+            _ if staircase.steps.len() > 1 && is_little(&first, &last) => Some(format!(
                 "what else has a name takes away less than {:.0} % of what is explained so far",
                 100.0 * CRITERIA.least_importance
             )),

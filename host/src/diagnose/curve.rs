@@ -1,10 +1,11 @@
 //! A curve without a law: the force as a polynomial of the displacement, of the velocity, or of both. Several laws in whose place such a
 //! curve predicts as well are pieces of it.
 
-use super::bench::{Bench, Score, rows_of};
+use super::bench::{Bench, rows_of};
 use super::criteria::CRITERIA;
 use super::hypothesis::Column;
 use super::rank::Looked;
+use super::score::Score;
 use crate::model::effects::AxisEffect;
 use std::sync::Arc;
 

@@ -5,8 +5,9 @@
 //! excursion); then states of moments ago; then the inputs of the study; then the time in the record. The step at which the error falls is the kind of what is missing,
 //! whatever its law.
 
-use super::bench::{Bench, NO_POWER};
+use super::bench::Bench;
 use super::hypothesis::Column;
+use super::score::NO_POWER;
 use super::smooth::Smooth;
 use crate::fit::trees::{Binned, SIZE, Trees};
 use crate::text::work;

@@ -19,6 +19,7 @@ mod errors;
 mod hypothesis;
 mod learner;
 mod rank;
+mod score;
 mod search;
 mod smooth;
 pub(crate) mod start;

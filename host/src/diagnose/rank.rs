@@ -1,10 +1,11 @@
 //! The search over sets of effects: a beam that adds, replaces and drops. An effect that does not help ends nothing, and one that was found
 //! early may leave again.
 
-use super::bench::{Bench, Score};
+use super::bench::Bench;
 use super::collect::Library;
 use super::criteria::CRITERIA;
 use super::hypothesis::{Hypothesis, Part};
+use super::score::Score;
 use crate::fit::effects::are_enough;
 use crate::model::effects::AxisEffect;
 use crate::text::work;

@@ -25,7 +25,7 @@ const LAGS_MS: [f64; 20] = [
     1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 70.0, 100.0, 150.0, 200.0, 300.0,
     500.0, 1000.0, 2000.0, 5000.0,
 ];
-/// How often a choice that validation records refute is opened again.
+/// How often a choice that unseen rows refute is opened again.
 const MAX_REOPENED: usize = 3;
 /// The longest lag that a record shows, beside its length.
 const LONGEST_LAG: f64 = 0.2;
@@ -45,7 +45,7 @@ pub(super) struct Search {
     pub(super) found: Vec<AxisEffect>,
     /// One per axis.
     pub(super) decisions: Vec<Decision>,
-    /// What was found in the training records, but makes the error on validation records larger: the axis, and the errors without and with it.
+    /// What was found in the training records, but makes the error on unseen rows larger: the axis, and the errors without and with it.
     pub(super) refuted: Vec<(AxisEffect, usize, [f64; 2])>,
     /// Per axis, the zeros of force, where they differ from record to record.
     pub(super) zeros: Vec<Option<Zeros>>,
@@ -63,7 +63,7 @@ pub(super) struct Given<'a> {
 
 /// Searches for what is missing beside a base, whose fit starts from `values` where they are known.
 ///
-/// Where validation records refute what was found, the choice is open again without it, for as long as the errors there fall.
+/// Where unseen rows refute what was found, the choice is open again without it, for as long as the errors there fall.
 ///
 /// # Errors
 /// As the fit of the terms.
@@ -313,7 +313,7 @@ fn on_axis(
     decide(&field, given.axes.len(), &base)
 }
 
-/// Takes out of a model what makes the error on validation records larger: an error that rises is no effect.
+/// Takes out of a model what makes the error on unseen rows larger: an error that rises is no effect.
 fn refuted(
     given: &Given<'_>,
     records: &Records<'_>,
@@ -322,9 +322,6 @@ fn refuted(
     first: (&[AxisEffect], &[Vec<f64>]),
 ) -> Result<Vec<(AxisEffect, usize, [f64; 2])>> {
     let mut refuted = Vec::new();
-    if given.unseen.validation.is_none() {
-        return Ok(refuted);
-    }
     // The least important stands last.
     let mut at = last.terms.len();
     while at > kept {

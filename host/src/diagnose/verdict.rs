@@ -19,7 +19,7 @@ use crate::fit::effects::are_enough;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
 use crate::model::effects::AxisEffect;
-use crate::model::file::{AxisError, Base, ModelFile};
+use crate::model::file::{AxisError, Base, JudgedOn, ModelFile};
 use crate::model::time_history::with_lag;
 use crate::signal::mixed_acceleration;
 use crate::signal::motion::Motion;
@@ -111,7 +111,7 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     notes.extend(never_rests(study, &floors));
     let learnt = Records::new(&study.axes, &training, &model.filters.band);
     let unmeasured = unmeasured_forces(&mut search, (&floors, &as_logged), &learnt);
-    notes.extend(refutations(&search, &names));
+    notes.extend(refutations(&search, &names, unseen.judged_on()));
     notes.extend(in_notes(&search, &names, &unmeasured, study));
     let found = in_words_found(&search.found, &names);
     let wrong = data_checks::check(study, &model.filters);
@@ -331,13 +331,14 @@ fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool)
 }
 
 /// What an effect that was found makes worse, in a sentence each.
-fn refutations(search: &Search, names: &[&str]) -> Vec<String> {
+fn refutations(search: &Search, names: &[&str], on: JudgedOn) -> Vec<String> {
     let refuted = search.refuted.iter();
     let sentence = |(bound, axis, errors): &(AxisEffect, usize, [f64; 2])| {
         format!(
-            "{} explains the training records better, but on the validation records the relative error of axis {} would go from {:.4} \
+            "{} explains the training records better, but on the {} the relative error of axis {} would go from {:.4} \
              to {:.4} with it, so it is not added",
             bound.name(names),
+            on.words(),
             names[*axis],
             errors[0],
             errors[1]

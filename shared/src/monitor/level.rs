@@ -3,7 +3,7 @@
 use super::block::Statistics;
 use super::limits::{Cusum, SIDES};
 use super::logarithm::SHARE;
-use super::verdict::{Cause, State};
+use super::verdict::{Cause, Onset, State};
 
 /// Where the statistics of a gross change begin.
 pub(super) const GROSS: usize = 5;
@@ -41,11 +41,20 @@ pub fn most_of_block(side: usize, threshold: i32) -> i32 {
     }
 }
 
+/// Blocks, some 4 s, within which every change is sudden: chance decides then how a sum rises.
+const AT_ONCE: u16 = 64;
+
 /// One cumulative sum and where it stands.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Level {
     sum: i32,
+    /// Blocks since the sum was last 0, and the sum of the sums after each of them.
+    blocks: u16,
+    area: u64,
+    /// How it stands.
     pub(super) state: State,
+    /// How what it tells of came, as it was when the state last became graver.
+    pub(super) onset: Onset,
 }
 
 /// The values whose cumulative sums are kept, in the order of [`CAUSES`], without those of a gross change.
@@ -67,11 +76,38 @@ impl Level {
         let step = value.saturating_sub(side.drift).min(most);
         let most = side.threshold + side.threshold / 2;
         self.sum = self.sum.saturating_add(step).clamp(0, most.max(0));
+        if self.sum == 0 {
+            (self.blocks, self.area) = (0, 0);
+        } else {
+            self.blocks = self.blocks.saturating_add(1);
+            self.area = self.area.saturating_add(u64::from(self.sum.unsigned_abs()));
+        }
+    }
+
+    /// Takes the [next](Self::next) state.
+    pub(super) fn review(&mut self, side: Cusum) {
+        let next = self.next(side);
+        if next > self.state {
+            self.onset = self.onset();
+        }
+        self.state = next;
+    }
+
+    /// How what the sum tells of came. A change that is there at once adds the same to every block: the sum rises along a line, and its
+    /// mean since it was 0 is a half of it. What drifts adds more to each block: along a parabola the mean is a third. The line between
+    /// them is 5/12.
+    fn onset(&self) -> Onset {
+        let whole = u64::from(self.sum.unsigned_abs()) * u64::from(self.blocks);
+        if self.blocks > AT_ONCE && self.area.saturating_mul(12) < 5 * whole {
+            Onset::Slow
+        } else {
+            Onset::Sudden
+        }
     }
 
     /// Suspect from three quarters of the threshold on and alarm from the whole; alarm ends below a half, suspect below a
     /// quarter.
-    pub(super) fn next(&self, side: Cusum) -> State {
+    fn next(&self, side: Cusum) -> State {
         let (sum, threshold) = (self.sum, side.threshold);
         if sum >= threshold || self.state == State::Alarm && sum >= threshold / 2 {
             State::Alarm
@@ -148,7 +184,7 @@ mod tests {
         // Up by 50 per block to the stop, and down again.
         for value in [150; 40].into_iter().chain([50; 40]) {
             level.add(value, SIDE, 60);
-            level.state = level.next(SIDE);
+            level.review(SIDE);
             if seen.last().is_none_or(|&(_, state)| state != level.state) {
                 seen.push((level.sum, level.state));
             }
@@ -173,10 +209,37 @@ mod tests {
         for value in [i32::MAX, i32::MIN, i32::MAX] {
             for _ in 0..100 {
                 level.add(value, side, most_of_block(0, side.threshold));
-                level.state = level.next(side);
+                level.review(side);
             }
         }
         assert_eq!((level.state, level.permille(side)), (State::Alarm, 1500));
+    }
+
+    #[test]
+    fn what_grows_is_told_from_what_is_there_at_once() {
+        let side = Cusum {
+            drift: 100,
+            threshold: 100_000,
+        };
+        // What is above the drift, block after block; the sum waits at 0 before it.
+        let of = |rise: fn(i32) -> i32| {
+            let mut level = Level::default();
+            (0..500).for_each(|_| level.add(0, side, i32::MAX));
+            for block in 0.. {
+                level.add(100 + rise(block), side, i32::MAX);
+                level.review(side);
+                if level.state == State::Alarm {
+                    break;
+                }
+            }
+            (level.onset, level.blocks)
+        };
+        assert_eq!(of(|_| 500), (Onset::Sudden, 200));
+        assert_eq!(of(|block| 10 * block).0, Onset::Slow);
+        // One that comes within four seconds is sudden however it came.
+        assert_eq!(of(|block| 100 * block), (Onset::Sudden, 45));
+        // What jumps, and then stays.
+        assert_eq!(of(|block| (50 * block).min(500)).0, Onset::Sudden);
     }
 
     #[test]

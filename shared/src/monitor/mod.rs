@@ -38,7 +38,7 @@ pub use limits::SIDES;
 pub use logarithm::{OCTAVE, SHARE};
 pub use sensors::Faults;
 pub use sliding::Window;
-pub use verdict::{CHANNEL_NAMES, Cause, State, Verdict, Words};
+pub use verdict::{CHANNEL_NAMES, Cause, Onset, State, Verdict, Words};
 
 use crate::chain::{Chain, Output, RawSample};
 use crate::fault::{Checks, Error};

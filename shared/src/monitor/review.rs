@@ -100,13 +100,13 @@ impl Monitor {
         if let Some(limits) = self.limits.axes.get(number) {
             let all = state.levels[number].iter_mut().zip(limits.sides());
             for ((place, (level, side)), cause) in found.iter_mut().zip(all).zip(CAUSES) {
-                level.state = level.next(side);
+                level.review(side);
                 if level.state >= State::Suspect {
                     *place = Some(Verdict {
                         state: level.state,
                         cause,
                         axis,
-                        channel: 0,
+                        channel: level.onset.tag(),
                         permille: level.permille(side),
                     });
                 }

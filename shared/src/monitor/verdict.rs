@@ -107,6 +107,35 @@ pub enum Cause {
     ReferenceLost = 54,
 }
 
+/// How a change of the joint came. The numbers are those of telemetry and never change.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Onset {
+    /// It is no change of the joint, or nobody said.
+    #[default]
+    Unknown = 0,
+    /// It was there at once, or came within some seconds.
+    Sudden = 1,
+    /// It grew, as wear, a temperature and the drift of an instrument do.
+    Slow = 2,
+}
+
+impl Onset {
+    /// The number in telemetry: where a sensor's fault has its channel.
+    pub fn tag(self) -> u8 {
+        self as u8
+    }
+
+    /// The way of a tag.
+    pub fn from_tag(tag: u8) -> Self {
+        match tag {
+            1 => Self::Sudden,
+            2 => Self::Slow,
+            _ => Self::Unknown,
+        }
+    }
+}
+
 /// The channels of an axis, in the order of [`RawAxis`](crate::chain::RawAxis).
 pub const CHANNEL_NAMES: [&str; 5] = [
     "far displacement counter",
@@ -205,7 +234,8 @@ pub struct Verdict {
     pub cause: Cause,
     /// The axis that it is about, from 0.
     pub axis: u8,
-    /// The channel of that axis, when a sensor is meant: a place in [`CHANNEL_NAMES`].
+    /// The channel of that axis, when a sensor is meant: a place in [`CHANNEL_NAMES`]. Of a change of the joint the tag of its
+    /// [`Onset`].
     pub channel: u8,
     /// How far it is, in 1/1000: of the threshold for a change of the joint, of the time for everything else.
     pub permille: u16,
@@ -217,6 +247,15 @@ impl Verdict {
         Self {
             cause,
             ..Self::default()
+        }
+    }
+
+    /// How it came, where it is a change of the joint.
+    pub fn onset(&self) -> Onset {
+        if self.cause.is_damage() {
+            Onset::from_tag(self.channel)
+        } else {
+            Onset::Unknown
         }
     }
 
@@ -277,6 +316,10 @@ impl fmt::Display for Words<'_> {
                 write!(f, ", {percent} % of the time")
             }
             _ => f.write_str(words),
+        }?;
+        match self.verdict.onset() {
+            Onset::Slow => f.write_str("; it came slowly"),
+            Onset::Sudden | Onset::Unknown => Ok(()),
         }
     }
 }
@@ -330,8 +373,12 @@ mod tests {
             "phi is softer than the model, or its force channel reads low"
         );
         assert_eq!(
-            said(Cause::MoreFriction, 0, 0, 1000),
+            said(Cause::MoreFriction, 0, Onset::Sudden.tag(), 1000),
             "x has more friction than in the model"
+        );
+        assert_eq!(
+            said(Cause::MoreFriction, 0, Onset::Slow.tag(), 1000),
+            "x has more friction than in the model; it came slowly"
         );
         assert_eq!(said(Cause::Stuck, 0, 4, 1000), "force channel of x: stuck");
         assert_eq!(

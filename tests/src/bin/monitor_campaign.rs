@@ -7,10 +7,12 @@
 
 use clap::Parser;
 use jointwatch::simulate::RigParameters;
+use jointwatch_shared::monitor::Onset;
 use jointwatch_tests::curves::{Change, curves};
 use jointwatch_tests::detection::detect;
 use jointwatch_tests::drifts::{Fleet, Motion, Quantity, Said, line};
 use jointwatch_tests::false_alarms::{Campaign, WANTED_HOURS, report};
+
 use jointwatch_tests::watched::{Learnt, Subject};
 
 /// Models, and within how many seconds a change is to be seen with them.
@@ -109,7 +111,7 @@ fn drifts(learnt: Learnt, seed: u64, rigs: usize, hours: f64) -> Result<(), Stri
 
 /// Prints every change that was not seen in time, and how long the others took; of every seed the default rig and one drawn anew.
 fn detection(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
-    let (mut times, mut missed, mut all) = (Vec::new(), 0, 0);
+    let (mut times, mut missed, mut slow, mut all) = (Vec::new(), 0, 0, 0);
     for seed in (seed..).take(rigs) {
         for (rig, parameters) in [
             ("default rig", RigParameters::default()),
@@ -127,8 +129,9 @@ fn detection(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
                 if !watched.is_found_within(within_s) {
                     missed += 1;
                     println!("{learnt:?}, {rig}, seed {seed}: {}", watched.told());
-                } else if let Some((time, _)) = watched.alarm() {
+                } else if let Some((time, verdict)) = watched.alarm() {
                     times.push(time);
+                    slow += usize::from(verdict.onset() == Onset::Slow);
                 }
             }
         }
@@ -143,7 +146,7 @@ fn detection(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
     };
     let at = |part: f64| times[(part * (times.len() - 1) as f64).round() as usize];
     println!(
-        "; half of the others within {:.2} s, nine tenths within {:.2} s, the last after {last:.2} s",
+        "; half of the others within {:.2} s, nine tenths within {:.2} s, the last after {last:.2} s; {slow} told as slow",
         at(0.5),
         at(0.9)
     );

@@ -10,7 +10,6 @@ use super::console::Console;
 use crate::device::telemetry::line::{Piece, Source, TelemetryLine};
 use crate::device::telemetry::listen::{Listener, Tally};
 use crate::device::telemetry::steady::{Caught, News, SteadyLine, Wanted};
-use crate::device::telemetry::words::closing;
 use crate::text::error::{Error, Result};
 use crate::text::printable;
 use clap::{ArgGroup, Args};
@@ -86,7 +85,7 @@ impl Monitor {
         if self.has_screen(console, &source) {
             let tally = screen::show(source.clone(), &settings, &mut outputs)?;
             outputs.end(&tally)?;
-            console.say(closing(&tally))?;
+            console.say(tally.to_string())?;
             return of_use(&source, &tally);
         }
         let mut session = Session { console, outputs };
@@ -267,7 +266,7 @@ impl Session<'_> {
     /// The last line: what was heard altogether.
     fn end(&mut self, tally: &Tally) -> Result<()> {
         self.outputs.end(tally)?;
-        self.console.say(closing(tally))
+        self.console.say(tally.to_string())
     }
 }
 

@@ -2,6 +2,7 @@
 
 use jointwatch_shared::wire::telemetry::{Damage, Decoder, Occasion, Received, Report};
 use serde::Serialize;
+use std::fmt;
 
 /// A gap in the sequence numbers that is larger than this is taken for a restart whose [`Hello`] was lost: the numbers begin
 /// anew then, and never go backwards otherwise.
@@ -43,6 +44,25 @@ pub struct Tally {
     pub restarts: u64,
     /// Bytes after the last frame's end, as when the stream ends in the middle of one.
     pub torn_end: bool,
+}
+
+impl fmt::Display for Tally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} messages in {} bytes", self.messages, self.bytes)?;
+        for (count, what) in [
+            (self.lost, "lost on the way"),
+            (self.damaged, "damaged frames"),
+            (self.unknown, "frames that this program does not know"),
+            (self.restarts, "restarts of the device"),
+        ] {
+            write!(f, ", {count} {what}")?;
+        }
+        f.write_str(".")?;
+        if self.torn_end {
+            f.write_str(" The end is in the middle of a frame.")?;
+        }
+        Ok(())
+    }
 }
 
 /// Listens to a device.

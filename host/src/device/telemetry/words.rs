@@ -1,6 +1,5 @@
 //! A device's messages as a person reads them: one line each, with the names, units and times that the device has told of itself.
 
-use super::listen::Tally;
 use crate::assess::where_it_fails::significant;
 use crate::text::printable;
 use jointwatch_shared::chain::Output;
@@ -491,22 +490,4 @@ pub(crate) fn unit(kind: Quantity) -> &'static str {
         Quantity::Translation => "N",
         Quantity::Rotation => "N·m",
     }
-}
-
-/// What was heard altogether, as a sentence.
-pub fn closing(tally: &Tally) -> String {
-    let mut text = format!("{} messages in {} bytes", tally.messages, tally.bytes);
-    for (count, what) in [
-        (tally.lost, "lost on the way"),
-        (tally.damaged, "damaged frames"),
-        (tally.unknown, "frames that this program does not know"),
-        (tally.restarts, "restarts of the device"),
-    ] {
-        let _ = write!(text, ", {count} {what}");
-    }
-    text.push('.');
-    if tally.torn_end {
-        text.push_str(" The end is in the middle of a frame.");
-    }
-    text
 }
