@@ -3,7 +3,7 @@
 
 use super::blocks::Blocks;
 use super::criteria::CRITERIA;
-use super::hypothesis::{Column, Hypothesis, Part, driven, is_at_bound};
+use super::hypothesis::{Column, Hypothesis, Part, driven, is_at_bound, mean_product};
 use crate::fit::bounded;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
@@ -38,7 +38,9 @@ pub(super) struct Bench<'a> {
     scale: f64,
     /// The same of the largest force.
     peak: f64,
-    /// RMS force with which the base's own dampers drive the joint: their strengths are below 0, and the base lacks a force.
+    /// The velocity of every row.
+    velocity: Vec<f64>,
+    /// Mean power with which the base's own dampers drive the joint: their strengths are below 0, and the base lacks a force.
     driven: f64,
     /// Whether the motion turns round, without which a hysteresis looks like a spring.
     pub(super) reverses: bool,
@@ -68,8 +70,7 @@ fn peak(series: &[f64]) -> f64 {
 }
 
 /// Whether an axis travels both ways, by more than a hundredth of its way.
-fn reverses(records: &Records<'_>, axis: usize) -> bool {
-    let velocity = records.of_motion(axis, None, |at| at.velocity);
+fn reverses(velocity: &[f64]) -> bool {
     let way = |sign: f64| -> f64 { velocity.iter().map(|v| (sign * v).max(0.0)).sum() };
     let (ahead, back) = (way(1.0), way(-1.0));
     ahead.min(back) > 0.01 * ahead.max(back)
@@ -84,6 +85,7 @@ impl<'a> Bench<'a> {
         zero_per_record: bool,
     ) -> Self {
         let measured = &records.measured[rows_of(records, axis)];
+        let velocity = records.of_motion(axis, None, |at| at.velocity);
         let mut bench = Self {
             records,
             axis,
@@ -98,7 +100,8 @@ impl<'a> Bench<'a> {
             scale: rms(measured),
             peak: peak(measured),
             driven: 0.0,
-            reverses: reverses(records, axis),
+            reverses: reverses(&velocity),
+            velocity,
             instruments: Vec::new(),
             zeros: Vec::new(),
             acceleration: None,
@@ -127,11 +130,7 @@ impl<'a> Bench<'a> {
         let forces = columns.iter().zip(&factors);
         let largest = forces.map(|(c, f)| f.abs() * rms(&c.data));
         self.scale = largest.fold(self.scale, f64::max);
-        self.driven = driven(
-            &self.valued_by(base, &parts, &factors),
-            self.records,
-            self.axis,
-        );
+        self.driven = driven(&self.valued_by(base, &parts, &factors), &self.velocity);
         let peaks = columns.iter().zip(&factors);
         let peaks = peaks.map(|(c, f)| f.abs() * peak(&c.data));
         self.peak = peaks.fold(self.peak, f64::max);
@@ -402,12 +401,30 @@ impl<'a> Bench<'a> {
     }
 
     /// Whether a hypothesis is physics: every added effect has values that it can have, none stands at the edge of what was searched, and
-    /// none is there only because a damper of the base gives the energy back that it takes.
-    pub(super) fn is_sound(&self, hypothesis: &Hypothesis) -> bool {
+    /// dampers of the base do not give back most of the energy that the added effects take. `factors` are those of the parts' columns.
+    pub(super) fn is_sound(
+        &self,
+        hypothesis: &Hypothesis,
+        parts: &[Part],
+        factors: &[f64],
+    ) -> bool {
         let added = hypothesis.members.iter().zip(&hypothesis.values);
         let mut added = added.skip(hypothesis.base);
-        let given_back = driven(hypothesis, self.records, self.axis) - self.driven;
-        added.all(|(bound, values)| !is_at_bound(bound, values, self.records))
-            && given_back <= self.least_share * self.power.sqrt()
+        if added.any(|(bound, values)| is_at_bound(bound, values, self.records)) {
+            return false;
+        }
+        let given = driven(hypothesis, &self.velocity) - self.driven;
+        let little =
+            self.least_share * (self.power * mean_product(&self.velocity, &self.velocity)).sqrt();
+        let before: usize = parts[..hypothesis.base]
+            .iter()
+            .map(|p| p.columns.len())
+            .sum();
+        let columns = parts[hypothesis.base..].iter().flat_map(|p| &p.columns);
+        let taken = columns.zip(&factors[before..]);
+        let taken: f64 = taken
+            .map(|(c, f)| f * mean_product(&c.data, &self.velocity))
+            .sum();
+        given <= little.max(0.5 * taken)
     }
 }

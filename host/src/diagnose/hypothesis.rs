@@ -130,15 +130,18 @@ pub(super) fn is_at_bound(bound: &AxisEffect, values: &[f64], records: &Records<
     edges.any(|at| at) || !is_physical(bound, values, records)
 }
 
-/// RMS force with which dampers of the base drive an axis: those whose strength is below 0.
-pub(super) fn driven(hypothesis: &Hypothesis, records: &Records<'_>, axis: usize) -> f64 {
+/// Mean power with which dampers of the base drive an axis that moves with this velocity: those whose strength is below 0.
+pub(super) fn driven(hypothesis: &Hypothesis, velocity: &[f64]) -> f64 {
     let members = hypothesis.members.iter().zip(&hypothesis.values);
     let strengths = members.take(hypothesis.base).flat_map(|(bound, values)| {
         let listed = bound.entry.parameters().iter().zip(values);
         let dampers = listed.filter(|(p, _)| p.dimension == Dimension::DAMPING && p.is_linear());
         dampers.map(|(_, &strength)| (-strength).max(0.0))
     });
-    let velocity = records.of_motion(axis, None, |at| at.velocity);
-    let square: f64 = velocity.iter().map(|v| v * v).sum();
-    strengths.sum::<f64>() * (square / velocity.len().max(1) as f64).sqrt()
+    strengths.sum::<f64>() * mean_product(velocity, velocity)
+}
+
+/// Mean of the products of two series: of a force and a velocity, the power.
+pub(super) fn mean_product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / a.len().max(1) as f64
 }

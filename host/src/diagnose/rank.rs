@@ -54,7 +54,7 @@ pub(super) fn look(bench: &Bench<'_>, hypothesis: &Hypothesis, known: &[Part]) -
     let score = bench.score(hypothesis, &parts, &judged);
     let hypothesis = bench.valued(hypothesis, &parts, &judged);
     Looked {
-        sound: bench.is_sound(&hypothesis),
+        sound: bench.is_sound(&hypothesis, &parts, &judged.all),
         hypothesis,
         parts,
         score,

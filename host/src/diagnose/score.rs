@@ -36,7 +36,7 @@ pub(super) struct Judged {
     /// Products of the columns in every block.
     products: Vec<Mat<f64>>,
     /// Factors from all rows,
-    all: Vec<f64>,
+    pub(super) all: Vec<f64>,
     /// and those with which each fold is judged.
     pub(super) folds: Vec<Vec<f64>>,
 }
