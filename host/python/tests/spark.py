@@ -143,6 +143,7 @@ def killing(what: str, work: Callable[[], Any]) -> Any:
         finally:
             stop.set()
             killer.join()
+        assert len(killed) < 2, f"{len(killed)} were killed where one {what} was to be"
         if killed:
             return result
     raise AssertionError(f"no {what} was seen at work, so none was killed")

@@ -130,7 +130,7 @@ impl<'a> Bench<'a> {
         let forces = columns.iter().zip(&factors);
         let largest = forces.map(|(c, f)| f.abs() * rms(&c.data));
         self.scale = largest.fold(self.scale, f64::max);
-        self.driven = driven(&self.valued_by(base, &parts, &factors), &self.velocity);
+        self.driven = driven(&self.valued(base, &parts, &factors), &self.velocity);
         let peaks = columns.iter().zip(&factors);
         let peaks = peaks.map(|(c, f)| f.abs() * peak(&c.data));
         self.peak = peaks.fold(self.peak, f64::max);
@@ -380,7 +380,7 @@ impl<'a> Bench<'a> {
     }
 
     /// A hypothesis with these factors of its parts' columns as its linear values.
-    pub(super) fn valued_by(
+    pub(super) fn valued(
         &self,
         hypothesis: &Hypothesis,
         parts: &[Part],

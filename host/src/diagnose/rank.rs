@@ -52,7 +52,7 @@ pub(super) fn look(bench: &Bench<'_>, hypothesis: &Hypothesis, known: &[Part]) -
     let design = bench.design(hypothesis, &parts);
     let judged = bench.judged(&design);
     let score = bench.score(hypothesis, &parts, &judged);
-    let hypothesis = bench.valued(hypothesis, &parts, &judged);
+    let hypothesis = bench.valued(hypothesis, &parts, &judged.all);
     Looked {
         sound: bench.is_sound(&hypothesis, &parts, &judged.all),
         hypothesis,

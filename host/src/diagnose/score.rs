@@ -101,14 +101,4 @@ impl Bench<'_> {
             numbers,
         }
     }
-
-    /// A hypothesis with its linear values put in from all rows.
-    pub(super) fn valued(
-        &self,
-        hypothesis: &Hypothesis,
-        parts: &[Part],
-        judged: &Judged,
-    ) -> Hypothesis {
-        self.valued_by(hypothesis, parts, &judged.all)
-    }
 }

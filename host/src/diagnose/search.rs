@@ -322,6 +322,10 @@ fn refuted(
     first: (&[AxisEffect], &[Vec<f64>]),
 ) -> Result<Vec<(AxisEffect, usize, [f64; 2])>> {
     let mut refuted = Vec::new();
+    if last.terms.len() <= kept {
+        return Ok(refuted);
+    }
+    let mut after = given.unseen.errors(&last.terms, &last.solution)?;
     // The least important stands last.
     let mut at = last.terms.len();
     while at > kept {
@@ -339,7 +343,6 @@ fn refuted(
         let from = shapes_of(records, &terms, &values);
         let without = solve(records, given.axes, &terms, Some(from))?;
         let before = given.unseen.errors(&terms, &without)?;
-        let after = given.unseen.errors(&last.terms, &last.solution)?;
         let rises = (0..given.axes.len()).find(|&axis| {
             let own = bound.entry.acts == Acts::BothAxes || bound.axis == axis;
             own && after[axis] > before[axis]
@@ -350,6 +353,7 @@ fn refuted(
             && !helps
         {
             refuted.push((bound, axis, [before[axis], after[axis]]));
+            after = before;
             *last = Model {
                 terms,
                 solution: without,

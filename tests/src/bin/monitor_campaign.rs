@@ -12,7 +12,6 @@ use jointwatch_tests::curves::{Change, curves};
 use jointwatch_tests::detection::detect;
 use jointwatch_tests::drifts::{Fleet, Motion, Quantity, Said, line};
 use jointwatch_tests::false_alarms::{Campaign, WANTED_HOURS, report};
-
 use jointwatch_tests::watched::{Learnt, Subject};
 
 /// Models, and within how many seconds a change is to be seen with them.
