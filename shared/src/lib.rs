@@ -28,7 +28,7 @@
 //! // At every sample: what the counters and converters gave, axis by axis. Integers only from here on.
 //! let mut outputs = 0;
 //! for n in 0..100 {
-//!     let axis = RawAxis { displacement: [40 * n, 0], body: 0, acceleration: 0, force: 25 * n };
+//!     let axis = RawAxis { displacement: [40 * n, 0], body: 0, acceleration: 0, force: 25 * n, input: 0 };
 //!     if let Some(output) = chain.step(&mut state, &model, &[axis; 2]) {
 //!         // It describes the sample `chain.delay()` ago; the first ones fill the filters.
 //!         let newtons = |counts: i32| f64::from(counts) * model.outputs()[0].force_per_lsb;

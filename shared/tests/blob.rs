@@ -168,7 +168,7 @@ fn refusals_of_a_network_say_what_was_seen() {
         (236 + 7 * 36, 1),
         (1676, 1),
         (2392, 9),
-        (2952, 1),
+        (3032, 1),
     ] {
         assert_eq!(
             with(offset, &[value]),
@@ -245,7 +245,7 @@ fn refusals_of_effects_say_what_was_seen() {
         (2391, 1),
         (32, 3),
         (37, 1),
-        (2952, 7),
+        (3032, 7),
         (4091, 1),
     ] {
         assert_eq!(
@@ -289,8 +289,8 @@ fn refusals_say_what_was_seen() {
         "number of axes is 3, but has to lie between 1 and 2"
     );
     assert_eq!(
-        with(3000, &[1]),
-        "byte 3000 of the blob is 1, but has to be 0"
+        with(3032, &[1]),
+        "byte 3032 of the blob is 1, but has to be 0"
     );
     assert_eq!(with(40, &[0xff]), "the name of axis 0 is not UTF-8");
     assert_eq!(

@@ -70,6 +70,13 @@ fn documented_bytes(model: &Model, axis: usize, name: &str, length: usize) -> Ve
             .map(|range| (range.center / range.half_range * 32_f64.exp2() + 0.5).floor() as i64)
             .flat_map(i64::to_le_bytes)
             .collect(),
+        "input name" => format!("{:\0<16}", of.input.unwrap().name.as_str()).into_bytes(),
+        "input center" => of.input.unwrap().range.center.to_le_bytes().to_vec(),
+        "input half_range" => of.input.unwrap().range.half_range.to_le_bytes().to_vec(),
+        "input origin" => model.terms().followed_origins()[axis]
+            .raw()
+            .to_le_bytes()
+            .to_vec(),
         "delay" => model.corrections()[axis].delay_s.to_le_bytes().to_vec(),
         "hum_hz" => model.corrections()[axis]
             .hum
@@ -112,7 +119,9 @@ fn base_shifts(model: &Model) -> Vec<u8> {
 fn places(model: &Model, numbers: std::ops::Range<usize>) -> Vec<u8> {
     let place = |number: usize| match model.terms().list().get(number) {
         Some(term) => {
-            let mut bytes = vec![term.entry().tag, term.axis() as u8, 0, 0, 0, 0, 0, 0];
+            let mut bytes = vec![term.entry().tag, term.axis() as u8, 0, 0];
+            let follows = term.follows().map_or(0, |share| share.raw() - 1);
+            bytes.extend((follows as u32).to_le_bytes());
             bytes.extend(term.parameters().iter().flat_map(|p| p.raw().to_le_bytes()));
             bytes
         }
@@ -174,7 +183,7 @@ fn the_documented_bytes_are_the_written_bytes() {
     }
     assert_eq!(next, start("effects 1 to 7"));
     let fields: Vec<&str> = effect.iter().map(|row| row.2.as_str()).collect();
-    assert_eq!(fields, ["tag", "axis", "reserved", "parameters"]);
+    assert_eq!(fields, ["tag", "axis", "reserved", "follows", "parameters"]);
     // Every effect of the table stands with its number on the page that is generated from it.
     let page = include_str!("../../docs/reference/effects.md");
     for entry in EFFECTS {

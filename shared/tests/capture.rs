@@ -12,24 +12,25 @@ fn capture(chunks: usize) -> Capture {
     Capture::new(Box::leak(vec![[0; CHUNK]; chunks].into_boxed_slice()))
 }
 
-fn counts(raw: &RawSample) -> [[i32; 5]; 2] {
+fn counts(raw: &RawSample) -> [[i32; 6]; 2] {
     raw.map(|raw| {
         let [far, near] = raw.displacement;
-        [far, near, raw.body, raw.acceleration, raw.force]
+        [far, near, raw.body, raw.acceleration, raw.force, raw.input]
     })
 }
 
-fn raw([far, near, body, acceleration, force]: [i32; 5]) -> RawAxis {
+fn raw([far, near, body, acceleration, force, input]: [i32; 6]) -> RawAxis {
     RawAxis {
         displacement: [far, near],
         body,
         acceleration,
         force,
+        input,
     }
 }
 
 /// Samples with their numbers.
-type Samples = Vec<(u64, [[i32; 5]; 2])>;
+type Samples = Vec<(u64, [[i32; 6]; 2])>;
 
 /// Everything that is kept: number and counts of each sample, and how many chunks say that they follow a gap.
 fn kept(capture: &Capture) -> (Samples, usize) {
@@ -50,7 +51,7 @@ fn kept(capture: &Capture) -> (Samples, usize) {
 }
 
 /// Two axes that move as a rig does, each channel with a noise of so many of its counts.
-fn motion(number: u64, noise: [f64; 5]) -> RawSample {
+fn motion(number: u64, noise: [f64; 6]) -> RawSample {
     let t = number as f64 * 1e-3;
     let mut state = number.wrapping_mul(0x9E37_79B9_7F4A_7C15);
     let mut random = || {
@@ -65,8 +66,8 @@ fn motion(number: u64, noise: [f64; 5]) -> RawSample {
     };
     [0.0, 0.4].map(|phase| {
         let wave = (60.0 * t + phase).sin() + 0.4 * (170.0 * t).sin();
-        let scales = [4000.0, 2500.0, 2500.0, 1e5, 2e6];
-        let mut values = [0; 5];
+        let scales = [4000.0, 2500.0, 2500.0, 1e5, 2e6, 0.0];
+        let mut values = [0; 6];
         for ((value, scale), noise) in values.iter_mut().zip(scales).zip(noise) {
             *value = (scale * wave + noise * random()).round() as i32;
         }
@@ -80,17 +81,17 @@ fn four_seconds_of_two_axes_at_a_kilohertz_are_kept_to_the_bit_on_both_sides_of_
     for (what, noise, least) in [
         (
             "converters as on the board",
-            [0.0, 0.0, 0.0, 150.0, 800.0],
+            [0.0, 0.0, 0.0, 150.0, 800.0, 0.0],
             5.0,
         ),
         (
             "noise of a thousandth of the range",
-            [0.0, 0.0, 0.0, 500.0, 8000.0],
+            [0.0, 0.0, 0.0, 500.0, 8000.0, 0.0],
             4.5,
         ),
         (
             "noise of half a hundredth of the range",
-            [1.0, 1.0, 1.0, 2500.0, 40_000.0],
+            [1.0, 1.0, 1.0, 2500.0, 40_000.0, 0.0],
             4.0,
         ),
     ] {
@@ -127,7 +128,7 @@ fn the_first_alarm_is_kept_until_it_is_released() {
     let mut number = 0;
     let mut run = |capture: &mut Capture, samples: u64| {
         for _ in 0..samples {
-            capture.sample(number, &motion(number, [0.0; 5]), 2, false);
+            capture.sample(number, &motion(number, [0.0; 6]), 2, false);
             number += 1;
         }
         number
@@ -155,7 +156,7 @@ fn the_first_alarm_is_kept_until_it_is_released() {
 fn without_memory_nothing_is_kept() {
     let mut capture = Capture::new(&mut []);
     for number in 0..1000 {
-        capture.sample(number, &motion(number, [0.0; 5]), 2, false);
+        capture.sample(number, &motion(number, [0.0; 6]), 2, false);
     }
     capture.alarm(500);
     assert_eq!(capture.piece(0), Err(NoPiece::Nothing));
@@ -179,7 +180,7 @@ fn chunks_that_are_full_of_jumps_lose_nothing() {
         let mut fed = Vec::new();
         for number in 0..2000 {
             let sample = [0, 1].map(|axis| {
-                raw([0; 5].map(|_: i32| {
+                raw([0; 6].map(|_: i32| {
                     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                     if axis < axes { state as i32 } else { 0 }
                 }))
@@ -198,8 +199,8 @@ fn chunks_that_are_full_of_jumps_lose_nothing() {
     }
 }
 
-fn any_axis() -> impl Strategy<Value = [i32; 5]> {
-    prop::array::uniform5(prop_oneof![-3..3_i32, -70_000..70_000_i32, any::<i32>()])
+fn any_axis() -> impl Strategy<Value = [i32; 6]> {
+    prop::array::uniform6(prop_oneof![-3..3_i32, -70_000..70_000_i32, any::<i32>()])
 }
 
 proptest! {
@@ -225,7 +226,7 @@ proptest! {
         for _ in 0..20_000 {
             number += 1;
             capture.sample(number, &RawSample::default(), axes, false);
-            fed.insert(number, [[0; 5]; 2]);
+            fed.insert(number, [[0; 6]; 2]);
         }
         for (number, found) in kept(&capture).0 {
             prop_assert_eq!(Some(&found), fed.get(&number));

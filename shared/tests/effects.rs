@@ -6,7 +6,7 @@ mod derivative;
 mod memory;
 
 use jointwatch_shared::base::axis::AxisKind::{Rotation, Translation};
-use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name};
+use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, Input, InputRange, Name};
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::base::{Base, Header, Model};
 use jointwatch_shared::effect::about::Role;
@@ -368,6 +368,13 @@ fn header(axes: usize) -> Header {
         inertia: 1.0,
         displacement,
         velocity,
+        input: Some(Input {
+            name: Name::new(at, "voltage").unwrap(),
+            range: InputRange {
+                center: 3.0,
+                half_range: 2.0,
+            },
+        }),
         validation: None,
     };
     let range = |center: f64, half_range: f64| InputRange { center, half_range };
@@ -401,16 +408,21 @@ proptest! {
     #[test]
     fn the_device_stays_within_the_stated_bound_and_its_blob_brings_it_back(
         seed in prop::array::uniform4(0.0_f64..6.0), p in prop::array::uniform6(0.05_f64..0.95), axis in 0_u8..2,
+        follows in 0_usize..3,
     ) {
         let header = header(2);
         let rows = motion(seed, 500);
         for entry in of_the_joint() {
             let axis = if entry.acts == Acts::BothAxes { 0 } else { axis };
-            let term = term(entry, axis, &p);
+            let mut term = term(entry, axis, &p);
+            if entry.acts == Acts::OwnAxis {
+                term.input = [None, Some("voltage"), Some("voltage~20ms")][follows];
+            }
             let model = Model::from_effects(header.clone(), std::slice::from_ref(&term), &[]).unwrap();
             prop_assert_eq!(model.base(), &Base::None { axes: 2 });
             prop_assert_eq!(&blob::decode(&blob::encode(&model)).unwrap(), &model);
             let back = model.terms().in_si(&header, model.outputs());
+            prop_assert_eq!(back[0].input, term.input);
             for (a, b) in back[0].values.iter().zip(&term.values) {
                 prop_assert!((a - b).abs() <= 1e-6 * b.abs(), "{}: {a} for {b}", entry.about.name);
             }
@@ -457,6 +469,12 @@ fn a_model_of_effects_is_refused_where_it_cannot_be() {
     let mut mad = term(Entry::named("coulomb").unwrap(), 0, &half);
     mad.values[1] = 1e-14;
     assert!(refused(header(2), vec![mad], &[]).contains("too large or too small"));
+    let mut other = term(Entry::named("coulomb").unwrap(), 0, &half);
+    other.input = Some("pressure");
+    assert!(refused(header(2), vec![other], &[]).contains("another input"));
+    let mut both = term(both, 0, &half);
+    both.input = Some("voltage");
+    assert!(refused(header(2), vec![both], &[]).contains("both axes"));
 }
 
 #[test]

@@ -230,6 +230,7 @@ fn a_channel_that_stands_still_is_told_and_nothing_is_judged_meanwhile() {
             body: swing,
             acceleration: swing,
             force: swing,
+            input: 0,
         };
         [axis; 2]
     }

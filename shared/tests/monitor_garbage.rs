@@ -74,7 +74,7 @@ type Words = ([i32; 4], [[i32; 2]; 4], [[i32; CHANNELS]; 2]);
 
 fn words() -> impl Strategy<Value = Words> {
     let pair = || [word(), word()];
-    let channels = || [word(), word(), word(), word(), word()];
+    let channels = || std::array::from_fn(|_| word());
     (
         [word(), word(), word(), word()],
         [pair(), pair(), pair(), pair()],
@@ -109,11 +109,12 @@ proptest! {
                 residual_band: (which & 6 != 0).then_some(in_band),
                 saturated,
             };
-            let raw = counts.map(|[far, near, body, acceleration, force]| RawAxis {
+            let raw = counts.map(|[far, near, body, acceleration, force, input]| RawAxis {
                 displacement: [far, near],
                 body,
                 acceleration,
                 force,
+                input,
             });
             let [too_high, out_of_range, checksum, time_out, missing, reference_lost] = faults;
             let lost = [0, 0, 0, 1, 100, 70_000, u32::MAX][usize::from(which) % 7];

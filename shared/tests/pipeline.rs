@@ -40,6 +40,8 @@ fn rig(acceleration_step: f64, body_step: f64, ground: [f64; 2], convention: boo
         body_step,
         acceleration_step,
         force_step,
+        input_step: 0.0,
+        input_zero: 0.0,
         inertia,
         inertia_minus_force: convention,
         ground_stiffness: ground[0],
@@ -66,6 +68,7 @@ fn rig(acceleration_step: f64, body_step: f64, ground: [f64; 2], convention: boo
         near: Some(counter(2 * n + 1)),
         body: (body_step > 0.0).then(|| counter(2 * n + 1)),
         force: counter(n),
+        input: None,
         acceleration: [(acceleration_step > 0.0).then_some(direction), None],
         pair_distance_m: 0.0,
     };
@@ -109,6 +112,7 @@ fn model() -> Model {
             center: -0.02 * v,
             half_range: v,
         },
+        input: None,
         validation: None,
     };
     let mut axes = Bounded::new();
@@ -347,6 +351,7 @@ fn a_channel_late_by_whole_samples_gives_the_bits_of_one_in_time() {
                     displacement: f64::from(displacement),
                     body: f64::from(body),
                     acceleration: f64::from(acceleration),
+                    input: 0.0,
                 };
                 let mut rig = rig.clone();
                 rig.axes.iter_mut().for_each(|axis| axis.delays = delays);
@@ -392,6 +397,7 @@ fn a_channel_late_by_part_of_a_sample_is_put_in_time() {
             displacement: late,
             body: -late,
             acceleration: late,
+            input: 0.0,
         };
         let samples = late_motion(1500, i32::MAX - 200, delays);
         let uncorrected = run(&in_time, &model, &samples);

@@ -18,6 +18,7 @@ fn header(axes: usize) -> Header {
         inertia: 1.0,
         displacement: range,
         velocity: range,
+        input: None,
         validation: None,
     };
     Header {

@@ -71,7 +71,7 @@ fn refusal(change: fn(&mut Rig)) -> String {
 #[test]
 fn every_quantity_is_checked_by_name() {
     type Change = fn(&mut Rig);
-    let changes: [(&str, Change); 30] = [
+    let changes: [(&str, Change); 35] = [
         ("sample rate", |b| b.sample_rate_hz = f64::NAN),
         ("displacement step", |b| b.axes[1].displacement_step = 0.0),
         ("force per count", |b| b.axes[0].force_step = -1.0),
@@ -105,9 +105,16 @@ fn every_quantity_is_checked_by_name() {
         ("far and near sides", |b| {
             b.wiring.axes[1].near = Some(counter(2, true))
         }),
-        ("number of a bridge channel", |b| {
+        ("number of a converter channel", |b| {
             b.wiring.axes[1].force.place = 4
         }),
+        ("number of a converter channel", |b| {
+            b.wiring.axes[0].input.as_mut().unwrap().place = 4
+        }),
+        ("input step", |b| b.wiring.axes[0].input = None),
+        ("input step", |b| b.axes[1].input_step = 0.0),
+        ("input at count 0", |b| b.axes[1].input_zero = f64::NAN),
+        ("input delay", |b| b.axes[0].delays.input = 200.0),
         ("accelerometers fitted", |b| {
             b.wiring.accelerometers[1] = None
         }),
@@ -157,7 +164,7 @@ fn a_refusal_says_what_was_seen() {
     );
     assert_eq!(
         with(4, 3),
-        "the rig block has format version 3, but this program reads version 4: export it again"
+        "the rig block has format version 3, but this program reads version 5: export it again"
     );
     let mut damaged = bytes;
     damaged[100] ^= 1;
@@ -239,6 +246,7 @@ fn rigs_that_are_accepted_overflow_nothing() {
                     body: rail,
                     acceleration: rail,
                     force: rail,
+                    input: rail,
                 };
                 chain.step(&mut state, &model, &[axis; 2]);
             }
@@ -260,6 +268,7 @@ fn readings_go_to_their_places_with_their_signs() {
         body: 20,
         acceleration: -7,
         force: -2,
+        input: 1,
     };
     // The lowest count is its own negative.
     let phi = RawAxis {
@@ -267,6 +276,7 @@ fn readings_go_to_their_places_with_their_signs() {
         body: i32::MIN,
         acceleration: 11 - 7,
         force: 3,
+        input: -4,
     };
     assert_eq!(sample, [x, phi]);
     let sample = block(1, false).wiring.raw_sample(&readings);
@@ -275,6 +285,7 @@ fn readings_go_to_their_places_with_their_signs() {
         body: 0,
         acceleration: 0,
         force: -2,
+        input: 1,
     };
     assert_eq!(sample, [x, RawAxis::default()]);
     // Without axes, as on a board that has no rig block.

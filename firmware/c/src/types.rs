@@ -19,7 +19,7 @@ pub const JW_MONITOR_SIZE: usize = 6144;
 pub const JW_FLAG_VALID: u32 = 1 << 16;
 /// residual_band holds a value, which comes at every so many samples.
 pub const JW_FLAG_BAND: u32 = 1 << 17;
-/// State i is outside the training range: JW_FLAG_OUTSIDE << i.
+/// State i is outside the training range: JW_FLAG_OUTSIDE << i; the input of axis a: JW_FLAG_OUTSIDE << (4 + a).
 pub const JW_FLAG_OUTSIDE: u32 = 1;
 /// A force of axis a is at the rail of its 32 bits: JW_FLAG_RAIL << a.
 pub const JW_FLAG_RAIL: u32 = 1 << 8;
@@ -38,6 +38,8 @@ pub struct jw_axis_counts {
     pub acceleration: i32,
     /// Force or torque code.
     pub force: i32,
+    /// Converter code of the input that effects of the axis follow.
+    pub input: i32,
 }
 
 /// Counts of one instant, both axes.
@@ -48,8 +50,8 @@ pub struct jw_counts {
     pub axis: [jw_axis_counts; 2],
 }
 
-/// What went wrong with the sensors at one instant. Bit 5*axis + channel of a word stands for one channel: far counter, near
-/// counter, body counter, accelerometer, force.
+/// What went wrong with the sensors at one instant. Bit 6*axis + channel of a word stands for one channel: far counter, near
+/// counter, body counter, accelerometer, force, input.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct jw_faults {

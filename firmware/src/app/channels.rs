@@ -29,6 +29,7 @@ impl Places {
                 axis.body.map(|body| body.place),
                 first.map(|one| (CONVERTER + 1) as u8 + one.chip),
                 Some(CONVERTER as u8),
+                axis.input.map(|_| CONVERTER as u8),
             ];
         }
         places
@@ -45,7 +46,12 @@ impl Places {
 
     /// Every channel of the axes there are, as the monitor's faults have them.
     pub fn all_bits(&self) -> u16 {
-        if self.axes > 1 { 0x3FF } else { 0x1F }
+        let own = (1 << CHANNELS) - 1;
+        if self.axes > 1 {
+            own << CHANNELS | own
+        } else {
+            own
+        }
     }
 }
 
@@ -54,8 +60,8 @@ const _: () = assert!(CHIPS <= u8::MAX as usize);
 /// The wiring of a board without a rig block: all chips, in the order of the board. Its counts are raw; nothing is known of
 /// their signs or of what they are worth.
 ///
-/// Axis 0 shows counters 0 and 1, the x direction of accelerometer 0 and converter channel 0; axis 1 counters 2 and 3, the x
-/// direction of accelerometer 1 and converter channel 1.
+/// Axis 0 shows counters 0 and 1, the x direction of accelerometer 0 and converter channels 0 and 2; axis 1 counters 2 and 3, the x
+/// direction of accelerometer 1 and converter channels 1 and 3: a force and an input each.
 pub fn raw_wiring() -> Wiring {
     let plain = |place| Signed {
         place,
@@ -66,6 +72,7 @@ pub fn raw_wiring() -> Wiring {
         near: Some(plain(2 * number + 1)),
         body: None,
         force: plain(number),
+        input: Some(plain(number + 2)),
         acceleration: [
             Some(SignedDirection {
                 chip: number,

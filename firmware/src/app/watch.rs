@@ -579,7 +579,7 @@ impl Watch {
 }
 
 /// The longest frame of a streamed sample, which a test pins.
-pub(super) const SAMPLE_FRAME: u32 = 118;
+pub(super) const SAMPLE_FRAME: u32 = 128;
 /// The longest frame that tells how the axes stand, which a test pins.
 pub(super) const HEALTH_FRAME: u32 = 56;
 /// The longest frame that tells of an alarm, which a test pins.

@@ -3,7 +3,7 @@
 use super::console::Console;
 use super::replay::chosen;
 use super::serve::{self, Service};
-use crate::device::{export, rig_block};
+use crate::device::{export, followed, rig_block};
 use crate::emulate::bench::{Instructions, STAGES, Scenario};
 use crate::emulate::device::{Emulated, EmulatedDevice};
 use crate::emulate::selftest;
@@ -46,7 +46,7 @@ impl Emulate {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("building the firmware");
         let model = export::read_blob(&self.blob)?;
-        let study = Study::read_whole(&self.study)?;
+        let study = followed::read_study(&self.study, &model)?;
         let records = chosen(&study, self.record.as_deref())?;
         let block = self.rig.as_deref().map(rig_block::read).transpose()?;
         let emulated = EmulatedDevice::new(&study, &model, block)?;

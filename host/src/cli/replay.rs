@@ -5,11 +5,11 @@ use super::export::drift;
 use super::watched::{self, Basis, FailOn};
 use crate::assess::compare::relative_to_applied;
 use crate::assess::where_it_fails::significant;
-use crate::device::export;
 use crate::device::monitor_limits::{self, Purpose};
 use crate::device::replay::{self, RecordReplay, Replayed};
 use crate::device::rig_block;
 use crate::device::telemetry::frames;
+use crate::device::{export, followed};
 use crate::fit::errors::AT_REST_BELOW;
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
@@ -63,7 +63,7 @@ impl Replay {
     pub(super) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("replaying");
         let model = export::read_blob(&self.blob)?;
-        let study = Study::read_whole(&self.study)?;
+        let study = followed::read_study(&self.study, &model)?;
         let records = chosen(&study, self.record.as_deref())?;
         let block = match &self.rig {
             Some(path) => Some((path, rig_block::read(path)?)),

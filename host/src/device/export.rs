@@ -8,6 +8,7 @@ use crate::study::Convention;
 use crate::text::error::{Error, Result};
 use crate::text::input;
 use jointwatch_shared::base::axis::{self, Axis, Name};
+use jointwatch_shared::base::followed::with_lag;
 use jointwatch_shared::base::network_quantise::Weights;
 use jointwatch_shared::base::terms::{EffectValues, Memory};
 use jointwatch_shared::base::{Header, Model};
@@ -80,7 +81,6 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
     let refuse = |e: jointwatch_shared::fault::Error| {
         Error::data(format!("this model cannot be exported: {e}"))
     };
-    let header = header(file).map_err(refuse)?;
     let budgets: Vec<f64> = file
         .fits
         .iter()
@@ -88,6 +88,8 @@ pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
         .collect();
     let effects = of_the_joint(&file.effects_in_si()?);
     let corrections = file.corrections()?;
+    check_inputs(file, &effects)?;
+    let header = header(file, &effects).map_err(refuse)?;
     check_exportable(file, &header, &effects, &corrections)?;
     let model = match &file.base {
         Base::Polynomial(polynomial) => {
@@ -158,12 +160,6 @@ fn check_exportable(
             term.entry.about.name
         )));
     }
-    if let Some((term, input)) = effects.iter().find_map(|t| Some((t, t.input?))) {
-        return Err(Error::data(format!(
-            "{}*{input} follows the input {input:?}, and the device has no channel for inputs: learn a model without it for export",
-            term.entry.about.name
-        )));
-    }
     if let Some(zero) = corrections.per_record.iter().find(|t| !t.entry.is_line()) {
         return Err(Error::data(format!(
             "{} is another one in every record, and a device that never stops has no records: tare the force channel before it starts, and \
@@ -174,8 +170,49 @@ fn check_exportable(
     Ok(())
 }
 
+/// The inputs that effects of an axis follow, each once.
+fn followed(effects: &[EffectValues], axis: usize) -> Vec<&str> {
+    let own = effects.iter().filter(|e| usize::from(e.axis) == axis);
+    let mut names: Vec<&str> = own.filter_map(|e| Some(with_lag(e.input?).0)).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
+}
+
+/// Refuses inputs that a device cannot follow: it has one channel an axis, and has to know the range.
+fn check_inputs(file: &ModelFile, effects: &[EffectValues]) -> Result<()> {
+    for (index, axis) in file.axes.iter().enumerate() {
+        let name = match followed(effects, index)[..] {
+            [] => continue,
+            [name] => name,
+            [first, second, ..] => {
+                return Err(Error::data(format!(
+                    "effects of axis {} follow {first:?} and {second:?}, and the device has one input channel an axis: learn a model that \
+                     follows one of them for export",
+                    axis.name
+                )));
+            }
+        };
+        if name.len() > axis::NAME_LEN {
+            return Err(Error::data(format!(
+                "the name of the input {name:?} is longer than {} bytes: shorten it in study.toml, and learn the model again for export",
+                axis::NAME_LEN
+            )));
+        }
+        if file.followed.iter().all(|input| input.name != name) {
+            return Err(Error::data(format!(
+                "model.json does not say between which values the input {name:?} lay: learn the model again, from records in which it changes"
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// What the blob says of the model beside its numbers.
-fn header(file: &ModelFile) -> std::result::Result<Header, jointwatch_shared::fault::Error> {
+fn header(
+    file: &ModelFile,
+    effects: &[EffectValues],
+) -> std::result::Result<Header, jointwatch_shared::fault::Error> {
     let mut axes = heapless::Vec::new();
     for (index, (mine, ranges)) in file
         .axes
@@ -188,7 +225,19 @@ fn header(file: &ModelFile) -> std::result::Result<Header, jointwatch_shared::fa
             center: r.center,
             half_range: r.half_range,
         };
+        let name = followed(effects, index).first().copied();
+        let known = file
+            .followed
+            .iter()
+            .find(|known| Some(known.name.as_str()) == name);
+        let input = known.map(|known| {
+            Ok(axis::Input {
+                name: Name::new(index as u8, &known.name)?,
+                range: range(&known.range),
+            })
+        });
         let axis = Axis {
+            input: input.transpose()?,
             name: Name::new(index as u8, &mine.name)?,
             kind: mine.kind.into(),
             convention: match mine.restoring_force {
@@ -269,13 +318,22 @@ fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
         })
         .collect();
     let states: Vec<&[f64]> = states.iter().map(Vec::as_slice).collect();
-    let wanted = file.predict(&states)?;
+    // An input takes the numbers of a state of the other axis.
+    const OTHER: [usize; 2] = [3, 1];
+    let header = model.header().axes.iter().zip(OTHER);
+    let followed = header.filter_map(|(axis, other)| {
+        let input = axis.input.as_ref()?;
+        let (name, range) = (input.name.as_str().to_owned(), &input.range);
+        let value = |u: &[i32; 4]| range.center + range.half_range * real(u[other]);
+        Some((name, inputs.iter().map(value).collect()))
+    });
+    let wanted = file.predict_with(&states, &followed.collect::<Vec<_>>())?;
     let mut largest = vec![0.0; file.axes.len()];
     // The points count as one motion on both sides, for the sake of effects with memory.
     let mut memory = Memory::default();
     for (at, u) in inputs.iter().enumerate() {
         for (axis, raw) in model
-            .step(&mut memory, u)
+            .step(&mut memory, u, &OTHER.map(|other| u[other]))
             .into_iter()
             .enumerate()
             .take(largest.len())

@@ -2,6 +2,7 @@
 
 pub mod capture;
 pub mod export;
+pub mod followed;
 mod line;
 pub mod live;
 pub mod monitor_limits;

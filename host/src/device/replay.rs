@@ -1,5 +1,6 @@
 //! The device's integer code run on a logged record: from raw counts to the residual, with the device's own bits.
 
+use crate::device::followed::Followed;
 use crate::device::monitor_limits::rate;
 use crate::device::wired::Wired;
 use crate::fit::errors::Sums;
@@ -68,7 +69,9 @@ pub struct RecordReplay {
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the study does not fit the model.
 pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
-    let wiring = plain_wiring(study);
+    let followed = Followed::of(model);
+    followed.check(study)?;
+    let wiring = plain_wiring(study, &followed);
     let mut axes = heapless::Vec::new();
     for (index, (axis, wired)) in study.axes.iter().zip(&wiring.axes).enumerate() {
         let channels = || study.records.iter().map(|record| &record.axes[index]);
@@ -89,6 +92,11 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
                 0.0
             },
             force_step: code(largest(channels().map(|c| Some(&c.force)))),
+            input_step: match followed.name(index) {
+                Some(input) => code(largest(study.records.iter().map(|r| r.input(input)))),
+                None => 0.0,
+            },
+            input_zero: 0.0,
             inertia: model.header().axes[index].inertia,
             inertia_minus_force: axis.restoring_force == Convention::InertiaMinusForce,
             ground_stiffness: axis.ground_stiffness,
@@ -115,8 +123,9 @@ pub fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig> {
     })
 }
 
-/// Counters in the order of the axes, one bridge channel each, a pair of accelerometers on rotations.
-fn plain_wiring(study: &Study) -> Wiring {
+/// Counters in the order of the axes, one converter channel each for the force and one for what effects follow, a pair of accelerometers on
+/// rotations.
+fn plain_wiring(study: &Study, followed: &Followed) -> Wiring {
     let mut wiring = Wiring {
         counters: [None; COUNTERS],
         accelerometers: [None; ACCELEROMETERS],
@@ -181,6 +190,10 @@ fn plain_wiring(study: &Study) -> Wiring {
                 place: index as u8,
                 negative: false,
             },
+            input: followed.name(index).map(|_| Signed {
+                place: 2 + index as u8,
+                negative: false,
+            }),
             acceleration,
             pair_distance_m: if turns { PAIR_DISTANCE_M } else { 0.0 },
         };
@@ -210,12 +223,14 @@ fn largest<'a>(series: impl Iterator<Item = Option<&'a Vec<f64>>>) -> f64 {
 }
 
 /// A record as the sensors would have counted it; `rig` is what their converters are set to, not what is put right afterwards.
-pub fn raw_counts(record: &Record, rig: &Rig) -> Vec<RawSample> {
+fn raw_counts(record: &Record, followed: &Followed, rig: &Rig) -> Vec<RawSample> {
     (0..record.rows)
         .map(|row| {
             let mut sample = RawSample::default();
-            for ((raw, channels), axis) in sample.iter_mut().zip(&record.axes).zip(&rig.axes) {
+            let axes = sample.iter_mut().zip(&record.axes).zip(&rig.axes);
+            for (index, ((raw, channels), axis)) in axes.enumerate() {
                 *raw = raw_axis(channels, axis, row);
+                raw.input = followed.count(index, record, axis, row);
             }
             sample
         })
@@ -240,6 +255,7 @@ fn raw_axis(channels: &Channels, axis: &RigAxis, row: usize) -> RawAxis {
         body: count(channels.body_position.as_ref(), axis.body_step),
         acceleration: count(channels.acceleration.as_ref(), axis.acceleration_step),
         force: count(Some(&channels.force), axis.force_step),
+        input: 0,
     }
 }
 
@@ -256,7 +272,7 @@ pub struct Replayed {
 /// The sensors that a record is read through.
 enum Sensors {
     /// Channel by channel, converters set to what the study's records reach.
-    Plain(Rig),
+    Plain { converters: Rig, followed: Followed },
     /// Those of a rig block.
     Wired(Wired),
 }
@@ -291,7 +307,10 @@ impl SetUp {
         })?;
         Ok(Self {
             rig,
-            sensors: Sensors::Plain(converters),
+            sensors: Sensors::Plain {
+                converters,
+                followed: Followed::of(model),
+            },
             chain,
             filters,
         })
@@ -343,7 +362,10 @@ impl SetUp {
     /// A record as the sensors would have counted it.
     pub fn counts(&self, record: &Record) -> Vec<RawSample> {
         match &self.sensors {
-            Sensors::Plain(converters) => raw_counts(record, converters),
+            Sensors::Plain {
+                converters,
+                followed,
+            } => raw_counts(record, followed, converters),
             Sensors::Wired(wired) => wired.counts(record),
         }
     }
@@ -351,7 +373,7 @@ impl SetUp {
     /// The wired sensors, where a rig block describes them.
     pub fn wired(&self) -> Option<&Wired> {
         match &self.sensors {
-            Sensors::Plain(_) => None,
+            Sensors::Plain { .. } => None,
             Sensors::Wired(wired) => Some(wired),
         }
     }

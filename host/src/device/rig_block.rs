@@ -238,14 +238,15 @@ fn directions(axis: &AxisWiring) -> Vec<String> {
         .collect()
 }
 
-/// By how many microseconds displacement, body, acceleration and force are late.
-fn skews_us(axis: &RigAxis, sample_rate_hz: f64) -> [f64; 4] {
+/// By how many microseconds displacement, body, acceleration, force and input are late.
+fn skews_us(axis: &RigAxis, sample_rate_hz: f64) -> [f64; 5] {
     let delays = &axis.delays;
     let samples = [
         delays.displacement,
         delays.body,
         delays.acceleration,
         axis.force_delay_samples,
+        delays.input,
     ];
     samples.map(|samples| samples / sample_rate_hz * 1e6)
 }
@@ -280,7 +281,7 @@ pub fn in_words(rig: &Rig) -> String {
         }
     }
     text.push_str(&format!(
-        "\nCounters, bridge channels and accelerometers, with their signs:\n{}",
+        "\nCounters, converter channels and accelerometers, with their signs:\n{}",
         connections(&rig.wiring)
     ));
     if let Some(limits) = &rig.limits {
@@ -296,8 +297,9 @@ fn scales(rig: &Rig) -> Table {
         "per count",
         "per force code",
         "per accel. code",
+        "per input code",
         "inertia",
-        "late by (µs): position, body, accel., force",
+        "late by (µs): position, body, accel., force, input",
     ]);
     for (number, axis) in rig.axes.iter().enumerate() {
         let late = skews_us(axis, rig.sample_rate_hz).map(|skew| format!("{skew:.1}"));
@@ -306,6 +308,7 @@ fn scales(rig: &Rig) -> Table {
             format!("{:.4e}", axis.displacement_step),
             format!("{:.4e}", axis.force_step),
             format!("{:.4e}", axis.acceleration_step),
+            format!("{:.4e}", axis.input_step),
             format!("{:.5}", axis.inertia),
             late.join(", "),
         ]);
@@ -322,13 +325,15 @@ fn connections(wiring: &Wiring) -> Table {
         "body",
         "bridge",
         "gain",
+        "input",
+        "its gain",
         "accelerometers",
     ]);
     for (number, axis) in wiring.axes.iter().enumerate() {
-        let gain = wiring
-            .converter
-            .gain_log2
-            .get(usize::from(axis.force.place));
+        let gain = |channel: Signed| {
+            let gain = wiring.converter.gain_log2.get(usize::from(channel.place));
+            gain.map_or(String::new(), |gain| (1_u32 << gain).to_string())
+        };
         let directions = directions(axis);
         table.row(vec![
             number.to_string(),
@@ -336,7 +341,9 @@ fn connections(wiring: &Wiring) -> Table {
             signed(axis.near),
             signed(axis.body),
             signed(Some(axis.force)),
-            gain.map_or(String::new(), |gain| (1_u32 << gain).to_string()),
+            gain(axis.force),
+            signed(axis.input),
+            axis.input.map_or("–".into(), gain),
             if directions.is_empty() {
                 "–".into()
             } else {
@@ -410,12 +417,14 @@ fn limits_as_json(limits: &Limits, sample_rate_hz: f64) -> serde_json::Value {
 pub fn as_json(rig: &Rig) -> serde_json::Value {
     let wiring = &rig.wiring;
     let axes = rig.axes.iter().zip(&wiring.axes).map(|(axis, wired)| {
-        let [displacement, body, acceleration, force] = skews_us(axis, rig.sample_rate_hz);
+        let [displacement, body, acceleration, force, input] = skews_us(axis, rig.sample_rate_hz);
         serde_json::json!({
             "displacement_step": axis.displacement_step,
             "body_step": axis.body_step,
             "acceleration_step": axis.acceleration_step,
             "force_step": axis.force_step,
+            "input_step": axis.input_step,
+            "input_zero": axis.input_zero,
             "inertia": axis.inertia,
             "restoring_force": if axis.inertia_minus_force { "inertia_minus_force" } else { "force_minus_inertia" },
             "ground_stiffness": axis.ground_stiffness,
@@ -425,11 +434,12 @@ pub fn as_json(rig: &Rig) -> serde_json::Value {
                 "frequency_hz": axis.hum.frequency_hz,
                 "amplitude": axis.hum.amplitude,
             })),
-            "skew_us": { "displacement": displacement, "body": body, "acceleration": acceleration, "force": force },
+            "skew_us": { "displacement": displacement, "body": body, "acceleration": acceleration, "force": force, "input": input },
             "far": signed(Some(wired.far)),
             "near": wired.near.map(|s| signed(Some(s))),
             "body": wired.body.map(|s| signed(Some(s))),
             "bridge": signed(Some(wired.force)),
+            "input": wired.input.map(|s| signed(Some(s))),
             "acceleration": directions(wired),
             "pair_distance_m": wired.pair_distance_m,
         })

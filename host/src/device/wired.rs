@@ -4,6 +4,7 @@
 //! stands at its rail, as on the board. A skew that the rig block states is taken off on the device as on the board; the record
 //! is given as it was logged, without that skew.
 
+use crate::device::followed::Followed;
 use crate::signal::motion::Filters;
 use crate::study::{Channels, Record, Study};
 use crate::text::error::{Error, Result};
@@ -21,6 +22,7 @@ const ACCELEROMETER_RAILS: [i64; 2] = [-(1 << 19), (1 << 19) - 1];
 #[derive(Clone, Debug)]
 pub struct Wired {
     converters: Rig,
+    followed: Followed,
 }
 
 /// What one axis of one row comes to in counts; `None` where the record has no such channel and another one gives it.
@@ -30,6 +32,7 @@ struct Wanted {
     body: Option<i64>,
     acceleration: Option<i64>,
     force: i64,
+    input: i64,
 }
 
 impl Wired {
@@ -62,7 +65,12 @@ impl Wired {
         for (axis, correction) in converters.axes.iter_mut().zip(model.corrections()) {
             axis.force_step /= 1.0 - correction.excess;
         }
-        let wired = Self { converters };
+        let followed = Followed::of(model);
+        followed.check(study)?;
+        let wired = Self {
+            converters,
+            followed,
+        };
         study
             .records
             .iter()
@@ -129,16 +137,20 @@ impl Wired {
         let axes = self.wiring().axes.iter().zip(&self.converters.axes);
         let wanted: Vec<(&AxisWiring, Wanted)> = axes
             .zip(&record.axes)
-            .map(|((wiring, rig), channels)| (wiring, wanted(wiring, rig, channels, row)))
+            .enumerate()
+            .map(|(axis, ((wiring, rig), channels))| {
+                let mut wanted = wanted(wiring, rig, channels, row);
+                wanted.input = i64::from(self.followed.count(axis, record, rig, row));
+                (wiring, wanted)
+            })
             .collect();
         let mut chips = Chips::default();
         for (wiring, wanted) in &wanted {
             chips.counter(Some(wiring.far), Some(wanted.far));
             chips.counter(wiring.near, wanted.near);
             chips.counter(wiring.body, wanted.body);
-            let [least, most] = CONVERTER_RAILS;
-            let place = &mut chips.readings.channels[usize::from(wiring.force.place)];
-            *place = turned(wanted.force, wiring.force.negative).clamp(least, most) as i32;
+            chips.converter(Some(wiring.force), wanted.force);
+            chips.converter(wiring.input, wanted.input);
         }
         // What one direction gives alone comes first: a pair that shares it then has its other half left.
         for alone in [true, false] {
@@ -177,6 +189,7 @@ fn wanted(wiring: &AxisWiring, rig: &RigAxis, channels: &Channels, row: usize) -
             .map(|body| count(body, rig.body_step)),
         acceleration: acceleration.map(|a| count(a, rig.acceleration_step)),
         force: count(channels.force[row], rig.force_step),
+        input: 0,
     }
 }
 
@@ -206,6 +219,15 @@ impl Chips {
         }
         self.counters[place] = true;
         self.readings.counters[place] = value;
+    }
+
+    fn converter(&mut self, place: Option<Signed>, value: i64) {
+        let Some(signed) = place else {
+            return;
+        };
+        let [least, most] = CONVERTER_RAILS;
+        let place = &mut self.readings.channels[usize::from(signed.place)];
+        *place = turned(value, signed.negative).clamp(least, most) as i32;
     }
 
     fn acceleration(&mut self, directions: &[Option<SignedDirection>; 2], value: i64) {
@@ -272,6 +294,7 @@ mod tests {
             near: Some(signed(place + 1, true)),
             body: Some(signed(place + 1, true)),
             force: signed(3 - place, place == 2),
+            input: None,
             acceleration,
             pair_distance_m: 0.0,
         };

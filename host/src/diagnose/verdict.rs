@@ -20,12 +20,12 @@ use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
 use crate::model::effects::AxisEffect;
 use crate::model::file::{AxisError, Base, JudgedOn, ModelFile};
-use crate::model::time_history::with_lag;
 use crate::signal::mixed_acceleration;
 use crate::signal::motion::Motion;
 use crate::study::quasi_static::effects_in_time;
 use crate::study::{AxisKind, Study};
 use crate::text::error::{Error, Result};
+use jointwatch_shared::base::followed::with_lag;
 use jointwatch_shared::effect::{EFFECTS, Entry};
 
 /// What is asked beside the question.

@@ -7,6 +7,7 @@ use super::link::{Host, Memory, Next};
 use crate::device::telemetry::listen::Tally;
 use crate::device::upload::Uploaded;
 use crate::text::error::Result;
+use jointwatch_shared::monitor::limits::CHANNELS;
 use jointwatch_shared::wire::telemetry::{Event, Hello, Snapshot, Status, UploadReply};
 use jointwatch_shared::wire::wiring::{Readings, Wiring};
 use serde::Serialize;
@@ -107,7 +108,7 @@ pub struct Run {
     /// Answers to an upload, in order.
     pub uploads: Vec<UploadReply>,
     /// The first samples whose counts were not what the chips were fed.
-    pub wrong: Vec<(u64, Vec<[i32; 5]>)>,
+    pub wrong: Vec<(u64, Vec<[i32; CHANNELS]>)>,
     /// Instructions of a start, the last one: slots read, signatures verified; nothing where the device never came to its first instant.
     pub start: Option<u32>,
     /// Per stage, from the record's beginning on; empty unless the device counted.

@@ -4,6 +4,7 @@
 use crate::device::telemetry::listen::{Heard, Listener, Tally};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::{Chain, ChainState, Output, RawAxis, RawSample};
+use jointwatch_shared::monitor::limits::CHANNELS;
 use jointwatch_shared::wire::telemetry::{
     Event, Hello, Occasion, Report, Sample, SampleOutput, Snapshot, Status, UploadReply,
 };
@@ -79,7 +80,7 @@ pub struct Judge<'a> {
     /// Answers to an upload, in order.
     pub uploads: Vec<UploadReply>,
     /// Counts that were not what the chips were fed: the sample and what the device said, the first of them.
-    pub wrong: Vec<(u64, Vec<[i32; 5]>)>,
+    pub wrong: Vec<(u64, Vec<[i32; CHANNELS]>)>,
 }
 
 /// How many wrong samples are kept for a person to look at.
@@ -231,12 +232,15 @@ impl<'a> Judge<'a> {
 /// A streamed sample's counts as the chain takes them.
 fn raw(sample: &Sample) -> RawSample {
     let mut raw = RawSample::default();
-    for (place, &[far, near, body, acceleration, force]) in raw.iter_mut().zip(&sample.counts) {
+    for (place, &[far, near, body, acceleration, force, input]) in
+        raw.iter_mut().zip(&sample.counts)
+    {
         *place = RawAxis {
             displacement: [far, near],
             body,
             acceleration,
             force,
+            input,
         };
     }
     raw

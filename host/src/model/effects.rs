@@ -1,17 +1,15 @@
 //! The physical effects of a model on the host: how they stand in `model.json`, and which axis each is bound to.
 
 use super::ModelAxis;
-use crate::model::time_history::with_lag;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use crate::text::table::{Table, significant};
+use jointwatch_shared::base::followed::{kept, with_lag};
 use jointwatch_shared::base::{Model, axis, terms::EffectValues};
 use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Subsystem};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
-use std::sync::{Mutex, PoisonError};
 
 /// One effect of a model, with the values that were found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -201,18 +199,6 @@ pub struct AxisEffect {
     pub axis: usize,
     /// The name of the input that its force is proportional to; none for one that follows the motion alone.
     pub input: Option<&'static str>,
-}
-
-/// A name that is kept for as long as the program runs, once however often it is met, so that an [`AxisEffect`] stays a few words.
-fn kept(name: &str) -> &'static str {
-    static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
-    let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(known) = names.get(name) {
-        return known;
-    }
-    let new: &'static str = Box::leak(name.into());
-    names.insert(new);
-    new
 }
 
 /// Takes `effect*input` apart; `effect * input(name)` is the same.

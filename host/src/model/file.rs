@@ -4,14 +4,15 @@ use crate::model::check_states;
 use crate::model::corrections::{Corrections, of_the_joint};
 use crate::model::effects::input_of;
 use crate::model::per_record;
-use crate::model::time_history::{TimeHistory, add_forces, with_lag};
-use crate::model::{InputRange, ModelAxis, ModelEffect, Network, Polynomial};
+use crate::model::time_history::{TimeHistory, add_forces};
+use crate::model::{FollowedInput, InputRange, ModelAxis, ModelEffect, Network, Polynomial};
 use crate::signal::motion::{self, Filters, Motion};
 use crate::study::{Record, Source, Study};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
 use crate::text::output;
 use crate::text::printable;
+use jointwatch_shared::base::followed::with_lag;
 use jointwatch_shared::base::terms::EffectValues;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -184,6 +185,9 @@ pub struct ModelFile {
     /// Physical effects: those of the joint add to the base, those of the instruments correct the study's data.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<ModelEffect>,
+    /// What effects follow beside the motion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub followed: Vec<FollowedInput>,
     /// How it was fitted: `ridge`, `least-squares` or `select`; `Levenberg-Marquardt` for a network, `variable projection` for effects alone,
     /// `output error` for a model refined by simulation.
     pub fit: String,
@@ -286,7 +290,10 @@ impl ModelFile {
         }
         self.base.check().map_err(|e| e.sentence)?;
         self.effects_in_si().map_err(|e| e.sentence)?;
-        Ok(())
+        match self.followed.iter().find(|input| !input.range.is_sound()) {
+            Some(input) => Err(format!("the input {:?} has no range", input.name)),
+            None => Ok(()),
+        }
     }
 
     /// The effects in numbers.

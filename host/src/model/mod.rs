@@ -42,6 +42,16 @@ impl InputRange {
     }
 }
 
+/// What effects follow beside the motion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FollowedInput {
+    /// Its name in the study.
+    pub name: String,
+    /// Its range in the training records, in the unit that the study gives it.
+    #[serde(flatten)]
+    pub range: InputRange,
+}
+
 /// Σ a·u₁^i·u₂^j·u₃^k·u₄^l of normalised inputs, per axis (the paper's Eqs. 10 and 11).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Polynomial {

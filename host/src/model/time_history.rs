@@ -3,6 +3,7 @@
 use super::scalar::HostScalar;
 use crate::signal::motion::Motion;
 use crate::study::Convention;
+use jointwatch_shared::base::followed::with_lag;
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::{Entry, Instrument, Kinematics, Parameters, States, Subsystem};
 use jointwatch_shared::scalar::Scalar;
@@ -29,16 +30,6 @@ impl Factor<'_> {
         let series = self.0.as_ref();
         series.map_or(1.0, |series| series.get(row).copied().unwrap_or(0.0))
     }
-}
-
-/// The name of an input, and the time constant of the first-order lag behind which it acts, s: `voltage~10ms` is `voltage` and 0.01.
-pub(crate) fn with_lag(input: &str) -> (&str, f64) {
-    let parts = input.split_once('~');
-    let lag = parts.and_then(|(name, lag)| {
-        let ms: f64 = lag.strip_suffix("ms")?.parse().ok()?;
-        (ms > 0.0).then_some((name, 1e-3 * ms))
-    });
-    lag.unwrap_or((input, 0.0))
 }
 
 /// A series behind a first-order lag, which begins at rest.

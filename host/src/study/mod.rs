@@ -179,6 +179,12 @@ pub struct Record {
 }
 
 impl Record {
+    /// An input of the study by its name.
+    pub(crate) fn input(&self, name: &str) -> Option<&Vec<f64>> {
+        let found = self.inputs.iter().find(|(known, _)| known == name);
+        found.map(|(_, series)| series)
+    }
+
     /// The record with every series replaced by what `of` makes of it, so many rows.
     pub(crate) fn map(&self, rows: usize, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
         let maybe = |series: &Option<Vec<f64>>| series.as_ref().map(|s| of(s));

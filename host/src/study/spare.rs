@@ -32,6 +32,19 @@ impl Study {
         read.or_else(|_| Self::read(path))
     }
 
+    /// As [`Study::read_following`], and every row as [`Study::read_whole`].
+    ///
+    /// # Errors
+    /// As [`Study::read_whole`]; an input that is nowhere is refused by what needs it.
+    pub(crate) fn read_whole_following(path: &Path, inputs: &[&str]) -> Result<Self> {
+        if inputs.is_empty() {
+            return Self::read_whole(path);
+        }
+        let (described, text) = description_text(path)?;
+        let read = Self::described(&Source::file(&described, &text), Logged::Whole, inputs);
+        read.or_else(|_| Self::read_whole(path))
+    }
+
     /// The study with every column as an input that no channel uses, that holds a number in every row of all records, and that changes;
     /// nothing where there is none, or where the logs are not files.
     ///

@@ -53,6 +53,15 @@ pub struct Name {
     pub(crate) bytes: [u8; NAME_LEN],
 }
 
+/// A measured quantity that the force of effects is proportional to: a voltage, a temperature, a pressure, a normal load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Input {
+    /// Its name in the study.
+    pub name: Name,
+    /// Its training range, in the unit that the study gives it.
+    pub range: InputRange,
+}
+
 /// One axis of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
@@ -68,6 +77,8 @@ pub struct Axis {
     pub displacement: InputRange,
     /// The range of the relative velocity, m/s or rad/s.
     pub velocity: InputRange,
+    /// What effects of the axis may follow beside the motion.
+    pub input: Option<Input>,
     /// The error on validation records; `None` when there were none.
     pub validation: Option<Validation>,
 }
@@ -140,6 +151,9 @@ impl Axis {
     pub(super) fn check(&self, checks: &mut Checks) {
         self.displacement.check(checks);
         self.velocity.check(checks);
+        if let Some(input) = &self.input {
+            input.range.check(checks);
+        }
         checks.within("inertia", self.inertia, 0.0, MAGNITUDE);
         if let Some(validation) = self.validation {
             let most = f64::from(f32::MAX);

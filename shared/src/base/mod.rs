@@ -5,6 +5,8 @@
 
 pub mod axis;
 pub mod corrections;
+#[cfg(feature = "fit")]
+pub mod followed;
 mod header;
 pub mod hum;
 pub mod kernels;
@@ -119,6 +121,15 @@ impl Model {
         }
         let quantity = "number of axes of the model's base";
         checks.whole(quantity, of_base as i32, axes, axes);
+        for term in terms.list().iter().filter(|term| term.follows().is_some()) {
+            let own = header.axes.get(term.axis());
+            if own.is_none_or(|axis| axis.input.is_none()) {
+                checks.say(Error::Effect {
+                    tag: term.entry().tag,
+                    fault: "follows an input, and its axis has none",
+                });
+            }
+        }
         checks.done()?;
         Ok(Self {
             header,
@@ -244,7 +255,8 @@ impl Model {
     }
 
     /// The force on each axis, in units of its [`Output::force_per_lsb`], for the normalised inputs [x, ẋ, φ, φ̇] in Q31
-    /// of a joint that has rested until then: effects with memory begin at 0.
+    /// of a joint that has rested until then: effects with memory begin at 0. What effects follow beside the motion is in the middle of
+    /// its range.
     ///
     /// Of a one-axis model the last two inputs are not read and the second output is 0. Integers only, no division,
     /// nothing overflows; without effects, no branch on an input.
@@ -259,23 +271,29 @@ impl Model {
         if self.terms.list().is_empty() {
             return self.of_base::<K>(u);
         }
-        self.step_by::<K>(&mut Memory::default(), u)
+        self.step_by::<K>(&mut Memory::default(), u, &[0; 2])
     }
 
-    /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go on from `memory`.
+    /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go on from `memory`, and those that
+    /// follow an input take it from `followed`: the normalised input of each axis, in Q31.
     #[inline]
-    pub fn step(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
-        self.step_by::<Portable>(memory, u)
+    pub fn step(&self, memory: &mut Memory, u: &[i32; 4], followed: &[i32; 2]) -> [i32; 2] {
+        self.step_by::<Portable>(memory, u, followed)
     }
 
     /// [`Self::step`] with a board's kernels.
     #[inline]
-    pub fn step_by<K: Kernels>(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
+    pub fn step_by<K: Kernels>(
+        &self,
+        memory: &mut Memory,
+        u: &[i32; 4],
+        followed: &[i32; 2],
+    ) -> [i32; 2] {
         let base = self.of_base::<K>(u);
         if self.terms.list().is_empty() {
             return base;
         }
-        let [f, g] = self.terms.forces(memory, u);
+        let [f, g] = self.terms.forces(memory, u, followed);
         let [first, second] = base;
         let [s, t] = self.base_shifts;
         [with_effect(first, s, f), with_effect(second, t, g)]

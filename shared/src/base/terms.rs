@@ -17,6 +17,9 @@ use heapless::Vec;
 /// The largest origin of an input, in 2⁻³²: 2²⁸ times half the input's range. Sums and differences of inputs then stay far from 2⁶³.
 const MAX_ORIGIN: u64 = 1 << 60;
 
+/// The least share that a lag goes to its input per sample, in 2⁻³²: one less stands in the blob, where 0 is an effect of the motion alone.
+pub(super) const MIN_SHARE: u64 = 2;
+
 /// The most effects that a model holds on the device.
 pub const MAX_TERMS: usize = 8;
 
@@ -25,7 +28,21 @@ pub const MAX_TERMS: usize = 8;
 pub struct Term {
     pub(super) entry: &'static Entry,
     pub(super) axis: u8,
+    pub(super) follows: Option<Q>,
     pub(super) parameters: Parameters<Q>,
+}
+
+/// One effect as it is stored.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StoredTerm {
+    /// The effect's tag.
+    pub tag: u8,
+    /// See [`Term::axis`].
+    pub axis: u8,
+    /// See [`Term::follows`].
+    pub follows: Option<Q>,
+    /// See [`Term::parameters`].
+    pub parameters: Parameters<Q>,
 }
 
 /// The effects of a model.
@@ -34,6 +51,8 @@ pub struct Terms {
     pub(super) list: Vec<Term, MAX_TERMS>,
     /// See [`Terms::origins`].
     origins: [Q; 4],
+    /// See [`Terms::followed_origins`].
+    followed_origins: [Q; 2],
 }
 
 /// What moves: the internal states of every effect, and the joint at the sample before.
@@ -44,6 +63,8 @@ pub struct Memory {
     at: Kinematics<Q>,
     /// Whether there was a sample.
     moved: bool,
+    /// The input that an effect follows, behind its lag.
+    lagged: [Q; MAX_TERMS],
 }
 
 impl Memory {
@@ -62,6 +83,7 @@ impl Memory {
                 instrument: Instrument::of(zero),
             },
             moved: false,
+            lagged: [zero; MAX_TERMS],
         }
     };
 }
@@ -76,9 +98,15 @@ impl Term {
     /// Puts an effect together from its stored numbers, and checks that it belongs where it is.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for an axis that the model or the effect has not; [`Error::Effect`] for a tag that is not
-    /// known or a number where the effect has no parameter.
-    pub fn new(tag: u8, axis: u8, parameters: Parameters<Q>, axes: usize) -> Result<Self, Error> {
+    /// [`Error::OutOfRange`] for an axis that the model or the effect has not, and for a share outside 0 to 1; [`Error::Effect`] for
+    /// a tag that is not known, a number where the effect has no parameter, and an input that an effect on both axes follows.
+    pub fn new(stored: &StoredTerm, axes: usize) -> Result<Self, Error> {
+        let StoredTerm {
+            tag,
+            axis,
+            follows,
+            parameters,
+        } = *stored;
         let entry = Entry::with_tag(tag).ok_or(Error::Effect {
             tag,
             fault: "is not known to this version",
@@ -91,9 +119,23 @@ impl Term {
                 fault: "has a number where it has no parameter",
             });
         }
+        if let Some(share) = follows {
+            if entry.acts == Acts::BothAxes {
+                return Err(Error::Effect {
+                    tag,
+                    fault: "acts on both axes and follows an input",
+                });
+            }
+            let mut checks = Checks::new();
+            let (most, seen) = (Q::ONE.raw().unsigned_abs(), share.raw());
+            let seen = u64::try_from(seen).unwrap_or_default();
+            checks.long("share of an input's lag, in 2⁻³²", seen, MIN_SHARE, most);
+            checks.done()?;
+        }
         Ok(Self {
             entry,
             axis,
+            follows,
             parameters,
         })
     }
@@ -108,6 +150,12 @@ impl Term {
         usize::from(self.axis)
     }
 
+    /// By what share of the way a factor of its force goes to the input of its axis at every sample, 1 without a lag; `None` for an
+    /// effect of the motion alone.
+    pub fn follows(&self) -> Option<Q> {
+        self.follows
+    }
+
     /// Its parameters as the law takes them.
     pub fn parameters(&self) -> &Parameters<Q> {
         &self.parameters
@@ -119,21 +167,23 @@ impl Terms {
     pub const NONE: Self = Self {
         list: Vec::new(),
         origins: [Q::from_raw(0); 4],
+        followed_origins: [Q::from_raw(0); 2],
     };
 
-    /// The effects of a model of so many axes, with the origins of its inputs, as they are stored.
+    /// The effects of a model of so many axes, with the origins of its states and of what effects follow, as they are stored.
     ///
     /// # Errors
     /// As [`Term::new`]; [`Error::OutOfRange`] when there are more than [`MAX_TERMS`], and for an origin without effects.
     pub fn stored(
         axes: usize,
-        terms: impl IntoIterator<Item = (u8, u8, Parameters<Q>)>,
+        terms: impl IntoIterator<Item = StoredTerm>,
         origins: [Q; 4],
+        followed_origins: [Q; 2],
     ) -> Result<Self, Error> {
         let mut list = Vec::new();
         let mut checks = Checks::new();
-        for (tag, axis, parameters) in terms {
-            let term = Term::new(tag, axis, parameters, axes)?;
+        for stored in terms {
+            let term = Term::new(&stored, axes)?;
             let most = MAX_TERMS as i32;
             if list.push(term).is_err() {
                 checks.whole("number of effects", most.saturating_add(1), 0, most);
@@ -144,12 +194,16 @@ impl Terms {
         let wrong = unused.any(|origin| *origin != Q::default());
         let quantity = "origin of an input that no effect has";
         checks.whole(quantity, i32::from(wrong), 0, 0);
-        for origin in origins {
+        for origin in origins.iter().chain(&followed_origins) {
             let size = origin.raw().unsigned_abs();
             checks.long("size of the origin of an input", size, 0, MAX_ORIGIN);
         }
         checks.done()?;
-        Ok(Self { list, origins })
+        Ok(Self {
+            list,
+            origins,
+            followed_origins,
+        })
     }
 
     /// Center of each input's range over half its width: what is added to a normalised input to make it relative; 0 without effects.
@@ -157,15 +211,20 @@ impl Terms {
         self.origins
     }
 
+    /// The same of what effects of each axis follow; 0 where there is no such effect.
+    pub fn followed_origins(&self) -> [Q; 2] {
+        self.followed_origins
+    }
+
     /// One entry per effect.
     pub fn list(&self) -> &[Term] {
         &self.list
     }
 
-    /// The sum of all effects on each axis, relative to the full scale of its output, for the normalised inputs of one
-    /// sample in Q31; brings `memory` to that sample.
+    /// The sum of all effects on each axis, relative to the full scale of its output, for the normalised states of one
+    /// sample in Q31 and what effects follow, the normalised input of each axis; brings `memory` to that sample.
     #[inline]
-    pub fn forces(&self, memory: &mut Memory, u: &[i32; 4]) -> [Q; 2] {
+    pub fn forces(&self, memory: &mut Memory, u: &[i32; 4], followed: &[i32; 2]) -> [Q; 2] {
         let zero = Q::default();
         let mut forces = [zero, zero];
         if self.list.is_empty() {
@@ -176,7 +235,13 @@ impl Terms {
         // Nothing saturates: the origins are bounded.
         let (x, v) = (Q::from_q31(x).plus(a), Q::from_q31(v).plus(b));
         let (phi, omega) = (Q::from_q31(phi).plus(c), Q::from_q31(omega).plus(d));
-        let Memory { states, at, moved } = memory;
+        let Memory {
+            states,
+            at,
+            moved,
+            lagged,
+        } = memory;
+        let has_moved = *moved;
         let (x_before, phi_before) = (at.displacement, at.other_displacement);
         let (mut step, mut other_step) = (Q::default(), Q::default());
         if *moved {
@@ -188,13 +253,22 @@ impl Terms {
         at.period = Q::ONE;
         // Turned round for an effect on the second axis and back again: most models have effects on one.
         let mut turned = false;
-        for (term, states) in self.list.iter().zip(states) {
+        for ((term, states), lagged) in self.list.iter().zip(states).zip(lagged) {
             if (term.axis != 0) != turned {
                 turned = !turned;
                 turn(at, &mut other_step, &mut forces);
             }
-            let ([f, g], [own, other]) =
+            let ([f, g], [mut own, other]) =
                 (forces, (term.entry.device)(&term.parameters, at, states));
+            if let Some(share) = term.follows {
+                let input = self.input(term.axis, followed);
+                // A lag begins where its input does.
+                *lagged = match has_moved {
+                    true => lagged.plus(input.minus(*lagged) * share),
+                    false => input,
+                };
+                own = own * *lagged;
+            }
             forces = match term.entry.acts {
                 Acts::OwnAxis => [f + own, g],
                 Acts::BothAxes => [f + own, g + other],
@@ -204,6 +278,16 @@ impl Terms {
             turn(at, &mut other_step, &mut forces);
         }
         forces
+    }
+}
+
+impl Terms {
+    /// The input of an axis, relative to half its range.
+    fn input(&self, axis: u8, followed: &[i32; 2]) -> Q {
+        let ([a, b], [u, v]) = (self.followed_origins, *followed);
+        let (origin, input) = if axis == 0 { (a, u) } else { (b, v) };
+        // Nothing saturates: the origins are bounded.
+        Q::from_q31(input).plus(origin)
     }
 }
 

@@ -1,8 +1,9 @@
 //! Bringing effects from SI to machine numbers, which only the host does.
 
 use super::axis::{Axis, InputRange};
+use super::followed::{kept, lag_s, share, with_lag, written};
 use super::header::{Header, Output};
-use super::terms::{Terms, check_place};
+use super::terms::{MIN_SHARE, StoredTerm, Terms, check_place};
 use crate::effect::{
     Entry, ErrorPropagation, Instrument, Kinematics, MAX_STATES, Parameters, StateBound, States,
 };
@@ -22,7 +23,7 @@ pub struct EffectValues {
     pub entry: &'static Entry,
     /// The axis that it is bound to, from 0.
     pub axis: u8,
-    /// The name of the input that its force is proportional to; none for one that follows the motion alone. Models of a device have none.
+    /// The input that its force is proportional to, with its lag ([`with_lag`]); none for an effect of the motion alone.
     pub input: Option<&'static str>,
     /// Its parameters in SI, in the order in which the effect lists them.
     pub values: Vec<f64>,
@@ -40,17 +41,44 @@ impl EffectValues {
         relative
     }
 
-    /// Bounds of the forces on the own and the other axis over all motions inside the training range.
-    fn bounds(&self, header: &Header, references: &References) -> [Interval; 2] {
-        let input = |range: &InputRange, scale: f64| {
-            // A Q31 input is off by half a unit, at its upper edge by a whole one; the origin by half a Q unit.
-            let scale = range.half_range / scale;
-            Interval::range(
-                scale * (range.center / range.half_range - 1.0),
-                scale * (range.center / range.half_range + 1.0),
-                scale * 3.0 * UNIT,
-            )
+    /// The range of the input that it follows; none for an effect of the motion alone.
+    ///
+    /// # Errors
+    /// [`Error::Effect`] when its axis has no such input.
+    fn followed<'a>(&self, header: &'a Header) -> Result<Option<&'a InputRange>, Error> {
+        let Some((name, _)) = self.input.map(with_lag) else {
+            return Ok(None);
         };
+        let own = header.axes.get(usize::from(self.axis));
+        let input = own.and_then(|axis| axis.input.as_ref());
+        match input.filter(|input| input.name.as_str() == name) {
+            Some(input) => Ok(Some(&input.range)),
+            None => Err(Error::Effect {
+                tag: self.entry.tag,
+                fault: "follows another input than that of its axis",
+            }),
+        }
+    }
+
+    /// Bounds of the forces on the own and the other axis over all motions and inputs inside the training range.
+    fn bounds(&self, header: &Header, references: &References) -> [Interval; 2] {
+        let [own, other] = self.law_bounds(header, references);
+        let Ok(Some(range)) = self.followed(header) else {
+            return [own, other];
+        };
+        let (_, lag) = self.input.map_or(("", 0.0), with_lag);
+        let share = share(lag, 1.0 / header.sample_rate_hz);
+        let input = input(range, range.half_range);
+        let mut lagged = input;
+        if share < 1.0 {
+            // A rounding of half a unit at every sample, and a share that is off by as much, gather to so many times themselves.
+            lagged.error += (0.5 + input.magnitude()) * UNIT / share;
+        }
+        [own * lagged, other]
+    }
+
+    /// The same of the law alone.
+    fn law_bounds(&self, header: &Header, references: &References) -> [Interval; 2] {
         let zero = Interval::range(0.0, 0.0, 0.0);
         let axis = |axis: usize, at: usize| {
             header.axes.get(axis).map_or([zero; 2], |axis| {
@@ -131,7 +159,29 @@ impl EffectValues {
     }
 }
 
-fn references(header: &Header, full_scale: [f64; 2], own: usize) -> References {
+/// All values that a normalised input takes inside its training range, relative to `scale`.
+fn input(range: &InputRange, scale: f64) -> Interval {
+    // A Q31 input is off by half a unit, at its upper edge by a whole one; the origin by half a Q unit.
+    let scale = range.half_range / scale;
+    Interval::range(
+        scale * (range.center / range.half_range - 1.0),
+        scale * (range.center / range.half_range + 1.0),
+        scale * 3.0 * UNIT,
+    )
+}
+
+/// What the parameters of a term on axis `own` are relative to. The force of one that follows an input is per unit of that, and the law is
+/// multiplied by the input relative to half its range.
+fn references(
+    header: &Header,
+    full_scale: [f64; 2],
+    own: usize,
+    followed: Option<&InputRange>,
+) -> References {
+    let full_scale = match followed {
+        Some(range) => full_scale.map(|force| force / range.half_range),
+        None => full_scale,
+    };
     let of = |pick: fn(&Axis) -> f64| {
         let mut both = [1.0; 2];
         for (place, axis) in both.iter_mut().zip(&header.axes) {
@@ -168,7 +218,9 @@ impl Terms {
         let mut sums = [0.0; 2];
         for term in terms {
             let own = usize::from(term.axis);
-            let [mine, others] = term.bounds(header, &references(header, [1.0; 2], own));
+            let followed = term.followed(header).unwrap_or_default();
+            let references = references(header, [1.0; 2], own, followed);
+            let [mine, others] = term.bounds(header, &references);
             sums[own] += mine.magnitude();
             sums[1 - own] += others.magnitude();
         }
@@ -188,6 +240,8 @@ impl Terms {
         let full_scale = force_per_lsb.map(|lsb| lsb * FULL_SCALE);
         let mut errors = [0.0; 2];
         let mut stored = Vec::new();
+        let mut followed_origins = [Q::default(); 2];
+        let least = Q::from_raw(MIN_SHARE.cast_signed());
         for term in terms {
             check_place(term.entry, term.axis, header.axes.len())?;
             if term.entry.needs_two_axes() && header.axes.len() != 2 {
@@ -197,7 +251,8 @@ impl Terms {
                 });
             }
             let own = usize::from(term.axis);
-            let references = references(header, full_scale, own);
+            let followed = term.followed(header)?;
+            let references = references(header, full_scale, own, followed);
             let forces = term.bounds(header, &references);
             let fullest = forces[0].fullest.max(forces[1].fullest);
             if fullest.is_nan() || fullest >= 1.0 {
@@ -209,7 +264,17 @@ impl Terms {
             errors[own] += forces[0].error * full_scale[own];
             errors[1 - own] += forces[1].error * full_scale[1 - own];
             let parameters = term.relative(&references).map(Q::from_f64);
-            stored.push((term.entry.tag, term.axis, parameters));
+            let lag = term.input.map(|input| with_lag(input).1);
+            let share = lag.map(|lag_s| share(lag_s, 1.0 / header.sample_rate_hz));
+            stored.push(StoredTerm {
+                tag: term.entry.tag,
+                axis: term.axis,
+                follows: share.map(|share| Ord::max(Q::from_f64(share), least)),
+                parameters,
+            });
+            if let (Some(range), Some(place)) = (followed, followed_origins.get_mut(own)) {
+                *place = Q::from_f64(range.center / range.half_range);
+            }
         }
         // The sum is rounded to the force unit once.
         let errors = [0, 1].map(|axis| errors[axis] + 0.5 * force_per_lsb[axis]);
@@ -218,7 +283,8 @@ impl Terms {
         } else {
             origins(header)
         };
-        Ok((Self::stored(header.axes.len(), stored, origins)?, errors))
+        let terms = Self::stored(header.axes.len(), stored, origins, followed_origins)?;
+        Ok((terms, errors))
     }
 
     /// The effects in SI, from what the device holds.
@@ -228,14 +294,22 @@ impl Terms {
             *place = output.force_per_lsb * FULL_SCALE;
         }
         let terms = self.list.iter().map(|term| {
-            let references = references(header, full_scale, term.axis());
+            let own = header.axes.get(term.axis());
+            let followed = own.and_then(|axis| axis.input.as_ref());
+            let followed = followed.zip(term.follows);
+            let range = followed.map(|(input, _)| &input.range);
+            let references = references(header, full_scale, term.axis(), range);
+            let input = followed.map(|(input, share)| {
+                let lag_s = lag_s(share.to_f64(), 1.0 / header.sample_rate_hz);
+                kept(&written(input.name.as_str(), lag_s))
+            });
             let listed = term.entry.parameters().iter().zip(&term.parameters);
             let values = listed.map(|(parameter, value)| {
                 let scale = parameter.dimension_in_law().scale(&references);
                 parameter.as_law_takes_it(value.to_f64() * scale)
             });
             EffectValues {
-                input: None,
+                input,
                 entry: term.entry,
                 axis: term.axis,
                 values: values.collect(),

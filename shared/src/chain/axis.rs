@@ -4,10 +4,10 @@ use super::adaptive_notch::{AdaptiveNotch, Phasor};
 use super::channel::{COUNTER_PLACES, Channel, Settling, in_time};
 use super::raw::RawAxis;
 use super::term::{DERIVED_GAIN, Terms};
-use crate::base::axis::Axis;
+use crate::base::axis::{Axis, Input};
 use crate::chain::filter::{Delay, shift_round};
 use crate::chain::scale::Scale;
-use crate::fault::Error;
+use crate::fault::{Checks, Error};
 use crate::wire::rig::{Rig, RigAxis};
 use crate::wire::wiring::AxisWiring;
 
@@ -39,6 +39,8 @@ pub(super) struct AxisChain {
     /// What the channels contribute to the measured force.
     pub(super) terms: Terms,
     pub(super) force: Channel,
+    /// What effects of the axis follow, where they follow anything.
+    input: Option<FollowedInput>,
     /// The accelerometer, where it is not in time.
     pub(super) late_acceleration: Option<Channel>,
     /// The counters, where they are not in time.
@@ -184,6 +186,50 @@ impl MeasuredForce {
     }
 }
 
+/// How the input that effects of the axis follow is read.
+#[derive(Clone, Debug, PartialEq)]
+struct FollowedInput {
+    channel: Channel,
+    scale: Scale,
+}
+
+impl FollowedInput {
+    fn new(
+        axis: &RigAxis,
+        wired: &AxisWiring,
+        trained: &Input,
+        delay: usize,
+    ) -> Result<Self, Error> {
+        let mut checks = Checks::new();
+        let is_wired = i32::from(wired.input.is_some());
+        checks.whole(
+            "input channels that the model's effects follow",
+            is_wired,
+            1,
+            1,
+        );
+        checks.done()?;
+        let range = &trained.range;
+        Ok(Self {
+            channel: Channel::filtered(
+                "age of the input's sample that the delay of its channel asks for",
+                axis.delays.input,
+                delay,
+            )?,
+            scale: Scale::new(
+                "input counts per training range",
+                FULL_SCALE * axis.input_step / range.half_range,
+                (range.center - axis.input_zero) / axis.input_step,
+            )?,
+        })
+    }
+
+    /// The input in Q31, and whether it is outside its training range.
+    fn read(&self, values: &Delay) -> (i32, bool) {
+        self.scale.apply(self.channel.read(values))
+    }
+}
+
 impl AxisChain {
     pub(super) fn new(
         axis: &RigAxis,
@@ -230,6 +276,10 @@ impl AxisChain {
             } else {
                 None
             },
+            input: match &trained.input {
+                None => None,
+                Some(input) => Some(FollowedInput::new(axis, wired, input, delay)?),
+            },
             late_displacement: Channel::counter(axis.delays.displacement, wait)?,
             late_body: Channel::counter(axis.delays.body, wait)?,
             notch: AdaptiveNotch::new(&axis.hum, rig.sample_rate_hz, force_per_lsb)?,
@@ -255,6 +305,9 @@ impl AxisChain {
         };
         state.acceleration.push(raw.acceleration);
         state.force.push(raw.force);
+        if self.input.is_some() {
+            state.input.push(raw.input);
+        }
         [displacement, body]
     }
 
@@ -281,7 +334,11 @@ impl AxisChain {
             shift_round(at.body_slope, self.body_velocity_shift),
         ];
         let codes = [acceleration, own, other];
+        let input = self.input.as_ref().map(|input| input.read(&state.input));
+        let (input, input_outside) = input.unwrap_or_default();
         Seen {
+            input,
+            input_outside: u8::from(input_outside),
             states: [x, v],
             outside: u8::from(x_outside) | u8::from(v_outside) << 1,
             force: self.terms.force(derived, codes, at.body),
@@ -301,6 +358,7 @@ pub(super) struct AxisState {
     late_body: Delay<COUNTER_PLACES>,
     acceleration: Delay,
     pub(super) force: Delay,
+    input: Delay,
     pub(super) phasor: Phasor,
 }
 
@@ -311,6 +369,7 @@ impl AxisState {
         late_body: Delay::NEW,
         acceleration: Delay::NEW,
         force: Delay::NEW,
+        input: Delay::NEW,
         phasor: Phasor::NEW,
     };
 }
@@ -332,5 +391,8 @@ pub(super) struct Instant {
 pub(super) struct Seen {
     pub(super) states: [i32; 2],
     pub(super) outside: u8,
+    /// What effects follow, in Q31, and 1 when it was outside the training range.
+    pub(super) input: i32,
+    pub(super) input_outside: u8,
     pub(super) force: i32,
 }

@@ -44,7 +44,7 @@ use channel::Settling;
 pub struct Output {
     /// Normalised states [x, ẋ, φ, φ̇] in Q31, held at the edge of the training range.
     pub state: [i32; 4],
-    /// Bit i is set when state i was outside the training range.
+    /// Bit i is set when state i was outside the training range, bit 4 + a when the input of axis a was.
     pub outside: u8,
     /// Restoring force from the equation of motion, in the model's force unit per axis.
     pub measured: [i32; 2],
@@ -249,8 +249,9 @@ impl Chain {
         }
         let mut seen = self.see::<K>(state);
         let ([a, b], [c, d]) = (seen[0].states, seen[1].states);
-        let inputs = [a, b, c, d];
-        let predicted = model.step_by::<K>(&mut state.model, &inputs);
+        let states = [a, b, c, d];
+        let followed = [seen[0].input, seen[1].input];
+        let predicted = model.step_by::<K>(&mut state.model, &states, &followed);
         let mut saturated = 0;
         if self.humming {
             saturated = self.take_hum_out(state, &mut seen, &predicted);
@@ -262,8 +263,8 @@ impl Chain {
         let [e, f] = residual;
         saturated |= at_rail(x.force) | at_rail(e) | (at_rail(phi.force) | at_rail(f)) << 1;
         Some(Output {
-            state: inputs,
-            outside: x.outside | phi.outside << 2,
+            state: states,
+            outside: outside(&x, &phi),
             measured,
             predicted,
             residual,
@@ -282,7 +283,7 @@ impl Chain {
     ) -> u8 {
         let [x, phi] = seen;
         let mut saturated = at_rail(x.force) | at_rail(phi.force) << 1;
-        let mut held = saturated | x.outside | phi.outside;
+        let mut held = saturated | outside(x, phi);
         if state.held != 0 {
             state.held -= 1;
             held = 1;
@@ -360,6 +361,11 @@ fn slopes(axes: &[AxisChain]) -> [bool; 2] {
         axes.iter().any(AxisChain::is_damped),
         kinds.any(|kind| kind == Acceleration::Derived),
     ]
+}
+
+/// Which states and inputs were outside, as [`Output::outside`] has it.
+fn outside(x: &Seen, phi: &Seen) -> u8 {
+    x.outside | phi.outside << 2 | x.input_outside << 4 | phi.input_outside << 5
 }
 
 /// 1 when the value stands at one of its rails.

@@ -12,6 +12,8 @@ pub struct RawAxis {
     pub acceleration: i32,
     /// Force or torque code.
     pub force: i32,
+    /// Converter code of the input that effects of the axis follow, where the rig has one.
+    pub input: i32,
 }
 
 /// One instant, both axes; a one-axis rig leaves the second at its default.

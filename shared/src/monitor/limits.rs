@@ -8,8 +8,10 @@ use crate::fault::{Checks, Error};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Sensor channels of one axis: both displacement counters, the body's, the accelerometer, the force.
-pub const CHANNELS: usize = 5;
+/// Sensor channels of one axis: both displacement counters, the body's, the accelerometer, the force, the input that effects follow.
+pub const CHANNELS: usize = 6;
+/// The force's place among them.
+pub const FORCE_CHANNEL: usize = 4;
 /// The fewest and the most samples of a block.
 pub const BLOCK: [u16; 2] = [16, 1024];
 /// The fewest residuals in the band that a block sums up.
@@ -67,8 +69,8 @@ pub struct AxisLimits {
     pub friction: TwoSided,
     /// Thresholds of a force that is gone and of one that nobody expects, in quarters of an octave; under [`MIN_GROSS`] stands for it.
     pub gross: [u8; 2],
-    /// Per channel (far and near displacement counter, body counter, accelerometer, force), the span in counts within a
-    /// block that is a real motion; 0 for a channel that the rig has not.
+    /// Per channel (far and near displacement counter, body counter, accelerometer, force, input), the span in counts within a
+    /// block that is a real motion; 0 for a channel that the rig has not, and for the input, which may stand still.
     pub moving_counts: [u32; CHANNELS],
 }
 
@@ -200,7 +202,7 @@ pub(super) mod tests {
             stiffness: both,
             friction: both,
             gross: [0; 2],
-            moving_counts: [100, 100, 0, 5000, 4000],
+            moving_counts: [100, 100, 0, 5000, 4000, 0],
         }
     }
 

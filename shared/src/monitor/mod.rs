@@ -46,7 +46,7 @@ use crate::wire::rig::MAX_BAND_TAPS;
 use block::Waiting;
 use judged::{Judged, Reason};
 use level::Level;
-use limits::{CHANNELS, Limits};
+use limits::{FORCE_CHANNEL, Limits};
 use sensors::SensorState;
 use sliding::Sliding;
 use steps::Ending;
@@ -55,6 +55,8 @@ use steps::Ending;
 const MAX_WAIT: usize = MAX_BAND_TAPS / 2 + 2;
 /// Binary logarithm of the blocks over which the time outside the training range is counted.
 const OUTSIDE_MEMORY: u32 = 6;
+/// The bits of [`Output::outside`] that are an axis's own: its states and its input.
+const OWN_OUTSIDE: [u8; 2] = [0b01_0011, 0b10_1100];
 /// A block that has lost more than one in so many of its samples is begun anew.
 const MAX_LOST: u32 = 4;
 
@@ -252,7 +254,7 @@ impl Monitor {
         let mut faults = *faults;
         for axis in 0..self.limits.axes.len() {
             if saturated & (1 << (axis & 7)) != 0 {
-                faults.saturated |= Faults::bit(axis, CHANNELS - 1);
+                faults.saturated |= Faults::bit(axis, FORCE_CHANNEL);
             }
         }
         faults
@@ -281,7 +283,7 @@ impl Monitor {
         if output.outside != 0 {
             state.outside = state.outside.saturating_add(1);
             for (axis, own) in state.axes.iter_mut().enumerate() {
-                let is_own = output.outside >> (2 * (axis & 1)) & 0b11 != 0;
+                let is_own = output.outside & OWN_OUTSIDE[axis & 1] != 0;
                 own.outside = own.outside.saturating_add(u16::from(is_own));
             }
             state.spoilt_outside = self.after_outside;

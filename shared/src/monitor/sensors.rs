@@ -7,8 +7,8 @@ use crate::chain::RawSample;
 /// Kinds of fault that a driver or the chain reports for a single sample.
 pub(super) const KINDS: usize = 6;
 
-/// What went wrong with the sensors at one instant. In every word, bit 5·axis + channel stands for one channel, channels in
-/// the order of [`RawAxis`](crate::chain::RawAxis): far and near displacement counter, body counter, accelerometer, force.
+/// What went wrong with the sensors at one instant. In every word, bit 6·axis + channel stands for one channel, channels in
+/// the order of [`RawAxis`](crate::chain::RawAxis): far and near displacement counter, body counter, accelerometer, force, input.
 /// Laid out as in C, as the counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
@@ -143,7 +143,8 @@ impl SensorState {
         }
         let raw = &raw[own];
         let [of_far, of_near] = raw.displacement;
-        let [far, near, body, acceleration, force] = &mut self.spans[own];
+        // An input may stand still while the axis moves.
+        let [far, near, body, acceleration, force, _] = &mut self.spans[own];
         if self.started[own] {
             far.follow(of_far);
             near.follow(of_near);

@@ -1,5 +1,6 @@
 //! What the monitor says: a state, and the reason for it in words that a person understands.
 
+use super::limits::CHANNELS;
 use core::fmt;
 
 /// How the joint stands. The numbers are those of telemetry and never change.
@@ -137,12 +138,13 @@ impl Onset {
 }
 
 /// The channels of an axis, in the order of [`RawAxis`](crate::chain::RawAxis).
-pub const CHANNEL_NAMES: [&str; 5] = [
+pub const CHANNEL_NAMES: [&str; CHANNELS] = [
     "far displacement counter",
     "near displacement counter",
     "body counter",
     "accelerometer",
     "force channel",
+    "input channel",
 ];
 
 impl Cause {

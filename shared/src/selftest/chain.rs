@@ -71,6 +71,8 @@ pub fn reference_rig([derivative, band]: [usize; 2]) -> Result<Rig, Error> {
         body_step: 1.0 / 3200.0,
         acceleration_step: 1e-4,
         force_step: 3e3,
+        input_step: 0.0,
+        input_zero: 0.0,
         inertia: 1e8,
         inertia_minus_force: true,
         ground_stiffness: 8e7,
@@ -128,6 +130,7 @@ fn reference_wiring() -> Wiring {
             near: Some(channel(2 * number + 1)),
             body: Some(channel(2 * number + 1)),
             force: channel(number),
+            input: None,
             // That of phi is derived.
             acceleration: [(number == 0).then_some(accelerometer), None],
             pair_distance_m: 0.0,
@@ -312,7 +315,7 @@ fn limits(axes: usize) -> Limits {
         stiffness: both,
         friction: both,
         gross: [0; 2],
-        moving_counts: [1; 5],
+        moving_counts: [1, 1, 1, 1, 1, 0],
     };
     Limits {
         model_checksum: 0,

@@ -112,7 +112,9 @@ pub fn digest_by<K: Kernels>(model: &Model, seed: u64, n: u32) -> u64 {
     let mut digest = Digest::new();
     let mut memory = Memory::default();
     let mut add = |u: &[i32; 4]| {
-        for force in model.step_by::<K>(&mut memory, u) {
+        // What effects follow takes the numbers of a state of the other axis.
+        let [_, v, _, omega] = *u;
+        for force in model.step_by::<K>(&mut memory, u, &[omega, v]) {
             digest.add(force);
         }
     };
@@ -182,6 +184,7 @@ const fn reference_axis(bytes: [u8; 16], kind: AxisKind) -> Axis {
         inertia: 1.0,
         displacement: range,
         velocity: range,
+        input: None,
         validation: None,
     }
 }

@@ -2,11 +2,12 @@
 //!
 //! Motion sampled fast is smooth, so a count lies near the straight line through the two before it. What is left is written in
 //! Rice's code (R. F. Rice, "Some practical universal noiseless coding techniques", JPL Publication 79-22), whose one parameter follows
-//! the mean of what was left lately. Two axes so take 11 to 16 bytes a sample, by their noise, where their counts take 40.
+//! the mean of what was left lately. Two axes so take 11 to 16 bytes a sample, by their noise, where their counts take 48.
 //!
 //! The record is a ring of chunks, each of which can be read without the others.
 
 use crate::chain::{RawAxis, RawSample};
+use crate::monitor::limits::CHANNELS;
 use crate::wire::telemetry::{CAPTURE_PIECE, CapturePiece};
 use heapless::Vec;
 
@@ -15,13 +16,13 @@ pub const CHUNK: usize = 10 * CAPTURE_PIECE;
 /// The part of a record that can be read by itself; `docs/reference/telemetry.md` has its bytes.
 pub type Chunk = [u8; CHUNK];
 
-/// Counts of an axis: displacement far and near, body, acceleration, force.
-type Counts = [i32; 5];
+/// Counts of an axis: displacement far and near, body, acceleration, force, input.
+type Counts = [i32; CHANNELS];
 
 /// Bytes before the axes' states.
 const HEAD: usize = 12;
-/// Bytes that one sample of one axis takes at most: five escapes of 44 bits, and bits that were no byte yet.
-const MOST: usize = 29;
+/// Bytes that one sample of one axis takes at most: an escape of 44 bits per channel, and bits that were no byte yet.
+const MOST: usize = (44 * CHANNELS).div_ceil(8) + 1;
 /// This many ones in place of a quotient say that all 32 bits follow.
 const ESCAPE: u32 = 12;
 /// Bits that are written at once: with up to 7 that are no byte yet, a word of 32 has room for them.
@@ -96,7 +97,7 @@ pub struct Capture {
     held: u32,
     next: u64,
     axes: u8,
-    channels: [[Channel; 5]; 2],
+    channels: [[Channel; CHANNELS]; 2],
     phase: Phase,
 }
 
@@ -113,7 +114,7 @@ impl Capture {
             held: 0,
             next: 0,
             axes: 0,
-            channels: [[Channel::default(); 5]; 2],
+            channels: [[Channel::default(); CHANNELS]; 2],
             phase: Phase::Recording,
         }
     }
@@ -324,7 +325,7 @@ impl Pen<'_> {
 fn counts(raw: &RawAxis) -> Counts {
     let [far, near] = raw.displacement;
     let body = raw.body.wrapping_sub(near);
-    [far, near, body, raw.acceleration, raw.force]
+    [far, near, body, raw.acceleration, raw.force, raw.input]
 }
 
 /// What a chunk holds.
@@ -369,7 +370,7 @@ impl Bits<'_> {
     }
 }
 
-/// Unpacks a chunk: shows every sample, for each axis displacement far and near, body, acceleration and force. `None` when these are not
+/// Unpacks a chunk: shows every sample, for each axis displacement far and near, body, acceleration, force and input. `None` when these are not
 /// the bytes of a chunk; the samples that were shown then are not to be used.
 pub fn unpack(chunk: &[u8], mut show: impl FnMut(&[Counts; 2])) -> Option<Contents> {
     let (head, rest) = chunk.split_first_chunk::<HEAD>()?;
@@ -387,8 +388,8 @@ pub fn unpack(chunk: &[u8], mut show: impl FnMut(&[Counts; 2])) -> Option<Conten
     if !(1..=2).contains(&axes) || contents.samples == 0 || gap > 1 {
         return None;
     }
-    let mut channels = [[Channel::default(); 5]; 2];
-    let mut values = [[0; 5]; 2];
+    let mut channels = [[Channel::default(); CHANNELS]; 2];
+    let mut values = [[0; CHANNELS]; 2];
     let known = channels.iter_mut().take(usize::from(axes)).flatten();
     let mut rest = rest;
     for channel in known {

@@ -65,6 +65,12 @@ pub struct RigAxis {
     /// What this force channel reads per newton or newton-metre on the other axis, and is taken off; 0 on one axis.
     #[serde(serialize_with = "plain_zero")]
     pub force_cross: f64,
+    /// What one count of the input is worth that effects of the axis follow, in its unit; 0 where none is wired.
+    #[serde(serialize_with = "plain_zero")]
+    pub input_step: f64,
+    /// The input at count 0, in the same unit.
+    #[serde(serialize_with = "plain_zero")]
+    pub input_zero: f64,
     /// By how many samples the force channel is late; negative when it is early.
     #[serde(serialize_with = "plain_zero")]
     pub force_delay_samples: f64,
@@ -86,6 +92,9 @@ pub struct ChannelDelays {
     /// The accelerometer; 0 where none is wired.
     #[serde(serialize_with = "plain_zero")]
     pub acceleration: f64,
+    /// The input that effects follow; 0 where none is wired.
+    #[serde(serialize_with = "plain_zero")]
+    pub input: f64,
 }
 
 /// The rig: one or two axes, the sample rate, the filters that host and device share, and what the model on it asks for.
@@ -238,8 +247,13 @@ impl Rig {
         step("displacement step", axis.displacement_step, true);
         step("force per count", axis.force_step, true);
         step("body step", axis.body_step, wired.body.is_some());
+        step("input step", axis.input_step, wired.input.is_some());
         let measured = wired.acceleration.iter().any(Option::is_some);
         step("acceleration step", axis.acceleration_step, measured);
+        let most = if wired.input.is_some() { 1e60 } else { 0.0 };
+        checks.within("input at count 0", axis.input_zero, -most, most);
+        let most = most.min(MAX_TAPS as f64);
+        checks.within("input delay in samples", axis.delays.input, -most, most);
         checks.within("inertia", axis.inertia, 0.0, 1e60);
         checks.within("ground stiffness", axis.ground_stiffness, 0.0, 1e60);
         checks.within("ground damping", axis.ground_damping, 0.0, 1e60);

@@ -12,7 +12,7 @@ use postcard::ser_flavors::Flavor;
 /// Bytes of a rig block.
 pub const RIG_BLOCK_LEN: usize = 4096;
 /// The format version that this program writes and reads.
-pub const RIG_BLOCK_VERSION: u16 = 4;
+pub const RIG_BLOCK_VERSION: u16 = 5;
 /// The first four bytes.
 pub const RIG_BLOCK_MAGIC: [u8; 4] = *b"JWRB";
 /// Where a flash slot holds it: right behind the model blob, so that both are written and given up together.

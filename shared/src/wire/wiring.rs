@@ -79,6 +79,8 @@ pub struct AxisWiring {
     pub body: Option<Signed>,
     /// Converter channel of the force or torque.
     pub force: Signed,
+    /// Converter channel of what effects of the axis follow: a voltage, a temperature, a pressure, a normal load.
+    pub input: Option<Signed>,
     /// What adds up to the acceleration's code: nothing where it is derived from the position, one direction of one
     /// chip, or two: with equal signs twice their mean, with opposite signs the turning of a pair.
     pub acceleration: [Option<SignedDirection>; 2],
@@ -170,6 +172,7 @@ impl Wiring {
                 body: counter(axis.body),
                 acceleration: directions.fold(0_i32, |sum, d| sum.wrapping_add(d.of(readings))),
                 force: axis.force.of(&readings.channels),
+                input: axis.input.map_or(0, |p| p.of(&readings.channels)),
             };
         }
         sample
@@ -220,8 +223,10 @@ impl Wiring {
             let same = i32::from(near.place == axis.far.place);
             checks.whole("far and near sides on one counter", same, 0, 0);
         }
-        let (channel, most) = (i32::from(axis.force.place), CHANNELS as i32 - 1);
-        checks.whole("number of a bridge channel", channel, 0, most);
+        for channel in [Some(axis.force), axis.input].into_iter().flatten() {
+            let (channel, most) = (i32::from(channel.place), CHANNELS as i32 - 1);
+            checks.whole("number of a converter channel", channel, 0, most);
+        }
         for direction in axis.acceleration.iter().flatten() {
             let (chip, most) = (usize::from(direction.chip), ACCELEROMETERS as i32 - 1);
             checks.whole("number of an accelerometer", chip as i32, 0, most);

@@ -7,6 +7,9 @@ use jointwatch_shared::effect::{Instrument, Kinematics, MAX_PARAMETERS, MAX_STAT
 use jointwatch_shared::scalar::fixed;
 use jointwatch_shared::units::References;
 
+/// The lag of terms that follow an input behind one, s.
+pub(super) const LAG_S: f64 = 0.02;
+
 /// The largest |device − f64| of a model of one effect along a motion in units of the training range, and the bound that it
 /// states; per axis, in N or N·m.
 pub(super) fn worst_errors(
@@ -34,10 +37,13 @@ fn errors(model: &Model, term: &EffectValues, rows: &[[f64; 4]]) -> Vec<[f64; 2]
     let mut memory = Memory::default();
     let mut states = [0.0; MAX_STATES];
     let mut before = None;
+    let mut lagged = None;
+    let period = 1.0 / header.sample_rate_hz;
     let lsb = [0, 1].map(|force| model.outputs()[force].force_per_lsb);
     let of_row = |row: &[f64; 4]| {
         let u = row.map(fixed::q31_from_f64);
-        let seen = model.step(&mut memory, &u);
+        let followed = [u[2], u[1]];
+        let seen = model.step(&mut memory, &u, &followed);
         let si = |input: usize| {
             let axis = &header.axes[input / 2];
             let range = if input.is_multiple_of(2) {
@@ -53,11 +59,27 @@ fn errors(model: &Model, term: &EffectValues, rows: &[[f64; 4]]) -> Vec<[f64; 2]
             step: si(own) - before.unwrap_or(si(own)),
             other_displacement: si(other),
             other_velocity: si(other + 1),
-            period: 1.0 / header.sample_rate_hz,
+            period,
             instrument: Instrument::silent(),
         };
         before = Some(si(own));
         let [mine, others] = (term.entry.real)(&values, &at, &mut states);
+        let factor = match (term.input, header.axes[own / 2].input) {
+            (Some(name), Some(input)) => {
+                let u = fixed::q31_to_f64(followed[own / 2]);
+                let now = input.range.center + input.range.half_range * u;
+                // One lag is used by all tests.
+                let share = if name.contains('~') {
+                    1.0 - (-period / LAG_S).exp()
+                } else {
+                    1.0
+                };
+                let before = lagged.unwrap_or(now);
+                *lagged.insert(before + share * (now - before))
+            }
+            _ => 1.0,
+        };
+        let (mine, others) = (mine * factor, others * factor);
         let wanted = if term.axis == 0 {
             [mine, others]
         } else {

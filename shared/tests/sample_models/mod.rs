@@ -1,6 +1,8 @@
 //! Models to write as blobs: a different value in every field, so that no two fields can be taken for each other.
 
-use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name, Validation};
+use jointwatch_shared::base::axis::{
+    Axis, AxisKind, Convention, Input, InputRange, Name, Validation,
+};
 use jointwatch_shared::base::corrections::ForceCorrection;
 use jointwatch_shared::base::hum::Hum;
 use jointwatch_shared::base::network_quantise::Weights;
@@ -26,6 +28,13 @@ pub(crate) fn header(axes: usize) -> Header {
             center: 1e-4 + f64::from(number),
             half_range: 0.3 + f64::from(number),
         },
+        input: Some(Input {
+            name: Name::new(number, "voltage").unwrap(),
+            range: InputRange {
+                center: 2.0 + f64::from(number),
+                half_range: 3.0,
+            },
+        }),
         validation: (number == 0).then_some(Validation {
             nmse_percent: 1.4,
             relative_error: 0.12,
@@ -109,7 +118,12 @@ pub(crate) fn effects(axes: usize, seed: u64) -> Vec<EffectValues> {
     let known = known.filter(|e| e.subsystem == Subsystem::Plant && e.tag <= LAST_SAMPLED);
     let allowed = known.filter(|entry| axes == 2 || !entry.needs_two_axes());
     let term = |(number, entry): (usize, &'static Entry)| EffectValues {
-        input: None,
+        // One effect in three, one of them without a lag.
+        input: match number % 6 {
+            1 if entry.acts == Acts::OwnAxis => Some("voltage~12.5ms"),
+            4 if entry.acts == Acts::OwnAxis => Some("voltage"),
+            _ => None,
+        },
         entry,
         axis: match entry.acts {
             Acts::OwnAxis => (number % axes) as u8,

@@ -50,7 +50,7 @@ pub(crate) fn limits(axes: usize) -> Limits {
             less: side(n + 5),
         },
         gross: [30 + n as u8, 40],
-        moving_counts: [100, 100, 0, 5000, 4000],
+        moving_counts: [100, 100, 0, 5000, 4000, 6000],
     };
     Limits {
         model_checksum: 0x1234_5678,
@@ -72,6 +72,8 @@ pub(crate) fn block(axes: usize, full: bool) -> Rig {
         body_step: if full { 3e-6 } else { 0.0 },
         acceleration_step: if full { 4e-5 } else { 0.0 },
         force_step: 1e-2,
+        input_step: 1e-6,
+        input_zero: 2.0 + n as f64,
         inertia: 1.7,
         inertia_minus_force: n == 0,
         ground_stiffness: 350.0,
@@ -82,6 +84,7 @@ pub(crate) fn block(axes: usize, full: bool) -> Rig {
             displacement: 0.1,
             body: if full { -0.2 } else { 0.0 },
             acceleration: if full { 3.3 } else { 1.3 },
+            input: if full { 2.6 } else { 0.6 },
         },
         hum: if full {
             Hum {
@@ -102,6 +105,7 @@ pub(crate) fn block(axes: usize, full: bool) -> Rig {
         near: full.then_some(counter(2 * n as u8 + 1, true)),
         body: full.then_some(counter(2 * n as u8 + 1, false)),
         force: counter(n as u8 + 1, n == 0),
+        input: Some(counter(3 * n as u8, n == 1)),
         acceleration: match (full, n) {
             (false, _) => [None; 2],
             (true, 0) => [Some(direction(0, true)), None],
@@ -158,6 +162,7 @@ pub(crate) fn model(axes: usize) -> Model {
         inertia: 1.7,
         displacement: range(0.01),
         velocity: range(0.5),
+        input: None,
         validation: None,
     };
     let header = Header {

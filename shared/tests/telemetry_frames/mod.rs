@@ -59,7 +59,7 @@ fn axis(name: &str, kind: Quantity, force_per_lsb: f64) -> AxisIdentity {
 /// A device with a two-axis model, as the page has it.
 pub(crate) fn hello() -> Report {
     Report::Hello(Hello {
-        protocol: 2,
+        protocol: 3,
         firmware: [0, 1, 0],
         occasion: Occasion::Restart,
         model: Some(ModelIdentity {
@@ -113,7 +113,7 @@ pub(crate) fn reports() -> std::vec::Vec<Report> {
                 nmse_fast: Some(14_000),
                 nmse_slow: None,
             }]),
-            channels: list(&[good, good, good, good, late]),
+            channels: list(&[good, good, good, good, late, good]),
             counters: Counters {
                 missed_deadlines: 3,
                 queue_overruns: 0,
@@ -133,7 +133,7 @@ pub(crate) fn reports() -> std::vec::Vec<Report> {
         }),
         Report::Sample(Sample {
             sample: 1000,
-            counts: list(&[[-2, 64, 0, 8_000_000, -1]]),
+            counts: list(&[[-2, 64, 0, 8_000_000, -1, 500]]),
             output: Some(SampleOutput {
                 outside: 1,
                 saturated: 0,
@@ -281,7 +281,7 @@ pub(crate) fn longest_reports() -> std::vec::Vec<Report> {
             verdict: LONGEST_VERDICT,
             outside_permille: u16::MAX,
             axes: list(&[nmse; 2]),
-            channels: list(&[worst; 10]),
+            channels: list(&[worst; 12]),
             counters: Counters {
                 missed_deadlines: u32::MAX,
                 queue_overruns: u32::MAX,
@@ -301,7 +301,7 @@ pub(crate) fn longest_reports() -> std::vec::Vec<Report> {
         }),
         Report::Sample(Sample {
             sample: u64::MAX,
-            counts: list(&[[i32::MIN; 5]; 2]),
+            counts: list(&[[i32::MIN; 6]; 2]),
             output: Some(SampleOutput {
                 outside: u8::MAX,
                 saturated: u8::MAX,

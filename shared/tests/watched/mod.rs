@@ -1,7 +1,7 @@
 //! A monitor that watches two simulated axes sample by sample.
 
 use jointwatch_shared::chain::{Chain, Output, RawAxis, RawSample};
-use jointwatch_shared::monitor::limits::{AxisLimits, Cusum, Limits, TwoSided};
+use jointwatch_shared::monitor::limits::{AxisLimits, CHANNELS, Cusum, Limits, TwoSided};
 use jointwatch_shared::monitor::{
     AxisHealth, Cause, Faults, Monitor, MonitorState, OCTAVE, RECENT, SHARE, State, Verdict,
 };
@@ -38,7 +38,7 @@ fn monitor() -> (Monitor, u32, f64) {
         stiffness: both,
         friction: both,
         gross: [0; 2],
-        moving_counts: [0; 5],
+        moving_counts: [0; CHANNELS],
     };
     let limits = Limits {
         model_checksum: 0,
@@ -155,7 +155,7 @@ impl Watched {
         let watched = Self::new();
         let mut limits = watched.monitor.limits().clone();
         for axis in &mut limits.axes {
-            axis.moving_counts = [100; 5];
+            axis.moving_counts = [100, 100, 100, 100, 100, 0];
         }
         Self {
             monitor: Monitor::new(limits, &chain()).expect("usable limits"),

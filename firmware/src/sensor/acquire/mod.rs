@@ -66,13 +66,15 @@ impl Acquired {
         let mut faults = Faults::default();
         for (number, axis) in wiring.axes.iter().enumerate() {
             let counter = |place: Option<Signed>| place.map(|p| (usize::from(p.place), 0));
-            let bridge = self.saturated_channels >> (axis.force.place & 7) & 1;
+            let converted =
+                |place: Signed| (CONVERTER, self.saturated_channels >> (place.place & 7) & 1);
             let sources = [
                 counter(Some(axis.far)),
                 counter(axis.near),
                 counter(axis.body),
                 None,
-                Some((CONVERTER, bridge)),
+                Some(converted(axis.force)),
+                axis.input.map(converted),
             ];
             for (channel, source) in sources.into_iter().enumerate() {
                 if let Some((chip, saturated)) = source {

@@ -285,7 +285,7 @@ fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
 fn channels(raw: &RawSample, axis: usize) -> [i32; CHANNELS] {
     let raw = &raw[axis];
     let [far, near] = raw.displacement;
-    [far, near, raw.body, raw.acceleration, raw.force]
+    [far, near, raw.body, raw.acceleration, raw.force, raw.input]
 }
 
 /// The sums of every block that the monitor finishes over one record.

@@ -69,6 +69,8 @@ pub(super) struct AxisEntry {
     pub(super) sensitivity: Spanned<f64>,
     #[serde(rename = "excitation_V")]
     pub(super) excitation_v: Spanned<f64>,
+    /// What effects of the axis follow.
+    pub(super) input: Option<InputEntry>,
     /// "+0x": accelerometer and direction.
     #[serde(default)]
     pub(super) acceleration: Option<Spanned<Vec<String>>>,
@@ -81,6 +83,21 @@ pub(super) struct AxisEntry {
     pub(super) skew_us: Skew,
 }
 
+/// What effects of an axis follow: a voltage at the converter, in the unit of the study.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct InputEntry {
+    /// Converter channel, as the counters.
+    pub(super) channel: Spanned<String>,
+    pub(super) gain: Spanned<u8>,
+    /// The input per volt at the converter.
+    #[serde(rename = "per_V")]
+    pub(super) per_v: Spanned<f64>,
+    /// The input at 0 V there.
+    #[serde(rename = "at_0_V", default)]
+    pub(super) at_0_v: f64,
+}
+
 /// By how many microseconds a channel is late; negative when it is early.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -89,4 +106,6 @@ pub(super) struct Skew {
     pub(super) body: f64,
     pub(super) acceleration: f64,
     pub(super) force: f64,
+    /// As `force` where it is left out, for all channels of the converter sample together.
+    pub(super) input: Option<f64>,
 }

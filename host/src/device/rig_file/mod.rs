@@ -15,7 +15,7 @@ use jointwatch_shared::wire::wiring::{
     SignedDirection, Wiring,
 };
 pub(crate) use keys::RigFile;
-use keys::{AxisEntry, WiringEntry};
+use keys::{AxisEntry, InputEntry, WiringEntry};
 use std::f64::consts::TAU;
 use std::fmt::Display;
 use toml::Spanned;
@@ -70,6 +70,7 @@ pub(crate) fn described(source: &Source<'_>, file: &RigFile, model: &Model) -> R
         axes: heapless::Vec::new(),
     };
     let mut axes = Vec::new();
+    let mut channels = Channels::default();
     for learnt in &header.axes {
         let name = learnt.name.as_str();
         let Some(entry) = file.axis.iter().find(|entry| entry.name.get_ref() == name) else {
@@ -80,8 +81,17 @@ pub(crate) fn described(source: &Source<'_>, file: &RigFile, model: &Model) -> R
         };
         let kind = AxisKind::from(learnt.kind);
         let wired = axis_wiring(source, entry, kind, &wiring)?;
-        let channel = usize::from(wired.force.place);
-        wiring.converter.gain_log2[channel] = entry.gain.get_ref().trailing_zeros() as u8;
+        channels.take(source, &entry.bridge, wired.force, &entry.gain, false)?;
+        if let (Some(stated), Some(input)) = (&entry.input, wired.input) {
+            channels.take(source, &stated.channel, input, &stated.gain, true)?;
+        }
+        if let (None, Some(needed)) = (&entry.input, &learnt.input) {
+            let what = format!(
+                "the model follows the input {:?}; state its channel as input = {{ channel = \"+2\", gain = 1, per_V = 1.0 }}",
+                needed.name.as_str()
+            );
+            return Err(source.wrong(&entry.name, what));
+        }
         let minus = learnt.convention == Convention::InertiaMinusForce;
         axes.push(rig_axis(
             source,
@@ -95,16 +105,58 @@ pub(crate) fn described(source: &Source<'_>, file: &RigFile, model: &Model) -> R
         // A model has at most two axes.
         let _ = wiring.axes.push(wired);
     }
-    if let [first, second] = wiring.axes.as_slice()
-        && first.force.place == second.force.place
-    {
-        let bridge = &file.axis[1].bridge;
-        return Err(source.wrong(
-            bridge,
-            "both axes have the same bridge channel; give each its own",
-        ));
-    }
+    wiring.converter.gain_log2 = channels.gain_log2;
     Ok(Described { axes, wiring })
+}
+
+/// The converter's channels that are given away, and their gains.
+#[derive(Default)]
+struct Channels {
+    gain_log2: [u8; CHANNELS],
+    /// Whether the channel is that of an input.
+    taken: [Option<bool>; CHANNELS],
+}
+
+impl Channels {
+    /// Gives a channel to a bridge or an input; two axes may follow one input.
+    fn take(
+        &mut self,
+        source: &Source<'_>,
+        stated: &Spanned<String>,
+        channel: Signed,
+        gain: &Spanned<u8>,
+        is_input: bool,
+    ) -> Result<()> {
+        let place = usize::from(channel.place);
+        let gain_log2 = gain_log2(source, gain)?;
+        match self.taken[place] {
+            Some(before) if !(before && is_input) => {
+                let what =
+                    format!("converter channel {place} is given away already; name another one");
+                return Err(source.wrong(stated, what));
+            }
+            Some(_) if self.gain_log2[place] != gain_log2 => {
+                let what = format!(
+                    "converter channel {place} has another gain on the other axis; give both the same"
+                );
+                return Err(source.wrong(gain, what));
+            }
+            _ => {}
+        }
+        self.taken[place] = Some(is_input);
+        self.gain_log2[place] = gain_log2;
+        Ok(())
+    }
+}
+
+/// The binary logarithm of a gain that the converter has.
+fn gain_log2(source: &Source<'_>, stated: &Spanned<u8>) -> Result<u8> {
+    let gain = *stated.get_ref();
+    if gain.is_power_of_two() {
+        return Ok(gain.trailing_zeros() as u8);
+    }
+    let what = format!("gain = {gain} is not 1, 2, 4, 8, 16, 32, 64 or 128; choose one of these");
+    Err(source.wrong(stated, what))
 }
 
 fn counters(source: &Source<'_>, wiring: &WiringEntry) -> Result<[Option<Counter>; COUNTERS]> {
@@ -266,13 +318,11 @@ fn axis_wiring(
         None => [None; 2],
     };
     let pair_distance_m = pair_distance(source, entry, turns(&acceleration))?;
-    let gain = *entry.gain.get_ref();
-    if !gain.is_power_of_two() {
-        let what =
-            format!("gain = {gain} is not 1, 2, 4, 8, 16, 32, 64 or 128; choose one of these");
-        return Err(source.wrong(&entry.gain, what));
-    }
+    let input = entry.input.as_ref();
+    let channel =
+        |input: &InputEntry| signed(source, &input.channel, "converter channel", CHANNELS);
     Ok(AxisWiring {
+        input: input.map(channel).transpose()?,
         far,
         near,
         body: entry.body.as_ref().map(counter).transpose()?,
@@ -386,6 +436,15 @@ fn displacement_step(source: &Source<'_>, entry: &AxisEntry, kind: AxisKind) -> 
     }
 }
 
+/// What a count of an input is worth, and what it is at count 0; a falling one has its sign in the channel.
+fn input_scale(source: &Source<'_>, input: &InputEntry, volts_per_code: f64) -> Result<(f64, f64)> {
+    let per_v = positive(source, "per_V", &input.per_v)?;
+    if !input.at_0_v.is_finite() {
+        return Err(source.wrong(&input.per_v, "at_0_V is not finite; put the number right"));
+    }
+    Ok((volts_per_code * per_v, input.at_0_v))
+}
+
 fn rig_axis(
     source: &Source<'_>,
     entry: &AxisEntry,
@@ -409,7 +468,12 @@ fn rig_axis(
         }
         _ => 0.0,
     };
-    let volts_per_code = REFERENCE_V / f64::from(*entry.gain.get_ref()) / CONVERTER_FULL_SCALE;
+    let volts_per_code =
+        |gain: &Spanned<u8>| REFERENCE_V / f64::from(*gain.get_ref()) / CONVERTER_FULL_SCALE;
+    let (input_step, input_zero) = match &entry.input {
+        Some(input) => input_scale(source, input, volts_per_code(&input.gain))?,
+        None => (0.0, 0.0),
+    };
     let excitation = positive(source, "excitation_V", &entry.excitation_v)?;
     let sensitivity = positive(source, "sensitivity", &entry.sensitivity)?;
     let known = |key: &str, stated: &Option<Spanned<f64>>| match stated {
@@ -421,7 +485,9 @@ fn rig_axis(
         displacement_step: step,
         body_step: if wired.body.is_some() { step } else { 0.0 },
         acceleration_step,
-        force_step: volts_per_code / excitation * sensitivity,
+        force_step: volts_per_code(&entry.gain) / excitation * sensitivity,
+        input_step,
+        input_zero,
         inertia,
         inertia_minus_force,
         ground_stiffness: known("ground_stiffness", &entry.ground_stiffness)?,
@@ -432,6 +498,10 @@ fn rig_axis(
             displacement: samples(entry.skew_us.displacement),
             body: samples(entry.skew_us.body),
             acceleration: samples(entry.skew_us.acceleration),
+            input: match &entry.input {
+                Some(_) => samples(entry.skew_us.input.unwrap_or(entry.skew_us.force)),
+                None => 0.0,
+            },
         },
         hum: Hum::NONE,
     })

@@ -2,6 +2,7 @@
 
 use crate::device::rig_block;
 use crate::device::telemetry::listen::{Heard as Word, Listener, Tally};
+use jointwatch_shared::monitor::limits::CHANNELS;
 use jointwatch_shared::wire::capture::{CHUNK, unpack};
 use jointwatch_shared::wire::rig::Rig;
 use jointwatch_shared::wire::telemetry::{
@@ -10,7 +11,7 @@ use jointwatch_shared::wire::telemetry::{
 use std::collections::BTreeMap;
 
 /// For each axis: displacement far and near, body, acceleration, force.
-pub(super) type Counts = [[i32; 5]; 2];
+pub(super) type Counts = [[i32; CHANNELS]; 2];
 
 /// Samples of one run of a device, by their number.
 #[derive(Default)]

@@ -4,6 +4,7 @@ use super::frames::{Counts, Heard, Run};
 use super::written::{StudyFrom, Written};
 use crate::text::error::{Error, Result};
 use crate::text::output;
+use jointwatch_shared::monitor::limits::CHANNELS;
 use jointwatch_shared::wire::rig::{Rig, RigAxis};
 use jointwatch_shared::wire::telemetry::Quantity;
 use jointwatch_shared::wire::wiring::AxisWiring;
@@ -13,6 +14,8 @@ use std::path::Path;
 
 /// Fewest rows of a record.
 const MIN_ROWS: usize = 100;
+/// The input's place among the counts.
+const INPUT: usize = CHANNELS - 1;
 /// The part of a stream that validates is one of so many.
 const PARTS: usize = 3;
 
@@ -21,6 +24,8 @@ struct Channel {
     column: String,
     place: usize,
     step: f64,
+    /// What it is at count 0.
+    zero: f64,
 }
 
 /// One axis as it is written.
@@ -172,15 +177,22 @@ fn axes<'a>(heard: &Heard, rig: &'a Rig) -> (Vec<Axis<'a>>, Vec<String>) {
                 axis.acceleration_step,
             ),
             (true, "F", force.to_owned(), axis.force_step),
+            (
+                wiring.input.is_some(),
+                "input",
+                String::new(),
+                axis.input_step,
+            ),
         ];
         let channels = channels.into_iter().enumerate();
         let channels = channels.filter(|(_, (wired, ..))| *wired);
         Axis {
             channels: channels
                 .map(|(place, (_, what, unit, step))| Channel {
-                    column: format!("{name}_{what}_{unit}"),
+                    column: format!("{name}_{what}_{unit}").trim_end_matches('_').into(),
                     place,
                     step,
+                    zero: if place == INPUT { axis.input_zero } else { 0.0 },
                 })
                 .collect(),
             name,
@@ -234,7 +246,7 @@ fn row(text: &mut String, time: f64, counts: &Counts, axes: &[Axis<'_>]) {
             let _ = write!(
                 text,
                 ",{:?}",
-                f64::from(counts[channel.place]) * channel.step
+                channel.zero + f64::from(counts[channel.place]) * channel.step
             );
         }
     }
@@ -338,4 +350,7 @@ fn axis_toml(text: &mut String, axis: &Axis<'_>) {
         }
     }
     let _ = writeln!(text, "encoder_step = {:?}", rig.displacement_step);
+    if let Some(column) = column(INPUT) {
+        let _ = write!(text, "\n[[input]]\nname = {column}\ncolumn = {column}\n");
+    }
 }

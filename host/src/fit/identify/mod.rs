@@ -17,13 +17,16 @@ use crate::fit::inertia::Inertia;
 use crate::fit::network::{NetworkOptions, TrainingObserver};
 use crate::fit::polynomial::PolynomialOptions;
 use crate::model::corrections::missing_inertia;
+use crate::model::effects::input_of;
 use crate::model::file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile};
-use crate::model::{ModelAxis, ModelEffect};
+use crate::model::{FollowedInput, InputRange, ModelAxis, ModelEffect};
 use crate::signal::motion::{self, Filters, Motion};
 use crate::study::quasi_static::is_without_meaning;
 use crate::study::{Axis, Role, Study};
 use crate::text::date;
 use crate::text::error::{Error, Result};
+use jointwatch_shared::base::followed::with_lag;
+use std::collections::BTreeSet;
 
 /// A model, and what identification had to say about it.
 pub struct Identified {
@@ -198,7 +201,9 @@ impl Prepared {
             &self.validation(study),
         ));
         let inertia = fit_result.inertia.clone();
+        let inputs = followed(&fit_result.effects, &self.training(study));
         let mut model = fit_result.model(&study.name, &study.axes, self.filters);
+        model.followed = inputs;
         model.records.clone_from(&study.sources);
         take_errors(&mut model, study, &self.motions)?;
         let what = format!("identified: {}, {} fit", model.base.name(), model.fit);
@@ -223,6 +228,7 @@ impl FitResult {
             axes: axes.collect(),
             base: self.base,
             effects: self.effects,
+            followed: Vec::new(),
             fit: self.fit,
             fits: self.fits,
             warnings: self.warnings,
@@ -233,6 +239,30 @@ impl FitResult {
             filters,
         }
     }
+}
+
+/// What effects follow beside the motion, with its range in the training records; nothing for one that does not change in them.
+fn followed(effects: &[ModelEffect], training: &[&Motion]) -> Vec<FollowedInput> {
+    let names = effects
+        .iter()
+        .filter_map(|e| Some(with_lag(input_of(&e.effect)?).0));
+    let names: BTreeSet<&str> = names.collect();
+    let range = |name: &str| {
+        let all = training.iter().flat_map(|motion| &motion.inputs);
+        let series = all.filter(|(known, _)| known == name).flat_map(|(_, s)| s);
+        let [least, most] = series.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], &value| {
+            [a.min(value), b.max(value)]
+        });
+        InputRange {
+            center: 0.5 * (least + most),
+            half_range: 0.5 * (most - least),
+        }
+    };
+    let all = names.into_iter().map(|name| FollowedInput {
+        name: name.into(),
+        range: range(name),
+    });
+    all.filter(|input| input.range.is_sound()).collect()
 }
 
 /// Gives a model its errors on a study's records.

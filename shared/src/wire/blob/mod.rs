@@ -8,7 +8,9 @@ mod base;
 mod corrections;
 mod effects;
 
-use crate::base::axis::{Axis, AxisKind, Convention, InputRange, NAME_LEN, Name, Validation};
+use crate::base::axis::{
+    Axis, AxisKind, Convention, Input, InputRange, NAME_LEN, Name, Validation,
+};
 use crate::base::{Header, Model, Output};
 use crate::fault::{Checks, Error};
 use crate::wire::layout::{Field, Reader, Writer, laid_out, unless_zero};
@@ -22,8 +24,8 @@ pub const BLOB_LEN: usize = 4096;
 pub const BLOB_VERSION: u16 = 3;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
-/// Bytes of header, base, effects, corrections and origins; what follows up to the checksum is zero.
-pub const MESSAGE_LEN: usize = corrections::OFFSET + corrections::LEN + effects::ORIGINS_LEN;
+/// Bytes of header, base, effects, corrections, origins and inputs; what follows up to the checksum is zero.
+pub const MESSAGE_LEN: usize = effects::INPUTS_OFFSET + effects::INPUTS_LEN;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
 
@@ -82,7 +84,9 @@ pub fn encode(model: &Model) -> [u8; BLOB_LEN] {
     let effects = effects::write(&model.terms, terms);
     let (corrections, rest) = rest.split_at_mut(corrections::LEN);
     corrections::write(&model.corrections, corrections);
-    effects::write_origins(&model.terms, rest);
+    let (origins, rest) = rest.split_at_mut(effects::ORIGINS_LEN);
+    effects::write_origins(&model.terms, origins);
+    effects::write_inputs(&model.terms, &model.header.axes, rest);
     Message::of(model, effects).write(&mut Writer::new(header));
     base::write(&model.base, base);
     let checksum = CRC.checksum(blob.get(..CHECKSUM_OFFSET).unwrap_or_default());
@@ -137,11 +141,12 @@ pub fn decode(blob: &[u8]) -> Result<Model, Error> {
     let (base, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
     let (effects, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
     let (corrections, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
-    let (origins, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
+    let (origins, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
+    let (inputs, padding) = rest.split_first_chunk().ok_or(wrong_length)?;
     unless_zero(MESSAGE_LEN, padding)?;
     let corrections = corrections::read(message.axes, corrections)?;
     message
-        .model(header, base, effects, origins)?
+        .model(header, base, effects, origins, inputs)?
         .correcting(corrections)
 }
 
@@ -177,6 +182,7 @@ impl Message {
         base: &[u8; base::LEN],
         effects: &[u8; effects::LEN],
         origins: &[u8; effects::ORIGINS_LEN],
+        inputs: &[u8; effects::INPUTS_LEN],
     ) -> Result<Model, Error> {
         let of_base = BaseHeader {
             tag: self.base,
@@ -185,11 +191,13 @@ impl Message {
             shifts: self.shifts,
         };
         let base = base::read(of_base, base)?;
+        let (inputs, followed_origins) = effects::read_inputs(self.axes, inputs)?;
         let mut axes = Vec::new();
         let mut outputs = Vec::new();
         for (number, axis) in (0..self.axes).zip(&self.axis) {
             // Both hold two, and so does the array that is walked.
-            let _ = axes.push(axis.axis(number)?);
+            let input = inputs.get(usize::from(number)).copied().flatten();
+            let _ = axes.push(axis.axis(number, input)?);
             let _ = outputs.push(axis.output());
         }
         let mut checks = Checks::new();
@@ -205,7 +213,7 @@ impl Message {
             state_band_hz: self.state_band_hz,
             axes,
         };
-        let terms = effects::read(self.axes, self.effects, effects, origins)?;
+        let terms = effects::read(self.axes, self.effects, effects, origins, followed_origins)?;
         let base_shifts = [self.base_shifts & 15, self.base_shifts >> 4];
         Model::with_effects(about, outputs, base, base_shifts, terms)
     }
@@ -260,7 +268,7 @@ impl AxisMessage {
     }
 
     /// The axis with this number; what it holds is checked with the model that it becomes part of.
-    fn axis(&self, number: u8) -> Result<Axis, Error> {
+    fn axis(&self, number: u8, input: Option<Input>) -> Result<Axis, Error> {
         unless_zero(
             AXES_OFFSET + usize::from(number) * Self::LEN + 19,
             &self.reserved,
@@ -292,6 +300,7 @@ impl AxisMessage {
                 center: self.velocity_center,
                 half_range: self.velocity_half_range,
             },
+            input,
             validation: match self.validated {
                 0 if unmeasured => None,
                 1 => Some(validation),

@@ -34,7 +34,7 @@ use serde::{Deserialize, Serialize};
 
 /// The version of this protocol, which a [`Hello`] carries. It changes when a frame changes its meaning or its bytes; a
 /// message that is merely added keeps it, because an old receiver counts a tag that it does not know and goes on.
-pub const PROTOCOL_VERSION: u16 = 2;
+pub const PROTOCOL_VERSION: u16 = 3;
 
 /// Bits per second on the serial line: 8 data bits, no parity, one stop bit. A divider of the microcontroller's 42 MHz gives it
 /// exactly.

@@ -6,12 +6,12 @@ use super::verdict::{KeptAlarm, Verdict};
 use crate::base::Model;
 use crate::base::axis::AxisKind;
 use crate::chain::{Chain, Output, RawSample};
-use crate::monitor;
+use crate::monitor::{self, limits::CHANNELS};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// The most channels that a device reports on: five for each of two axes.
-pub const MAX_CHANNELS: usize = 10;
+/// The most channels that a device reports on: those of two axes.
+pub const MAX_CHANNELS: usize = 2 * CHANNELS;
 /// The most residuals in one piece of a snapshot.
 pub const SNAPSHOT_PIECE: usize = 16;
 
@@ -310,8 +310,8 @@ pub struct CapturePiece {
 pub struct Sample {
     /// Its number since the restart, from 0.
     pub sample: u64,
-    /// For each axis: displacement far and near, body, acceleration, force, in counts.
-    pub counts: Vec<[i32; 5], 2>,
+    /// For each axis: displacement far and near, body, acceleration, force, input, in counts.
+    pub counts: Vec<[i32; CHANNELS], 2>,
     /// What the chain says; `None` without a model and a rig block, and until the filters are full.
     pub output: Option<SampleOutput>,
 }
@@ -321,7 +321,7 @@ impl Sample {
     pub fn new(sample: u64, raw: &RawSample, axes: usize, output: Option<&Output>) -> Self {
         let counts = raw.iter().take(axes.min(2)).map(|raw| {
             let [far, near] = raw.displacement;
-            [far, near, raw.body, raw.acceleration, raw.force]
+            [far, near, raw.body, raw.acceleration, raw.force, raw.input]
         });
         Self {
             sample,

@@ -1,0 +1,62 @@
+//! What effects of a model on the device follow beside the motion, and what a converter reads of it.
+
+use crate::study::{Record, Study};
+use crate::text::error::{Error, Result};
+use jointwatch_shared::base::Model;
+use jointwatch_shared::wire::rig::RigAxis;
+use std::path::Path;
+
+/// What effects of each axis follow, by name.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Followed([Option<String>; 2]);
+
+impl Followed {
+    pub(super) fn of(model: &Model) -> Self {
+        let mut names = [None, None];
+        for (place, name) in names.iter_mut().zip(followed(model)) {
+            *place = name.map(String::from);
+        }
+        Self(names)
+    }
+
+    /// The input of an axis.
+    pub(super) fn name(&self, axis: usize) -> Option<&str> {
+        self.0.get(axis)?.as_deref()
+    }
+
+    /// Refuses a study that has not what a model follows.
+    pub(super) fn check(&self, study: &Study) -> Result<()> {
+        match self.0.iter().flatten().find(|name| !study.has_input(name)) {
+            None => Ok(()),
+            Some(name) => Err(Error::data(format!(
+                "{}: the model follows the input {name:?}, which is not there: name its column with [[input]], name = {name:?}",
+                study.path.display()
+            ))),
+        }
+    }
+
+    /// What a converter reads of an axis's input at a row; 0 without one.
+    pub(super) fn count(&self, axis: usize, record: &Record, rig: &RigAxis, row: usize) -> i32 {
+        let series = self.name(axis).and_then(|name| record.input(name));
+        let series = series.filter(|_| rig.input_step > 0.0);
+        // `as` saturates, as a converter does.
+        series.map_or(0, |s| {
+            ((s[row] - rig.input_zero) / rig.input_step).round() as i32
+        })
+    }
+}
+
+/// The name of what effects of each axis follow.
+fn followed(model: &Model) -> impl Iterator<Item = Option<&str>> {
+    let axes = model.header().axes.iter();
+    axes.map(|axis| Some(axis.input.as_ref()?.name.as_str()))
+}
+
+/// Reads every row of a study that a model on the device is to be held against, with the columns that it follows.
+///
+/// # Errors
+/// As [`Study::read_whole`].
+pub fn read_study(path: &Path, model: &Model) -> Result<Study> {
+    let names: Vec<&str> = followed(model).flatten().collect();
+    Study::read_whole_following(path, &names)
+}
