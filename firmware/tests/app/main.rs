@@ -1,12 +1,9 @@
 //! The device without a board: what it says of good and bad slots, of lost samples, silent chips and damaged requests, and that what
 //! it streams is what the chain computes.
 
-#[path = "app/bench.rs"]
 #[allow(dead_code, reason = "another test uses the rest")]
 mod bench;
-#[path = "app/flash.rs"]
 mod flash;
-#[path = "app/signing.rs"]
 #[allow(dead_code, reason = "another test uses the rest")]
 mod signing;
 

@@ -1,12 +1,12 @@
 //! What only the device's owner may do: nothing is erased, restarted, taken back or acknowledged without a signature, and no
 //! signature works twice.
 
-#[path = "app/bench.rs"]
+#[path = "../app/bench.rs"]
 #[allow(dead_code, reason = "another test uses the rest")]
 mod bench;
-#[path = "app/flash.rs"]
+#[path = "../app/flash.rs"]
 mod flash;
-#[path = "app/signing.rs"]
+#[path = "../app/signing.rs"]
 mod signing;
 
 use bench::{Bench, Flash, RATE_HZ, Slot, content, reference_rig, sealed_as};
