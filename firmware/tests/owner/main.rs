@@ -1,6 +1,7 @@
 //! What only the device's owner may do: nothing is erased, restarted, taken back or acknowledged without a signature, and no
 //! signature works twice.
 
+mod alarms;
 #[path = "../app/bench.rs"]
 #[allow(dead_code, reason = "another test uses the rest")]
 mod bench;
@@ -8,21 +9,19 @@ mod bench;
 mod flash;
 #[path = "../app/signing.rs"]
 mod signing;
+mod spoilt_flash;
 
-use bench::{Bench, Flash, RATE_HZ, Slot, content, reference_rig, sealed_as};
-use jointwatch_firmware::store::{ERASURES_PER_HOUR, ERASURES_PER_LIFE};
+use bench::{Bench, RATE_HZ, Slot, content, reference_rig, sealed_as};
+use jointwatch_firmware::store::ERASURES_PER_HOUR;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::RawSample;
-use jointwatch_shared::monitor::State;
 use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::reference_model;
 use jointwatch_shared::wire::bytes::Bytes;
-use jointwatch_shared::wire::slot::{
-    ENTRY_LEN, Entry, Header, JOURNAL_OFFSET, Order, RIG_OFFSET, SEAL_OFFSET,
-};
+use jointwatch_shared::wire::slot::{Header, Order, RIG_OFFSET};
 use jointwatch_shared::wire::telemetry::{
-    Alarm, Answered, Event, Hello, KeptAlarm, ModelFault, Refusal, Report, Request, Signature,
-    Slot as Place, Status, Upkeep, UploadReply, UploadRequest,
+    Answered, Event, Hello, ModelFault, Refusal, Report, Request, Signature, Slot as Place,
+    UploadReply, UploadRequest,
 };
 use jointwatch_shared::wire::{blob, rig_block};
 
@@ -399,44 +398,6 @@ fn content_that_is_not_what_was_signed_neither_runs_nor_is_sealed() {
 }
 
 #[test]
-fn a_flash_at_the_end_of_its_life_is_not_erased() {
-    for (erasures, taken) in [(ERASURES_PER_LIFE - 1, true), (ERASURES_PER_LIFE, false)] {
-        let mut slot = release(1, reference_model());
-        let Slot::Bytes(bytes) = &mut slot else {
-            panic!("it has bytes")
-        };
-        let entry = Entry {
-            number: 9,
-            erasures,
-            ..Entry::default()
-        };
-        bytes[JOURNAL_OFFSET..][..ENTRY_LEN].copy_from_slice(&entry.encode());
-        let mut bench = Bench::start([slot, Slot::Empty]);
-        let third = release(3, reference_model());
-        let reply = begin(&mut bench, third.header(), third.signature().unwrap());
-        if taken {
-            assert_eq!(reply, UploadReply::Accepted { next: 0 });
-        } else {
-            assert_eq!(reply, refused(Refusal::Worn));
-        }
-    }
-}
-
-#[test]
-fn a_place_of_the_journal_that_lost_power_is_passed_over() {
-    let mut slot = release(1, reference_model());
-    let Slot::Bytes(bytes) = &mut slot else {
-        panic!("it has bytes")
-    };
-    bytes[JOURNAL_OFFSET..][..ENTRY_LEN].fill(0xF0);
-    let mut bench = Bench::start([slot, Slot::Empty]);
-    let third = release(3, reference_model());
-    let reply = begin(&mut bench, third.header(), third.signature().unwrap());
-    assert_eq!(reply, UploadReply::Accepted { next: 0 });
-    assert_eq!(hello(&mut bench.restart()).access.erasures, 1);
-}
-
-#[test]
 fn there_is_no_going_back_to_a_model_that_has_not_run() {
     let mut bench = proven();
     let second = release(2, reference_network());
@@ -445,195 +406,6 @@ fn there_is_no_going_back_to_a_model_that_has_not_run() {
     let number = hello(&mut bench).access.number;
     let back = signing::order(0, Order::RollBack, number);
     assert_eq!(answer(&mut bench, &back), Answered::Nothing);
-}
-
-#[test]
-fn a_full_journal_refuses_what_it_cannot_remember() {
-    let mut slot = release(1, reference_model());
-    let Slot::Bytes(bytes) = &mut slot else {
-        panic!("it has bytes")
-    };
-    // Every place was once begun and lost power.
-    bytes[JOURNAL_OFFSET..].fill(0xF0);
-    let mut bench = Bench::start([slot, Slot::Empty]);
-    assert!(bench.evaluates());
-    let third = release(3, reference_model());
-    let reply = begin(&mut bench, third.header(), third.signature().unwrap());
-    assert_eq!(reply, refused(Refusal::Worn));
-}
-
-fn alarms(bench: &mut Bench) -> (Vec<Alarm>, Vec<Status>) {
-    let (mut alarms, mut statuses) = (Vec::new(), Vec::new());
-    for report in bench.reports() {
-        match report {
-            Report::Alarm(alarm) => alarms.push(alarm),
-            Report::Status(status) => statuses.push(status),
-            _ => {}
-        }
-    }
-    (alarms, statuses)
-}
-
-/// Counts of both axes that move so far, and these of their force channels.
-fn moving(at: i32, far: i32, force: i32) -> RawSample {
-    let mut raw = RawSample::default();
-    for (number, axis) in raw.iter_mut().enumerate() {
-        let swing = ((at * (3 + number as i32)) % 64 - 32).abs() * far;
-        axis.displacement = [swing, -swing];
-        (axis.body, axis.acceleration) = (swing / 2, swing / 3);
-        axis.force = 20 * force;
-    }
-    raw
-}
-
-/// A force that stands still while its axis moves, until that raises an alarm; after how many samples it does.
-fn until_alarm(bench: &mut Bench) -> u64 {
-    let mut at = 0;
-    while bench.watch.verdict().state != State::Alarm {
-        at += 1;
-        bench.sample(moving(at, 4096, 5));
-        assert!(at < 20_000, "{:?}", bench.watch.verdict());
-    }
-    at as u64
-}
-
-/// What the last status said that outlasts a loss of power.
-fn upkeep(bench: &mut Bench) -> Upkeep {
-    bench.reports();
-    run(bench, 1);
-    let find = |report: &Report| match report {
-        Report::Upkeep(upkeep) => Some(*upkeep),
-        _ => None,
-    };
-    bench.reports().iter().rev().find_map(find).expect("one")
-}
-
-#[test]
-fn an_alarm_outlasts_restarts_and_an_upload_until_it_is_acknowledged() {
-    let mut bench = proven();
-    assert_eq!(upkeep(&mut bench).alarm, None);
-    until_alarm(&mut bench);
-    run(&mut bench, 1);
-    let first = alarms(&mut bench).0.pop().expect("an alarm");
-    let kept = KeptAlarm {
-        sample: first.sample,
-        verdict: first.verdict,
-    };
-    // It is of this run as long as that lasts.
-    assert_eq!(upkeep(&mut bench).alarm, None);
-    let mut bench = bench.restart().restart();
-    assert_eq!(upkeep(&mut bench).alarm, Some(kept));
-    assert!(alarms(&mut bench).0.is_empty());
-    // Another one is told beside it, and does not take its place.
-    until_alarm(&mut bench);
-    run(&mut bench, 1);
-    assert!(!alarms(&mut bench).0.is_empty());
-    let number = hello(&mut bench).access.number;
-    assert_eq!(upkeep(&mut bench).alarm, Some(kept));
-    assert_eq!(
-        hello(&mut bench).access.number,
-        number,
-        "nothing is written"
-    );
-    // Nor does the upload that erases the slot whose journal holds it.
-    let mut bench = bench.restart();
-    let second = release(2, reference_network());
-    let reply = upload(&mut bench, &second, second.signature().unwrap());
-    assert!(matches!(reply, UploadReply::Activated { .. }), "{reply:?}");
-    let mut bench = bench.restart();
-    assert_eq!(upkeep(&mut bench).alarm, Some(kept));
-    let number = hello(&mut bench).access.number;
-    let wrong = signing::order(7, Order::Acknowledge, number);
-    assert_eq!(answer(&mut bench, &wrong), Answered::NotSigned);
-    let right = signing::order(0, Order::Acknowledge, number);
-    assert_eq!(answer(&mut bench, &right), Answered::Done);
-    assert_eq!(upkeep(&mut bench).alarm, None);
-    let mut bench = bench.restart();
-    assert_eq!(upkeep(&mut bench).alarm, None);
-    let nothing = signing::order(0, Order::Acknowledge, number + 1);
-    assert_eq!(answer(&mut bench, &nothing), Answered::Nothing);
-}
-
-#[test]
-fn an_alarm_costs_one_place_of_the_journal_however_often_it_comes_back() {
-    let mut bench = proven();
-    let number = hello(&mut bench).access.number;
-    for _ in 0..3 {
-        until_alarm(&mut bench);
-        // The channel moves again, so that the next alarm is another one.
-        for at in 0..60 * RATE_HZ as i32 {
-            bench.sample(moving(at, 4, at % 7));
-        }
-        let verdict = bench.watch.verdict();
-        assert_ne!(verdict.state, State::Alarm, "{verdict:?}");
-    }
-    assert!(alarms(&mut bench).0.last().expect("an alarm").alarms >= 3);
-    assert_eq!(hello(&mut bench).access.number, number + 1);
-}
-
-#[test]
-fn an_alarm_that_cannot_be_written_is_written_an_hour_later() {
-    let mut bench = proven().restart_after(|flash| flash.is_low = true);
-    let supply = upkeep(&mut bench).supply;
-    assert_eq!((supply.reset_below_mv, supply.is_low), (Some(2500), true));
-    let number = hello(&mut bench).access.number;
-    until_alarm(&mut bench);
-    run(&mut bench, 10);
-    assert_eq!(hello(&mut bench).access.number, number);
-    bench.flash(|flash| flash.is_low = false);
-    assert!(!upkeep(&mut bench).supply.is_low);
-    run(&mut bench, 3000);
-    assert_eq!(hello(&mut bench).access.number, number);
-    run(&mut bench, 600);
-    assert_eq!(hello(&mut bench).access.number, number + 1);
-    assert!(upkeep(&mut bench.restart()).alarm.is_some());
-}
-
-#[test]
-fn a_flash_that_takes_nothing_is_told_and_nothing_of_it_counts() {
-    // A supply that is too low, and cells that are worn out.
-    for spoil in [
-        (|flash: &mut Flash| flash.is_low = true) as fn(&mut Flash),
-        |flash| flash.deaf = 0..usize::MAX,
-    ] {
-        let mut bench = two_proven();
-        bench.flash(spoil);
-        let number = hello(&mut bench).access.number;
-        let restart = signing::order(0, Order::Restart, number);
-        assert_eq!(answer(&mut bench, &restart), Answered::Failed);
-        assert!(!bench.watch.restart_now());
-        let third = release(3, reference_model());
-        let reply = begin(&mut bench, third.header(), third.signature().unwrap());
-        assert_eq!(reply, refused(Refusal::Flash));
-        assert_eq!(hello(&mut bench).access.number, number);
-    }
-    // Cells that are worn out behind the last chunk, all of them or only those of the seal: what is there is not sealed.
-    for deaf in [0..usize::MAX, SEAL_OFFSET..SEAL_OFFSET + 4] {
-        let mut bench = two_proven();
-        let third = release(3, reference_model());
-        let mut reply = begin(&mut bench, third.header(), third.signature().unwrap());
-        for (piece, offset) in content(&third).chunks(128).zip((0..).step_by(128)) {
-            assert!(matches!(reply, UploadReply::Accepted { .. }), "{reply:?}");
-            let data = piece.try_into().expect("at most 128");
-            reply = step(&mut bench, UploadRequest::Chunk { offset, data });
-        }
-        bench.flash(|flash| flash.deaf = deaf);
-        let reply = step(&mut bench, UploadRequest::Finish);
-        assert_eq!(reply, refused(Refusal::Flash));
-    }
-}
-
-#[test]
-fn a_model_whose_proof_cannot_be_marked_is_not_said_to_be_kept() {
-    let mut bench = proven();
-    let second = release(2, reference_network());
-    upload(&mut bench, &second, second.signature().unwrap());
-    let mut bench = bench.restart();
-    bench.flash(|flash| flash.deaf = 0..usize::MAX);
-    bench.reports();
-    run(&mut bench, 30);
-    let kept = Event::ModelConfirmed { slot: Place::B };
-    assert!(!bench.reports().contains(&Report::Event(kept)));
 }
 
 #[test]
@@ -670,51 +442,4 @@ fn a_model_that_was_taken_back_on_trial_comes_never_again() {
     let mut bench = bench.restart();
     let reply = upload(&mut bench, &second, second.signature().unwrap());
     assert_eq!(reply, refused(Refusal::NotNewer { newest: 2 }));
-}
-
-#[test]
-fn a_new_model_whose_start_cannot_be_marked_leaves_the_one_before_it_alone() {
-    let mut bench = proven();
-    let second = release(2, reference_network());
-    upload(&mut bench, &second, second.signature().unwrap());
-    // The mark of its first start does not take: the slot of release 1 must not be erased, nor the trial end in a restart.
-    let mut bench = bench.restart_after(|flash| flash.deaf = 0..usize::MAX);
-    let third = release(3, reference_network());
-    let reply = upload(&mut bench, &third, third.signature().unwrap());
-    assert_eq!(reply, refused(Refusal::Busy));
-}
-
-#[test]
-fn an_alarm_stands_until_its_owner_acknowledges_it() {
-    let mut bench = proven();
-    let number = hello(&mut bench).access.number;
-    let acknowledge = signing::order(0, Order::Acknowledge, number);
-    assert_eq!(answer(&mut bench, &acknowledge), Answered::Nothing);
-    let at = until_alarm(&mut bench);
-    let raised = hello(&mut bench);
-    assert!(raised.access.development_key);
-    // What is kept of it has taken the number.
-    assert_eq!(raised.access.number, number + 1);
-    let acknowledge = signing::order(0, Order::Acknowledge, number + 1);
-    run(&mut bench, 5);
-    let (told, statuses) = alarms(&mut bench);
-    assert!(!told.is_empty() && told.len() == statuses.len());
-    assert!(statuses.iter().all(|status| status.development_key));
-    let first = told[0];
-    assert_eq!((first.verdict.state, first.alarms), (3, 1));
-    assert_eq!(first.sample, 11 * RATE_HZ + at);
-    for request in [
-        Request::ResetStatistics,
-        signing::order(7, Order::Acknowledge, number + 1),
-    ] {
-        assert_ne!(answer(&mut bench, &request), Answered::Done);
-    }
-    run(&mut bench, 1);
-    assert_eq!(
-        alarms(&mut bench).0.last().map(|alarm| alarm.sample),
-        Some(first.sample)
-    );
-    assert_eq!(answer(&mut bench, &acknowledge), Answered::Done);
-    run(&mut bench, 1);
-    assert!(alarms(&mut bench).0.is_empty());
 }
