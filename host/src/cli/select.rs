@@ -3,7 +3,7 @@
 use super::console::Console;
 use crate::fit::sums::{Choice, Plan, Selection};
 use crate::study::further::Template;
-use crate::study::long_study::LongStudy;
+use crate::study::long::study::LongStudy;
 use crate::study::{Role, Study};
 use crate::text::error::{Error, Kind, Result, in_order};
 use clap::Args;

@@ -1,11 +1,11 @@
 //! Channels brought to an even rate: each at its own times, split where any of them has a gap.
 
-use super::calibrated::Calibrated;
-use super::log::{Log, Request};
 use super::pieces::{Density, MIN_ROWS, SHORTEST_PIECE, density, said_of_gaps};
-use super::plan::Plan;
 use super::resample::Resampler;
-use super::time::{even_where_rounded, round_rate, sampled};
+use super::{even_where_rounded, round_rate, sampled};
+use crate::study::channels::calibrated::Calibrated;
+use crate::study::log::{Log, Request};
+use crate::study::plan::Plan;
 use crate::text::error::Result;
 use std::sync::OnceLock;
 
@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 const TOO_FINE: f64 = 0.8;
 
 /// The even parts of the time that all channels share.
-pub(super) struct Stretches {
+pub(crate) struct Stretches {
     rate_hz: f64,
     /// One entry per clock: the times of a log's rows, s; those of second loggers last.
     clocks: Vec<Vec<f64>>,
@@ -41,12 +41,12 @@ struct Stamps {
 
 impl Stretches {
     /// The pieces: where each begins, and how many rows it has.
-    pub(super) fn pieces(&self) -> Vec<(usize, usize)> {
+    pub(crate) fn pieces(&self) -> Vec<(usize, usize)> {
         self.parts.iter().map(|s| (s.begins, s.points)).collect()
     }
 
     /// One channel in one of the parts.
-    pub(super) fn series(&self, part: usize, channel: &Calibrated, log: &Log) -> Option<Vec<f64>> {
+    pub(crate) fn series(&self, part: usize, channel: &Calibrated, log: &Log) -> Option<Vec<f64>> {
         let stretch = &self.parts[part];
         let number = clock_of(channel, log, self.own);
         let clock = &self.clocks[number];
@@ -63,7 +63,7 @@ impl Stretches {
     }
 
     /// How the channels of a log are brought to `rate_hz`, and what was done, in words.
-    pub(super) fn of(
+    pub(crate) fn of(
         request: &Request<'_>,
         log: &Log,
         plan: &Plan,

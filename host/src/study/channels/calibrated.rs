@@ -1,9 +1,9 @@
 //! One column of a log and what its numbers mean in SI.
 
-use super::description::{ChannelTable, Source};
-use super::log::{Log, Request, Wanted};
 use super::naming;
 use super::units::Quantity;
+use crate::study::description::{ChannelTable, Source};
+use crate::study::log::{Log, Request, Wanted};
 use crate::text::error::{Error, Result};
 use std::ops::Range;
 
@@ -32,7 +32,7 @@ impl Calibrated {
     }
 
     /// What makes SI of the numbers of a file that states this unit for them; failing that, the one in the column's name counts.
-    pub(super) fn si(&self, of_file: Option<&str>) -> impl Fn(f64) -> f64 + use<> {
+    pub(crate) fn si(&self, of_file: Option<&str>) -> impl Fn(f64) -> f64 + use<> {
         let factor = match (&self.stated, of_file.or(self.named.as_deref())) {
             (Some((_, factor)), _) => *factor,
             (None, Some(unit)) => self.factor(unit).unwrap_or(1.0),
@@ -43,7 +43,7 @@ impl Calibrated {
     }
 
     /// Its SI unit.
-    pub(super) fn unit(&self) -> String {
+    pub(crate) fn unit(&self) -> String {
         self.quantity.si()
     }
 
@@ -60,7 +60,7 @@ impl Calibrated {
 
     /// Holds the unit that the file states against the study's: a note where they differ or where only the column's name says it, an
     /// error where the study states none and the file's cannot be used.
-    pub(super) fn check_unit(&self, request: &Request<'_>, log: &Log) -> Result<Option<String>> {
+    pub(crate) fn check_unit(&self, request: &Request<'_>, log: &Log) -> Result<Option<String>> {
         let Some(unit) = self.unit_in(log) else {
             return Ok(None);
         };
@@ -90,14 +90,14 @@ impl Calibrated {
 
 /// The columns that the study names, gathered channel by channel.
 #[derive(Default)]
-pub(super) struct Columns {
-    pub(super) wanted: Vec<Wanted>,
-    pub(super) clocks: Vec<Calibrated>,
+pub(crate) struct Columns {
+    pub(crate) wanted: Vec<Wanted>,
+    pub(crate) clocks: Vec<Calibrated>,
 }
 
 impl Columns {
     /// The place of a column among the wanted.
-    pub(super) fn place(&mut self, column: &str, optional: bool) -> usize {
+    pub(crate) fn place(&mut self, column: &str, optional: bool) -> usize {
         if let Some(place) = self.wanted.iter().position(|w| w.column == column) {
             self.wanted[place].optional &= optional;
             return place;
@@ -130,7 +130,7 @@ impl Columns {
 }
 
 /// Converts the channels of one key, and notes their columns among the wanted.
-pub(super) fn calibrate(
+pub(crate) fn calibrate(
     source: &Source<'_>,
     start: usize,
     key: &str,

@@ -1,12 +1,12 @@
 //! Columns of the logs that a study does not name: a model may follow one as if it were an input of the same name.
 
-use super::description::{Description, InputEntry, RecordEntry, Source};
-use super::log::Request;
-use super::long_records::thin;
-use super::plan::plan;
-use super::read::{Logged, description_text};
-use super::readers::long::LongLog;
-use super::{Input, Study};
+use crate::study::description::{Description, InputEntry, RecordEntry, Source};
+use crate::study::log::Request;
+use crate::study::long::records::thin;
+use crate::study::plan::plan;
+use crate::study::read::{Logged, description_text};
+use crate::study::readers::long::LongLog;
+use crate::study::{Input, Study};
 use crate::text::error::Result;
 use std::path::Path;
 use std::sync::Arc;
@@ -116,7 +116,7 @@ fn numbers(
 
 impl Description {
     /// Makes inputs of further columns.
-    pub(super) fn take_columns(&mut self, columns: &[&str]) {
+    pub(crate) fn take_columns(&mut self, columns: &[&str]) {
         for &column in columns {
             if self.input.iter().any(|e| e.name.get_ref() == column) {
                 continue;
@@ -134,7 +134,7 @@ impl Description {
     }
 
     /// The study's inputs.
-    pub(super) fn inputs(&self) -> Vec<Input> {
+    pub(crate) fn inputs(&self) -> Vec<Input> {
         let inputs = self.input.iter().map(|entry| Input {
             name: entry.name.get_ref().clone(),
             unit: entry.unit.clone(),

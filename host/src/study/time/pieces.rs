@@ -1,15 +1,15 @@
 //! Gaps and pieces: when a step between two samples is a gap, and which pieces between gaps are long enough.
 
-use super::time::{LONGEST_GAP, median, round_rate};
+use super::{LONGEST_GAP, median, round_rate};
 use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS};
 
 /// Fewest rows of a piece between gaps: after the longest differentiator there are twice as many left as the longest low-pass has taps.
-pub(super) const SHORTEST_PIECE: usize = MAX_TAPS + 2 * MAX_BAND_TAPS - 1;
+pub(crate) const SHORTEST_PIECE: usize = MAX_TAPS + 2 * MAX_BAND_TAPS - 1;
 /// Fewest rows of a record.
-pub(super) const MIN_ROWS: usize = 100;
+pub(crate) const MIN_ROWS: usize = 100;
 
 /// “split at 2 gaps, the first before …”.
-pub(super) fn said_of_gaps(gaps: usize, before: &str, left_out: usize) -> String {
+pub(crate) fn said_of_gaps(gaps: usize, before: &str, left_out: usize) -> String {
     let gaps = match gaps {
         1 => "a gap".to_owned(),
         n => format!("{n} gaps, the first"),
@@ -25,15 +25,15 @@ pub(super) fn said_of_gaps(gaps: usize, before: &str, left_out: usize) -> String
 }
 
 /// How densely times lie that are in order.
-pub(super) struct Density {
+pub(crate) struct Density {
     /// Different times per second, gaps left out.
-    pub(super) rate_hz: f64,
+    pub(crate) rate_hz: f64,
     /// A longer step is a gap, s.
-    pub(super) gap_s: f64,
+    pub(crate) gap_s: f64,
 }
 
 /// `None` where there are no two different times.
-pub(super) fn density(sorted: &[f64]) -> Option<Density> {
+pub(crate) fn density(sorted: &[f64]) -> Option<Density> {
     let steps = || {
         let steps = sorted.windows(2).map(|w| w[1] - w[0]);
         steps.filter(|s| *s > 0.0)

@@ -1,14 +1,14 @@
 //! A study with a log too long to be held in memory: its channels as an overview, and stretches of it as studies of their own.
 
-use super::calibrated::Calibrated;
-use super::description::{Description, RecordEntry, Source};
-use super::further::Template;
-use super::log::Request;
 use super::overview::Overview;
-use super::plan::{Plan, plan};
-use super::read::{Place, description_text};
-use super::readers::long::{LongLog, is_long, too_long};
-use super::{Role, Study};
+use crate::study::channels::calibrated::Calibrated;
+use crate::study::description::{Description, RecordEntry, Source};
+use crate::study::further::Template;
+use crate::study::log::Request;
+use crate::study::plan::{Plan, plan};
+use crate::study::read::{Place, description_text};
+use crate::study::readers::long::{LongLog, is_long, too_long};
+use crate::study::{Role, Study};
 use crate::text::error::Result;
 use crate::text::input;
 use std::ops::Range;
@@ -106,7 +106,7 @@ impl LongStudy {
             });
         }
         let name = said.name.clone();
-        let name = name.unwrap_or_else(|| super::read::folder_name(&folder));
+        let name = name.unwrap_or_else(|| crate::study::read::folder_name(&folder));
         Ok(long.then(|| Self {
             name,
             sample_rate_hz: said.sample_rate_hz.as_ref().map(|rate| *rate.get_ref()),

@@ -2,16 +2,16 @@
 //! first one's clock.
 
 use super::alignment::{Alignment, Unaligned};
-use super::calibrated::{Calibrated, Columns, calibrate};
 use super::clock::{Aligned, Clock};
-use super::description::{ClockEntry, Description, Source};
-use super::kinematics::{alike, clear_lag, motion};
-use super::log::{Log, MemoryLog, Request, Wanted};
 use super::pieces::density;
-use super::readers::long::LongLog;
 use super::resample::Resampler;
-use super::time::{even_where_rounded, sampled};
-use super::units::Quantity;
+use super::{even_where_rounded, sampled};
+use crate::study::channels::calibrated::{Calibrated, Columns, calibrate};
+use crate::study::channels::units::Quantity;
+use crate::study::check::kinematics::{alike, clear_lag, motion};
+use crate::study::description::{ClockEntry, Description, Source};
+use crate::study::log::{Log, MemoryLog, Request, Wanted};
+use crate::study::readers::long::LongLog;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use std::path::Path;
@@ -31,16 +31,16 @@ pub(crate) struct SecondLogger {
 
 /// What of a plan a second logger may serve.
 #[derive(Clone, Copy)]
-pub(super) struct Wants<'a> {
-    pub(super) wanted: &'a [Wanted],
-    pub(super) time: Option<&'a Calibrated>,
+pub(crate) struct Wants<'a> {
+    pub(crate) wanted: &'a [Wanted],
+    pub(crate) time: Option<&'a Calibrated>,
     /// Columns of time of single channels.
-    pub(super) clocks: &'a [Calibrated],
-    pub(super) loggers: &'a [SecondLogger],
+    pub(crate) clocks: &'a [Calibrated],
+    pub(crate) loggers: &'a [SecondLogger],
 }
 
 /// The second loggers of a description, checked.
-pub(super) fn second_loggers(source: &Source<'_>, said: &Description) -> Result<Vec<SecondLogger>> {
+pub(crate) fn second_loggers(source: &Source<'_>, said: &Description) -> Result<Vec<SecondLogger>> {
     let mut all: Vec<SecondLogger> = Vec::new();
     for entry in &said.clock {
         check(source, said, entry)?;
@@ -130,7 +130,7 @@ fn check(source: &Source<'_>, said: &Description, entry: &ClockEntry) -> Result<
 }
 
 /// Reads a record with what its second loggers add to it.
-pub(super) fn read(
+pub(crate) fn read(
     request: &Request<'_>,
     long: Option<&LongLog>,
     plan: Wants<'_>,
@@ -190,7 +190,7 @@ fn want(wanted: &mut Vec<Wanted>, column: &str, optional: bool) -> usize {
 
 impl SecondLogger {
     /// Whether it logged the run of this file as well.
-    pub(super) fn joins(&self, record: &str) -> bool {
+    pub(crate) fn joins(&self, record: &str) -> bool {
         self.record == record
     }
 

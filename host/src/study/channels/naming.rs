@@ -1,7 +1,7 @@
 //! What a column is, by its name and unit: English, German and French words, and units written in brackets or behind the name.
 
-use super::AxisKind::{Rotation, Translation};
 use super::units::{Quantity, is_a_unit};
+use crate::study::AxisKind::{Rotation, Translation};
 
 /// What a name and a unit say.
 #[derive(Clone, Debug, Default, PartialEq)]

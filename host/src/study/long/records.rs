@@ -2,10 +2,10 @@
 //!
 //! What a fit needs of millions of rows is in a quarter of a million of them, and memory and time then do not grow with the logs.
 
-use super::description::{Description, RecordEntry};
-use super::log::Request;
-use super::plan::Plan;
-use super::readers::long::{LongLog, is_long};
+use crate::study::description::{Description, RecordEntry};
+use crate::study::log::Request;
+use crate::study::plan::Plan;
+use crate::study::readers::long::{LongLog, is_long};
 use crate::text::error::Result;
 use crate::text::input;
 use std::collections::HashMap;
@@ -25,11 +25,11 @@ const ROW_BYTES: u64 = 4;
 
 /// What became of a description's records.
 #[derive(Default)]
-pub(super) struct Thinned {
+pub(crate) struct Thinned {
     /// Logs that were opened, and are to be read where their rows stand.
-    pub(super) logs: Vec<Arc<LongLog>>,
+    pub(crate) logs: Vec<Arc<LongLog>>,
     /// What was done, one sentence.
-    pub(super) note: Option<String>,
+    pub(crate) note: Option<String>,
 }
 
 /// Puts stretches in the place of records where all together have more rows than a study holds.
@@ -38,7 +38,7 @@ pub(super) struct Thinned {
 ///
 /// # Errors
 /// One sentence: a log cannot be read, is damaged, or has not the rows asked for.
-pub(super) fn thin(said: &mut Description, plan: &Plan, folder: &Path) -> Result<Thinned> {
+pub(crate) fn thin(said: &mut Description, plan: &Plan, folder: &Path) -> Result<Thinned> {
     // No more either than may be read of a file.
     let numbers = 8 * plan.wanted.len().max(1);
     let most = HELD.min(input::limit() as usize / numbers);

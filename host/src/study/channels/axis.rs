@@ -1,8 +1,8 @@
 //! The channels of an axis as a log gives them: sums, differences, and what is integrated.
 
-use super::Channels;
 use super::calibrated::Calibrated;
-use super::plan::AxisPlan;
+use crate::study::Channels;
+use crate::study::plan::AxisPlan;
 
 impl AxisPlan {
     /// The axis's channels of one log, each as `series` gives it in SI, and the optional columns that the log lacks.
@@ -50,7 +50,7 @@ impl AxisPlan {
 }
 
 /// The integral of a series from 0, by the trapezoidal rule.
-pub(super) fn integral(series: &[f64], period_s: f64) -> Vec<f64> {
+pub(crate) fn integral(series: &[f64], period_s: f64) -> Vec<f64> {
     let (mut sum, mut before) = (0.0, series.first().copied().unwrap_or(0.0));
     let next = |value: &f64| {
         sum += 0.5 * (before + value) * period_s;

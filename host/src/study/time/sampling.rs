@@ -4,14 +4,14 @@
 //! are missing the log is split, so that nothing is ever differentiated or filtered across a gap. Anything else is refused, unless the
 //! study asks for an even rate ([`super::stretches`]).
 
-use super::calibrated::Calibrated;
-use super::log::{Log, Request};
 use super::pieces::{SHORTEST_PIECE, density, said_of_gaps};
-use super::plan::Plan;
 use super::stretches::Stretches;
-use super::time::{
+use super::{
     BRIDGED_SHARE, Gap, Grid, LONGEST_GAP, RATE_TOLERANCE, bridge, median, quantum, round_rate,
 };
+use crate::study::channels::calibrated::Calibrated;
+use crate::study::log::{Log, Request};
+use crate::study::plan::Plan;
 use crate::text::error::Result;
 use std::ops::Range;
 
@@ -19,32 +19,32 @@ use std::ops::Range;
 const JITTER_TOLD: f64 = 0.1;
 
 /// How a log becomes records.
-pub(super) struct Sampling {
-    pub(super) rate_hz: f64,
-    pub(super) kind: Kind,
+pub(crate) struct Sampling {
+    pub(crate) rate_hz: f64,
+    pub(crate) kind: Kind,
     /// What was done to the time, for the user and for the model file, one sentence each without the file's name.
-    pub(super) done: Vec<String>,
+    pub(crate) done: Vec<String>,
 }
 
 /// Whether rows are used as they are.
-pub(super) enum Kind {
+pub(crate) enum Kind {
     Rows(Vec<Piece>),
     Grid(Stretches),
 }
 
 /// Even rows of a log between two gaps.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Piece {
-    pub(super) rows: Range<usize>,
+pub(crate) struct Piece {
+    pub(crate) rows: Range<usize>,
     /// The gaps in it that are bridged, counted from its first row.
-    pub(super) gaps: Vec<Gap>,
+    pub(crate) gaps: Vec<Gap>,
     /// Where its first row would stand had the log no gaps.
-    pub(super) begins: usize,
+    pub(crate) begins: usize,
 }
 
 impl Sampling {
     /// The pieces: where each begins, and how many rows it has.
-    pub(super) fn pieces(&self) -> Vec<(usize, usize)> {
+    pub(crate) fn pieces(&self) -> Vec<(usize, usize)> {
         match &self.kind {
             Kind::Rows(pieces) => {
                 let bridged = |p: &Piece| p.gaps.iter().map(|g| g.missing).sum::<usize>();
@@ -56,7 +56,7 @@ impl Sampling {
     }
 
     /// One channel in one of the pieces, in SI; `None` where an optional column is absent.
-    pub(super) fn series(&self, piece: usize, channel: &Calibrated, log: &Log) -> Option<Vec<f64>> {
+    pub(crate) fn series(&self, piece: usize, channel: &Calibrated, log: &Log) -> Option<Vec<f64>> {
         match &self.kind {
             Kind::Rows(pieces) => {
                 let Piece { rows, gaps, .. } = &pieces[piece];
@@ -71,7 +71,7 @@ impl Sampling {
     }
 
     /// Looks at the time of a log; `None` where the study states the rate and names no column.
-    pub(super) fn of(request: &Request<'_>, log: &Log, plan: &Plan) -> Result<Option<Self>> {
+    pub(crate) fn of(request: &Request<'_>, log: &Log, plan: &Plan) -> Result<Option<Self>> {
         let Some(channel) = &plan.time else {
             return Ok(None);
         };
@@ -106,7 +106,7 @@ impl Sampling {
     }
 
     /// A log without a column of time.
-    pub(super) fn stated(rate_hz: f64, rows: usize) -> Self {
+    pub(crate) fn stated(rate_hz: f64, rows: usize) -> Self {
         Self {
             rate_hz,
             kind: Kind::Rows(vec![Piece {
@@ -362,7 +362,7 @@ impl Times<'_> {
 }
 
 /// The rate to propose for uneven stamps, in two digits.
-pub(super) fn typical_rate(seconds: &[f64]) -> f64 {
+pub(crate) fn typical_rate(seconds: &[f64]) -> f64 {
     let mut sorted = seconds.to_vec();
     sorted.retain(|t| t.is_finite());
     sorted.sort_unstable_by(f64::total_cmp);

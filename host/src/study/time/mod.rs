@@ -1,5 +1,13 @@
 //! Time stamps: the even grid nearest to them, what they are rounded to, and how missing samples are bridged.
 
+mod alignment;
+pub(super) mod clock;
+pub(super) mod pieces;
+pub(crate) mod resample;
+pub(super) mod sampling;
+pub(super) mod second_logger;
+mod stretches;
+
 use std::borrow::Cow;
 
 /// Missing samples in a row that may be bridged.

@@ -1,6 +1,6 @@
 //! The units a channel may be logged in, and what each is in SI.
 
-use super::AxisKind;
+use crate::study::AxisKind;
 use std::f64::consts::PI;
 
 /// What a channel measures.

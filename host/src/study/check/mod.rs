@@ -7,6 +7,11 @@
 //!   of its axis moves;
 //! - it is constant in every record.
 
+pub(super) mod kinematics;
+pub(super) mod linear;
+pub(crate) mod lone;
+pub(super) mod roles;
+
 use super::plan::{AxisPlan, Plan};
 use super::{Channels, Record, Study};
 use crate::text::error::{Error, Result};
@@ -79,7 +84,7 @@ fn traces(plan: &AxisPlan, records: &[Record], axis: usize) -> Vec<Trace> {
             .map(|r| span(&series(&r.axes[axis])))
             .collect(),
     };
-    let joined = |list: &[super::calibrated::Calibrated], sign: &str| {
+    let joined = |list: &[super::channels::calibrated::Calibrated], sign: &str| {
         list.iter()
             .map(|c| c.column.as_str())
             .collect::<Vec<_>>()

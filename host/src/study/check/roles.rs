@@ -1,12 +1,12 @@
 //! Roles of records: nothing is validated on rows that it was learnt from.
 
-use super::Role;
-use super::description::{Description, RecordEntry, Source};
+use crate::study::Role;
+use crate::study::description::{Description, RecordEntry, Source};
 use crate::text::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
 /// Refuses rows that train and validate, before any log is opened; notes of what is lacking or there twice.
-pub(super) fn check(source: &Source<'_>, said: &Description, folder: &Path) -> Result<Vec<String>> {
+pub(crate) fn check(source: &Source<'_>, said: &Description, folder: &Path) -> Result<Vec<String>> {
     if said.record.is_empty() {
         return Err(Error::data(format!(
             "{}: it names no log; add a [[record]] with file and role for each",

@@ -5,7 +5,7 @@
 //! least squares (Gauss–Newton on shift, gain and zero). A straight line through the shifts is offset and drift. Its errors come from the
 //! scatter of the blocks, because what two sensors make of one motion does not differ by white noise.
 
-use super::kinematics::{likeness, triangle};
+use crate::study::check::kinematics::{likeness, triangle};
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::sync::Arc;
@@ -34,22 +34,22 @@ const STEPS: usize = 6;
 
 /// One clock against another, in samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Alignment {
+pub(crate) struct Alignment {
     /// Row of the second series to which `offset` belongs, where it is known best.
-    pub(super) middle: f64,
+    pub(crate) middle: f64,
     /// What is added to a row of the second series, at `middle`, to have that of the first.
-    pub(super) offset: f64,
+    pub(crate) offset: f64,
     /// By how much that grows from row to row.
-    pub(super) drift: f64,
+    pub(crate) drift: f64,
     /// Half-widths of the 95 % intervals of offset and drift.
-    pub(super) within: [f64; 2],
+    pub(crate) within: [f64; 2],
     /// Of what both have logged, once aligned.
-    pub(super) correlation: f64,
+    pub(crate) correlation: f64,
 }
 
 /// Why two series cannot be aligned.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Unaligned {
+pub(crate) enum Unaligned {
     /// Fewer rows than this.
     Short(usize),
     /// The best correlation that was found.
@@ -62,12 +62,12 @@ pub(super) enum Unaligned {
 
 impl Alignment {
     /// The row of the first series that belongs to one of the second.
-    pub(super) fn at(&self, row: f64) -> f64 {
+    pub(crate) fn at(&self, row: f64) -> f64 {
         row + self.offset + self.drift * (row - self.middle)
     }
 
     /// Aligns two series of the same rate.
-    pub(super) fn of(first: &[f64], second: &[f64]) -> Result<Self, Unaligned> {
+    pub(crate) fn of(first: &[f64], second: &[f64]) -> Result<Self, Unaligned> {
         let least = BLOCKS[0] * BLOCK_ROWS;
         if first.len().min(second.len()) < least {
             return Err(Unaligned::Short(least));
