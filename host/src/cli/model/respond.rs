@@ -1,7 +1,7 @@
 //! `jointwatch respond`: how the rig would move with the model in place of its joint.
 
-use super::console::Console;
-use super::report::Report;
+use crate::cli::console::Console;
+use crate::cli::report::Report;
 use crate::model::file::ModelFile;
 use crate::simulate::respond::{self, Options};
 use crate::text::error::{Error, Result};
@@ -33,7 +33,7 @@ pub(crate) struct Respond {
 }
 
 impl Respond {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("simulating the response");
         let model = ModelFile::read(&self.model)?;
         let logged = model.read_study(&self.study, &[])?;

@@ -1,8 +1,8 @@
 //! `jointwatch merge`: add up parts that `accumulate` wrote, in any order.
 
 use super::accumulate::{as_json, say};
-use super::console::Console;
-use super::outputs::keep;
+use crate::cli::console::Console;
+use crate::cli::outputs::keep;
 use crate::fit::sums::Part;
 use crate::text::error::{Error, Result};
 use crate::text::{input, output};
@@ -21,7 +21,7 @@ pub(crate) struct Merge {
 }
 
 impl Merge {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         keep(&self.output, &self.parts)?;
         let working = console.working("merging");
         let mut whole = read(&self.parts[0])?;

@@ -1,6 +1,6 @@
 //! `jointwatch keygen`: a pair of keys, one to sign models with, one to build into the firmware.
 
-use super::console::Console;
+use crate::cli::console::Console;
 use crate::device::signing::PrivateKey;
 use crate::text::error::Result;
 use clap::Args;
@@ -15,7 +15,7 @@ pub(crate) struct Keygen {
 }
 
 impl Keygen {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let public = PrivateKey::generate()?.write_new(&self.output)?;
         console.say(format!(
             "Private key written to {}: keep it to yourself, whoever has it can put a model onto your devices.\n\

@@ -1,6 +1,6 @@
 //! `jointwatch simulate`: a rig with a nonlinear joint, logged as a real one would be.
 
-use super::console::Console;
+use crate::cli::console::Console;
 use crate::simulate::{self, Hide, RigParameters, SimulationOptions};
 use crate::text::error::Result;
 use clap::Args;
@@ -53,7 +53,7 @@ fn decibels(text: &str) -> std::result::Result<Decibels, String> {
 }
 
 impl Simulate {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let options = SimulationOptions {
             rig: self
                 .vary

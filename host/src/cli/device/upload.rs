@@ -1,6 +1,6 @@
 //! `jointwatch upload`: puts a signed model onto the device.
 
-use super::console::Console;
+use crate::cli::console::Console;
 use crate::device::signing::SignedModel;
 use crate::device::upload::{Patience, READ_TIMEOUT, upload};
 use crate::text::error::{Error, Result};
@@ -29,7 +29,7 @@ pub(super) trait Port: Read + Write {}
 impl<T: Read + Write> Port for T {}
 
 impl Upload {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let model = SignedModel::read(&self.model)?;
         let mut line = open(&self.port, self.baud)?;
         let total = model.content().len() as u64;

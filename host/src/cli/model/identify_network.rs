@@ -1,6 +1,6 @@
 //! `jointwatch identify --model network`: its options, its progress, Ctrl-C, and what it says about a training.
 
-use super::console::Console;
+use crate::cli::console::Console;
 use crate::fit::identify::{self, Identified, Training};
 use crate::fit::network::{
     LeftOut, MAX_NEURONS, NetworkOptions, NetworkProgress, Neurons, SizeCurve, TrainingObserver,

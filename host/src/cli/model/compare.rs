@@ -1,10 +1,10 @@
 //! `jointwatch compare`: a model against the records of a study.
 
-use super::console::Console;
-use super::plots::Plots;
-use super::report::Report;
 use crate::assess::compare;
 use crate::assess::compared::compared;
+use crate::cli::console::Console;
+use crate::cli::plots::Plots;
+use crate::cli::report::Report;
 use crate::model::file::ModelFile;
 use crate::text::error::Result;
 use clap::Args;
@@ -27,7 +27,7 @@ pub(crate) struct Compare {
 }
 
 impl Compare {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("comparing");
         let model = ModelFile::read(&self.model)?;
         let beside = self.beside.as_deref().map(ModelFile::read).transpose()?;

@@ -1,9 +1,9 @@
 //! `jointwatch diagnose`: which physical effect a model lacks; with `--apply`, the model with everything that was missing.
 
-use super::console::Console;
-use super::plots::Plots;
-use super::report::Report;
 use super::staircase;
+use crate::cli::console::Console;
+use crate::cli::plots::Plots;
+use crate::cli::report::Report;
 use crate::diagnose::apply::{self, Applied};
 use crate::diagnose::changed::{self, ParameterChange};
 use crate::diagnose::{self, Asked, Columns, Diagnosis, Ranked, Verdict};
@@ -41,7 +41,7 @@ pub(crate) struct Diagnose {
 }
 
 impl Diagnose {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("reading the records");
         let model = ModelFile::read(&self.model)?;
         let study = model.read_study(&self.study, &[])?;

@@ -1,6 +1,6 @@
 //! `jointwatch study-from`: what a device sent becomes records and a study.
 
-use super::console::Console;
+use crate::cli::console::Console;
 use crate::device::{export, rig_block, study_from};
 use crate::text::error::{Error, Result};
 use crate::text::input;
@@ -25,7 +25,7 @@ pub(crate) struct StudyFrom {
 }
 
 impl StudyFrom {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let bytes = input::read(&self.frames).map_err(|e| {
             Error::data(format!(
                 "{} cannot be read ({e}); name a file of what a device sent",

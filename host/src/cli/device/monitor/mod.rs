@@ -6,7 +6,7 @@ mod screen;
 #[cfg(test)]
 mod tests;
 
-use super::console::Console;
+use crate::cli::console::Console;
 use crate::device::telemetry::line::{Piece, Source, TelemetryLine};
 use crate::device::telemetry::listen::{Listener, Tally};
 use crate::device::telemetry::steady::{Caught, News, SteadyLine, Wanted};
@@ -68,7 +68,7 @@ pub(super) fn seconds(text: &str) -> std::result::Result<f64, String> {
 }
 
 impl Monitor {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let source = self.source()?;
         let mut outputs = Outputs::open(console, self.record.as_deref(), &source)?;
         ctrlc::set_handler(|| {

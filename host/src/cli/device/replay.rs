@@ -1,10 +1,10 @@
 //! `jointwatch replay`: what the device would say about a logged record, bit for bit.
 
-use super::console::Console;
 use super::export::drift;
 use super::watched::{self, Basis, FailOn};
 use crate::assess::compare::relative_to_applied;
 use crate::assess::where_it_fails::significant;
+use crate::cli::console::Console;
 use crate::device::export;
 use crate::device::monitor_limits::{self, Purpose};
 use crate::device::replay::{self, RecordReplay, Replayed};
@@ -60,7 +60,7 @@ pub(crate) struct Replay {
 }
 
 impl Replay {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("replaying");
         let model = export::read_blob(&self.blob)?;
         let study = Study::read_whole(&self.study)?;

@@ -1,6 +1,6 @@
 //! `jointwatch select`: a smaller study of many records, which keeps segments that cover state space, amplitude and time.
 
-use super::console::Console;
+use crate::cli::console::Console;
 use crate::fit::sums::{Choice, Plan, Selection};
 use crate::study::further::Template;
 use crate::study::long::study::LongStudy;
@@ -40,7 +40,7 @@ pub(crate) struct Select {
 }
 
 impl Select {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("reading the study");
         let long = LongStudy::of(&self.study)?;
         let study = match &long {

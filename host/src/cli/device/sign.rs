@@ -1,6 +1,6 @@
 //! `jointwatch sign`: makes of a blob, and the rig block that goes with it, what a device takes.
 
-use super::console::Console;
+use crate::cli::console::Console;
 use crate::device::rig_block;
 use crate::device::signing::{PrivateKey, SignedModel, Stamp};
 use crate::text::date;
@@ -68,7 +68,7 @@ fn class(name: &str) -> std::result::Result<[u8; CLASS_LEN], String> {
 }
 
 impl Sign {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let key = self.signer.key()?;
         let stamp = Stamp {
             release: match self.release {

@@ -1,8 +1,8 @@
 //! `jointwatch order`: what a device does only when its owner signs for it.
 
-use super::console::Console;
 use super::sign::Signer;
 use super::upload::open;
+use crate::cli::console::Console;
 use crate::device::order::give;
 use crate::text::error::{Error, Result};
 use clap::{Args, ValueEnum};
@@ -38,7 +38,7 @@ enum What {
 }
 
 impl Order {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let key = self.signer.key()?;
         let (order, done) = match self.order {
             What::Restart => (slot::Order::Restart, "The device restarts within a second."),

@@ -1,6 +1,6 @@
 //! `jointwatch emulate --serve`: the emulated device that runs on and on, and the words that change its joint.
 
-use super::console::Console;
+use crate::cli::console::Console;
 use crate::emulate::device::EmulatedDevice;
 use crate::emulate::joint::LoopedJoint;
 use crate::emulate::loopback::Loopback;

@@ -1,7 +1,7 @@
 //! `jointwatch inspect`: what a log, a model file or a blob holds.
 
-use super::console::Console;
 use super::survey;
+use crate::cli::console::Console;
 use crate::device::export;
 use crate::device::rig_block;
 use crate::model::corrections;
@@ -27,7 +27,7 @@ pub(crate) struct Inspect {
 }
 
 impl Inspect {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let long = is_long(&self.file);
         let bytes = match long {
             true => Vec::new(),

@@ -1,7 +1,7 @@
 //! `jointwatch changed`: what is different in a joint since its model was made.
 
-use super::console::Console;
-use super::report::Report;
+use crate::cli::console::Console;
+use crate::cli::report::Report;
 use crate::diagnose::changed::{self, Changed, ErrorThenNow};
 use crate::model::file::{AxisError, ModelFile};
 use crate::text::error::Result;
@@ -23,7 +23,7 @@ pub(crate) struct Change {
 }
 
 impl Change {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("reading the records");
         let old = ModelFile::read(&self.old)?;
         let new = self.new.as_deref().map(ModelFile::read).transpose()?;

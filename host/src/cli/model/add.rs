@@ -1,8 +1,8 @@
 //! `jointwatch add`: add physical effects to a model, and see the error fall.
 
-use super::console::Console;
-use super::plots::Plots;
-use super::report::Report;
+use crate::cli::console::Console;
+use crate::cli::plots::Plots;
+use crate::cli::report::Report;
 use crate::diagnose::add::{self, Added};
 use crate::model::effects;
 use crate::model::file::{JudgedOn, ModelFile};
@@ -35,7 +35,7 @@ pub(crate) struct Add {
 }
 
 impl Add {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("reading the records");
         let model = ModelFile::read(&self.model)?;
         let study = model.read_study(&self.study, &self.effects)?;

@@ -1,8 +1,8 @@
 //! `jointwatch emulate`: the firmware itself under QEMU, its sensor chips fed with a record, every bit compared with `replay`.
 
-use super::console::Console;
 use super::replay::chosen;
 use super::serve::{self, Service};
+use crate::cli::console::Console;
 use crate::device::{export, rig_block};
 use crate::emulate::bench::{Instructions, STAGES, Scenario};
 use crate::emulate::device::{Emulated, EmulatedDevice};
@@ -43,7 +43,7 @@ pub(crate) struct Emulate {
 }
 
 impl Emulate {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("building the firmware");
         let model = export::read_blob(&self.blob)?;
         let study = Study::read_whole(&self.study)?;

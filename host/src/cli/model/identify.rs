@@ -1,12 +1,12 @@
 //! `jointwatch identify`: learn a model from the training records of a study.
 
 use super::accumulate;
-use super::console::Console;
 use super::identify_network::{self, NetworkArguments};
 use super::merge;
-use super::outputs::keep;
-use super::report::Report;
 use crate::assess::compare;
+use crate::cli::console::Console;
+use crate::cli::outputs::keep;
+use crate::cli::report::Report;
 use crate::fit::identify::{self, Identified, from_sums};
 use crate::fit::polynomial::{Method, PolynomialOptions};
 use crate::model::effects;
@@ -91,7 +91,7 @@ pub(crate) struct Identify {
 }
 
 impl Identify {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         match self.model {
             Kind::Polynomial => self.network.refuse("polynomial")?,
             Kind::Network => {

@@ -1,7 +1,7 @@
 //! `jointwatch capture`: fetches the counts that a device keeps around its alarm.
 
-use super::console::Console;
 use super::upload::open;
+use crate::cli::console::Console;
 use crate::device::capture::fetch;
 use crate::text::error::{Error, Result};
 use crate::text::output;
@@ -24,7 +24,7 @@ pub(crate) struct Capture {
 }
 
 impl Capture {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         output::check(&self.output)?;
         let mut line = open(&self.port, self.baud)?;
         let working = console.working("fetching the counts around the alarm");

@@ -1,6 +1,6 @@
 //! `jointwatch export`: from a model to the blob that the device evaluates.
 
-use super::console::Console;
+use crate::cli::console::Console;
 use crate::device::export;
 use crate::device::rig_block;
 use crate::model::file::ModelFile;
@@ -55,7 +55,7 @@ pub(super) fn drift(text: &str) -> std::result::Result<f64, String> {
 }
 
 impl Export {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         if let Some(budget) = self.budget.filter(|part| part.is_nan() || *part <= 0.0) {
             return Err(Error::usage(format!(
                 "--budget {budget} has to be above zero"

@@ -1,7 +1,7 @@
 //! `jointwatch init`: from logs to a study.toml that explains itself.
 
-use super::console::Console;
 use super::survey;
+use crate::cli::console::Console;
 use crate::study::draft::{self, Draft, Said};
 use crate::study::survey::Survey;
 use crate::study::{Study, mistakes};
@@ -49,7 +49,7 @@ fn role(text: &str) -> std::result::Result<(String, String), String> {
 }
 
 impl Init {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         if self.output.exists() {
             return Err(Error::usage(format!(
                 "{} exists already; name another file with -o, or remove it first",

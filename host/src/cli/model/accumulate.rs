@@ -1,7 +1,7 @@
 //! `jointwatch accumulate`: sum records into a part, from which and others a model is made without the records.
 
-use super::console::Console;
-use super::outputs::keep;
+use crate::cli::console::Console;
+use crate::cli::outputs::keep;
 use crate::fit::sums::{Part, Plan};
 use crate::study::Study;
 use crate::study::further::Template;
@@ -28,7 +28,7 @@ pub(crate) struct Accumulate {
 }
 
 impl Accumulate {
-    pub(super) fn run(self, console: &Console) -> Result<()> {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("reading the study");
         let study = Study::read_whole(&self.study)?;
         console.check_outputs(&[&self.output], &study, None)?;
