@@ -1,8 +1,8 @@
 //! How soon a gross change of a joint is found, over its size: a force that is less or more in steps, a joint that seizes, before the power
 //! comes on and after it, on one axis and on both, at the same motion and at the one that follows.
 
-use crate::detection::story;
-use crate::watched::{STUDY_LEVEL, Shaking, Subject, Worn};
+use super::detection::story;
+use super::watched::{STUDY_LEVEL, Shaking, Subject, Worn};
 use jointwatch::study::{Convention, Record};
 use jointwatch_shared::monitor::{Cause, State, Verdict};
 use rayon::prelude::*;
@@ -211,7 +211,7 @@ fn changed(
 ) -> Record {
     let worn = match change {
         Change::SameMotion(part) => {
-            let rows = (at_s * crate::watched::RATE_HZ) as usize;
+            let rows = (at_s * super::watched::RATE_HZ) as usize;
             return subject.same_motion(axes, part, rows);
         }
         Change::Force(part) => subject.with_force(axes, part),

@@ -1,6 +1,6 @@
 //! A joint that changes by a part of its force, driven in several ways, and how soon the monitor says so.
 
-use crate::watched::{STUDY_LEVEL, Shaking, Subject};
+use super::watched::{STUDY_LEVEL, Shaking, Subject};
 use jointwatch_shared::monitor::{MonitorState, State, Verdict};
 use rayon::prelude::*;
 

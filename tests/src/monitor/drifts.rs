@@ -1,7 +1,7 @@
 //! What slowly drifts on a joint or its instruments, and what the monitor says of it: false alarms where the drift is allowed for, and
 //! the time to an alarm where it is not.
 
-use crate::watched::{Learnt, RATE_HZ, Subject, Worn};
+use super::watched::{Learnt, RATE_HZ, Subject, Worn};
 use jointwatch::simulate::{Excitation, RigParameters};
 use jointwatch::study::Record;
 use jointwatch_shared::monitor::{MonitorState, Onset, State};

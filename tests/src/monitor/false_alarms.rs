@@ -1,8 +1,8 @@
 //! Healthy joints watched for hours: how far the monitor's cumulative sums went, and the bound on false alarms that their increments
-//! allow ([`crate::e_detector`]).
+//! allow ([`super::e_detector`]).
 
-use crate::e_detector::{Increments, Moments, alarms_per_step};
-use crate::watched::{DRIVES, Learnt, RATE_HZ, Shaking, Subject};
+use super::e_detector::{Increments, Moments, alarms_per_step};
+use super::watched::{DRIVES, Learnt, RATE_HZ, Shaking, Subject};
 use jointwatch::simulate::RigParameters;
 use jointwatch_shared::monitor::{MonitorState, SIDES, State, Verdict, most_of_block};
 use rayon::prelude::*;

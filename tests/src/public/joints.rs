@@ -139,7 +139,7 @@ pub fn table(outcomes: &[Outcome]) -> String {
     let mut text =
         String::from("| set | base, % | verdict | added | with it, % |\n|---|--:|---|---|--:|\n");
     let in_words = |errors: &[f64]| {
-        let errors = errors.iter().map(|e| crate::league::digits(*e));
+        let errors = errors.iter().map(|e| super::league::digits(*e));
         errors.collect::<Vec<_>>().join(", ")
     };
     for outcome in outcomes {

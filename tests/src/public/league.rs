@@ -3,7 +3,7 @@
 //! Every kind of model that may be chosen is learnt and refined on training rows alone, and the one whose refinement left least on
 //! the last fifth of these rows is taken. The records for testing are read after that, once.
 
-use crate::bouc_wen;
+use super::bouc_wen;
 use crate::program::measurements;
 use jointwatch::fit::identify::{self, physical};
 use jointwatch::fit::polynomial::{Method, PolynomialOptions};
