@@ -1,7 +1,7 @@
 //! A study that the program simulated, learnt from and exported, for the tests that only want to look at one.
 
+use crate::monitor::watched::{RATE_HZ, STUDY_LEVEL};
 use crate::program::succeed;
-use crate::watched::{RATE_HZ, STUDY_LEVEL};
 use jointwatch::simulate::{SimulationOptions, write_study};
 use std::fs;
 use std::path::{Path, PathBuf};

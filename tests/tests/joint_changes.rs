@@ -3,8 +3,8 @@
 
 use jointwatch::simulate::{SimulationOptions, write_study};
 use jointwatch_shared::monitor::State;
+use jointwatch_tests::monitor::watched::{RATE_HZ, STUDY_LEVEL};
 use jointwatch_tests::program::{jointwatch, succeed};
-use jointwatch_tests::watched::{RATE_HZ, STUDY_LEVEL};
 use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader, Lines, Write};

@@ -1,7 +1,7 @@
 //! The table of docs/notebook/joints.md is the one that the program gives.
 
-use jointwatch_tests::joints::{outcomes, table};
 use jointwatch_tests::program::workspace;
+use jointwatch_tests::public::joints::{outcomes, table};
 
 #[test]
 #[ignore = "takes minutes: `cargo test --release -p jointwatch-tests --test joints -- --ignored`"]

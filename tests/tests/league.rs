@@ -1,7 +1,9 @@
 //! The table of docs/notebook/league.md is the one that the program gives, to a percent.
 
-use jointwatch_tests::league::{Figure, MARKS, emps, hysteretic, silverbox, table, with_table};
 use jointwatch_tests::program::workspace;
+use jointwatch_tests::public::league::{
+    Figure, MARKS, emps, hysteretic, silverbox, table, with_table,
+};
 use std::fs;
 
 /// The cells of the page's row about a figure.

@@ -7,9 +7,11 @@ use jointwatch::study::Record;
 use jointwatch_shared::base::hum::Hum as DeviceHum;
 use jointwatch_shared::chain::Output;
 use jointwatch_shared::monitor::{MonitorState, State};
-use jointwatch_tests::detection::{detect, story};
-use jointwatch_tests::false_alarms::WANTED_HOURS;
-use jointwatch_tests::watched::{Hum, Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject, add_line};
+use jointwatch_tests::monitor::detection::{detect, story};
+use jointwatch_tests::monitor::false_alarms::WANTED_HOURS;
+use jointwatch_tests::monitor::watched::{
+    Hum, Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject, add_line,
+};
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 

@@ -4,10 +4,10 @@ use jointwatch::simulate::RigParameters;
 use jointwatch::study::Record;
 use jointwatch_shared::chain::ChainState;
 use jointwatch_shared::monitor::{Cause, Faults, MonitorState, Onset, State, Verdict};
-use jointwatch_tests::detection::{detect, story};
-use jointwatch_tests::drifts::{Motion, Quantity, drifting, said};
-use jointwatch_tests::false_alarms::{Campaign, WANTED_HOURS, report};
-use jointwatch_tests::watched::{Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject};
+use jointwatch_tests::monitor::detection::{detect, story};
+use jointwatch_tests::monitor::drifts::{Motion, Quantity, drifting, said};
+use jointwatch_tests::monitor::false_alarms::{Campaign, WANTED_HOURS, report};
+use jointwatch_tests::monitor::watched::{Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject};
 use rayon::prelude::*;
 
 fn subject(learnt: Learnt, seed: u64) -> Subject {

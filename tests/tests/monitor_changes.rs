@@ -3,9 +3,9 @@
 //! `monitor_campaign --curves` is the long version; `shared/tests/monitor_changes.rs` has the monitor alone.
 
 use jointwatch::simulate::RigParameters;
-use jointwatch_tests::curves::{Change, Found, curves};
-use jointwatch_tests::false_alarms::WANTED_HOURS;
-use jointwatch_tests::watched::{Learnt, Subject};
+use jointwatch_tests::monitor::curves::{Change, Found, curves};
+use jointwatch_tests::monitor::false_alarms::WANTED_HOURS;
+use jointwatch_tests::monitor::watched::{Learnt, Subject};
 
 fn subject(learnt: Learnt, seed: u64) -> Subject {
     let subject = Subject::new(learnt, RigParameters::default(), seed, WANTED_HOURS);

@@ -1,49 +1,28 @@
 //! The command line: its subcommands, its global options, its exit codes.
 
-mod accumulate;
-mod add;
-mod capture;
-mod changed;
-mod compare;
 mod console;
 mod demo;
-mod diagnose;
+mod device;
 mod effects;
-mod emulate;
 mod examples;
-mod export;
-mod identify;
-mod identify_network;
-mod init;
-mod inspect;
-mod keygen;
 mod lab;
-mod merge;
-mod monitor;
-mod order;
+mod model;
 mod outputs;
 mod paper;
 mod plots;
 mod progress_lines;
-mod replay;
 mod report;
-mod respond;
-mod select;
-mod serve;
-mod sign;
-mod simulate;
-mod staircase;
-mod study_from;
-mod survey;
+mod study;
 mod terminal;
-mod upload;
-mod watched;
 
 use crate::text::error::{Error, Result};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use console::Console;
+use device::{capture, emulate, export, keygen, monitor, order, replay, sign, study_from, upload};
+use model::{accumulate, add, changed, compare, diagnose, identify, merge, respond};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use study::{init, inspect, select, simulate};
 
 /// Learn a mechanical joint's restoring force from rig logs, compare the model with measurements, and export it for a
 /// microcontroller.

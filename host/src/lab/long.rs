@@ -1,8 +1,8 @@
 //! A study with a log too long to be held in memory: its channels thinned, and told to the pages while they are read.
 
 use crate::study::Role;
-use crate::study::long_study::{Channels, LongStudy};
-use crate::study::overview::Overview;
+use crate::study::long::overview::Overview;
+use crate::study::long::study::{Channels, LongStudy};
 use crate::text::error::{Error, Result};
 use rayon::prelude::*;
 use serde_json::{Value, json};

@@ -9,7 +9,7 @@ use super::models::{self, Entry};
 use super::state::{Done, Job, Opened, State};
 use super::{draft, snapshot};
 use crate::study::draft::Said;
-use crate::study::long_study::LongStudy;
+use crate::study::long::study::LongStudy;
 use crate::study::{Study, mistakes};
 use crate::text::error::{Error, Result};
 use serde_json::Value;

@@ -1,6 +1,6 @@
 //! A log file: the columns that a study uses, read from whichever format the file is in.
 
-use super::clock::Aligned;
+use super::time::clock::Aligned;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use std::path::Path;

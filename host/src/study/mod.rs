@@ -3,46 +3,28 @@
 //! [`Study::read`] is the way in, and [`Study::of_memory`] for logs that are no files. What a study may say, and every reason for which it is refused, stands in
 //! `docs/reference/study.md`.
 
-mod alignment;
-mod axis_channels;
-mod calibrated;
-mod check;
-mod clock;
+mod channels;
+pub(crate) mod check;
 pub(crate) mod description;
 pub mod draft;
 pub mod further;
-mod kinematics;
-mod linear;
 mod log;
-pub(crate) mod lone;
-mod long_records;
-pub mod long_study;
+pub mod long;
 mod memory;
 pub mod mistakes;
-mod naming;
 #[cfg(test)]
 mod noise;
 mod open;
-pub mod overview;
-mod pieces;
 mod plan;
 pub(crate) mod quasi_static;
 mod read;
 mod readers;
-pub(crate) mod resample;
-mod roles;
-mod sampling;
-mod second_logger;
-mod spare;
-mod stretches;
 pub mod survey;
-pub(crate) mod symbols;
 pub mod time;
-mod units;
 pub(crate) mod written;
 
-pub use clock::Clock;
 pub use log::MemoryLog;
+pub use time::clock::Clock;
 
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;

@@ -1,7 +1,7 @@
 //! Opening a log: its file, its reader, and the columns that a study uses of it.
 
+use super::check::lone;
 use super::log::{Column, Log, MemoryLog, Numbering, Request, Table};
-use super::lone;
 use super::readers::long::LongLog;
 use super::readers::{self, long};
 use crate::text::error::Result;

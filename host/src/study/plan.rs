@@ -1,11 +1,11 @@
 //! What to read from every log and what it means, checked before any log is opened.
 
 use super::Axis;
-use super::calibrated::{Calibrated, Columns, calibrate};
+use super::channels::calibrated::{Calibrated, Columns, calibrate};
+use super::channels::units::Quantity;
 use super::description::{AxisEntry, ChannelTable, Description, Force, Source};
 use super::log::{Log, Request, Wanted};
-use super::second_logger::{SecondLogger, second_loggers};
-use super::units::Quantity;
+use super::time::second_logger::{SecondLogger, second_loggers};
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use std::collections::HashSet;

@@ -1,17 +1,19 @@
 //! Reading a study: description, plan, logs, time, checks.
 
-use super::calibrated::Calibrated;
+use super::channels::calibrated::Calibrated;
+use super::check::roles;
 use super::check::{self, Extent};
 use super::description::{Description, RecordEntry, Source};
 use super::log::{Log, MemoryLog, Request};
-use super::long_records::{Thinned, thin};
-use super::pieces::MIN_ROWS;
+use super::long::records::{Thinned, thin};
 use super::plan::{Plan, plan};
 use super::quasi_static::{ROWS_PER_SECOND, direction};
 use super::readers::long::LongLog;
-use super::sampling::Sampling;
-use super::second_logger::Wants;
-use super::{Record, Role, Study, roles, second_logger, time};
+use super::time::pieces::MIN_ROWS;
+use super::time::sampling::Sampling;
+use super::time::second_logger;
+use super::time::second_logger::Wants;
+use super::{Record, Role, Study, time};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
 use rayon::prelude::*;

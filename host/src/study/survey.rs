@@ -1,10 +1,10 @@
 //! A look at a log before any study names its columns: what they are called, their units, ranges and sampling.
 
+use super::channels::naming::{self, Named};
+use super::channels::units::Quantity;
 use super::log::Request;
-use super::naming::{self, Named};
 use super::readers::long::LongLog;
 use super::time::Stamps;
-use super::units::Quantity;
 use crate::text::error::{Error, Result};
 use std::path::Path;
 

@@ -3,9 +3,9 @@
 //! `cargo run --release -p jointwatch-tests --bin joints` prints the table and writes it into docs/notebook/joints.md. Sets that are not
 //! there are skipped, and then the page stays as it is.
 
-use jointwatch_tests::joints::{COUNT, MARKS, outcomes, table};
-use jointwatch_tests::league::with_table;
 use jointwatch_tests::program::workspace;
+use jointwatch_tests::public::joints::{COUNT, MARKS, outcomes, table};
+use jointwatch_tests::public::league::with_table;
 use std::fs;
 
 fn main() -> Result<(), String> {

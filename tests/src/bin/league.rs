@@ -3,8 +3,8 @@
 //! `cargo run --release -p jointwatch-tests --bin league` prints the table and writes it into docs/notebook/league.md. Sets that are
 //! not there are skipped, and then the page stays as it is.
 
-use jointwatch_tests::league::{MARKS, emps, hysteretic, silverbox, table, with_table};
 use jointwatch_tests::program::workspace;
+use jointwatch_tests::public::league::{MARKS, emps, hysteretic, silverbox, table, with_table};
 use std::fs;
 
 fn main() -> Result<(), String> {

@@ -8,11 +8,11 @@
 use clap::Parser;
 use jointwatch::simulate::RigParameters;
 use jointwatch_shared::monitor::Onset;
-use jointwatch_tests::curves::{Change, curves};
-use jointwatch_tests::detection::detect;
-use jointwatch_tests::drifts::{Fleet, Motion, Quantity, Said, line};
-use jointwatch_tests::false_alarms::{Campaign, WANTED_HOURS, report};
-use jointwatch_tests::watched::{Learnt, Subject};
+use jointwatch_tests::monitor::curves::{Change, curves};
+use jointwatch_tests::monitor::detection::detect;
+use jointwatch_tests::monitor::drifts::{Fleet, Motion, Quantity, Said, line};
+use jointwatch_tests::monitor::false_alarms::{Campaign, WANTED_HOURS, report};
+use jointwatch_tests::monitor::watched::{Learnt, Subject};
 
 /// Models, and within how many seconds a change is to be seen with them.
 const MODELS: [(Learnt, f64); 2] = [(Learnt::Physical, 2.0), (Learnt::Polynomial, 10.0)];

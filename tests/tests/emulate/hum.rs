@@ -8,7 +8,7 @@ use jointwatch::study::{Record, Role, Study};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::hum::Hum;
 use jointwatch_shared::monitor::State;
-use jointwatch_tests::watched::add_line;
+use jointwatch_tests::monitor::watched::add_line;
 
 const HUM_HZ: f64 = 50.0;
 

@@ -2,7 +2,7 @@
 
 use super::channel::{Channel, Kind, liveliness};
 use super::finding::{Finding, RecordPosition};
-use crate::study::lone::{Lone, lone, lone_by};
+use crate::study::check::lone::{Lone, lone, lone_by};
 
 /// A body does not jump by so many times what it moves by from row to row around it. Measured displacements come to 6, where a logger
 /// was late by a row.

@@ -13,7 +13,7 @@ use crate::signal::fir::apply;
 use crate::signal::motion::{Motion, low_pass};
 use crate::signal::statistics::root_mean_square;
 use crate::simulate::{self, Contact, Equations, Excitation, JointLaw};
-use crate::study::resample::finer;
+use crate::study::time::resample::finer;
 use crate::study::{Channels, Convention, Study};
 use crate::text::error::{Error, Result};
 use nalgebra::{Matrix3, SVector, Vector3};

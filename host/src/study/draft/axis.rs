@@ -1,11 +1,11 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion stands.
 
 use super::parts::{DraftAxis, DraftChannel, Log, Said, names};
-use crate::study::axis_channels::integral;
-use crate::study::kinematics::{alike, clear_lag, derivative_likeness, motion};
-use crate::study::linear::{Fitted, Linear};
+use crate::study::channels::axis::integral;
+use crate::study::channels::units::Quantity;
+use crate::study::check::kinematics::{alike, clear_lag, derivative_likeness, motion};
+use crate::study::check::linear::{Fitted, Linear};
 use crate::study::survey::{Survey, SurveyedColumn};
-use crate::study::units::Quantity;
 use crate::study::{AxisKind, Convention};
 use crate::text::error::{Error, Result};
 

@@ -7,9 +7,9 @@
 
 mod slips;
 
+use super::check::kinematics::{Likeness, alike, clear_lag, derivative_likeness, motion};
+use super::check::linear::{Fitted, Linear};
 use super::description::{ChannelTable, Description, Source};
-use super::kinematics::{Likeness, alike, clear_lag, derivative_likeness, motion};
-use super::linear::{Fitted, Linear};
 use super::{AxisKind, Channels, Convention, Study};
 use slips::{ANGULAR_SLIPS, Cure, FORCE_SLIPS, LINEAR_SLIPS, SPEED_SLIPS, Slip, TURNING_SLIPS};
 

@@ -1,7 +1,7 @@
 //! The layout of a text log, guessed from a sample of its lines: separator, decimal sign, heading, row of units, first row.
 
 use super::cells::{Decimal, instant, number};
-use crate::study::units::is_a_unit;
+use crate::study::channels::units::is_a_unit;
 
 /// Lines looked at from the top of the file, where preface and heading are.
 pub(super) const TOP: usize = 300;

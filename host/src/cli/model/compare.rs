@@ -1,0 +1,54 @@
+//! `jointwatch compare`: a model against the records of a study.
+
+use crate::assess::compare;
+use crate::assess::compared::compared;
+use crate::cli::console::Console;
+use crate::cli::plots::Plots;
+use crate::cli::report::Report;
+use crate::model::file::ModelFile;
+use crate::text::error::Result;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Options of `jointwatch compare`.
+#[derive(Args)]
+pub(crate) struct Compare {
+    /// The study: its study.toml, or the folder that holds it.
+    study: PathBuf,
+    /// The model that `identify` or `add` wrote.
+    model: PathBuf,
+    /// With --report: another model of the study, shown beside it as the one before.
+    #[arg(long, value_name = "MODEL")]
+    beside: Option<PathBuf>,
+    #[command(flatten)]
+    plots: Plots,
+    #[command(flatten)]
+    report: Report,
+}
+
+impl Compare {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
+        let working = console.working("comparing");
+        let model = ModelFile::read(&self.model)?;
+        let beside = self.beside.as_deref().map(ModelFile::read).transpose()?;
+        let study = model.read_study(&self.study, &[])?;
+        let written: Vec<&Path> = self.report.outputs().collect();
+        console.check_outputs(&written, &study, Some(&self.model))?;
+        let found = compared(&study, &model)?;
+        let comparison = &found.comparison;
+        let drawings = self.plots.of_comparison(&study, &model, comparison)?;
+        let page = self.report.of_model(&study, &model, beside.as_ref())?;
+        working.finish_and_clear();
+        for note in &study.notes {
+            console.say(format!("Note: {note}."))?;
+        }
+        console.say_data_problems(&found.data_problems)?;
+        if found.serious {
+            console.say("The data are at fault: the errors below say little of the model before they are put right.")?;
+        }
+        console.say(compare::in_words(comparison, &model))?;
+        self.plots.write(console, &drawings)?;
+        self.report.write(console, page)?;
+        console.json(&found)
+    }
+}

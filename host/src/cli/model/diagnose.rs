@@ -1,0 +1,356 @@
+//! `jointwatch diagnose`: which physical effect a model lacks; with `--apply`, the model with everything that was missing.
+
+use super::staircase;
+use crate::cli::console::Console;
+use crate::cli::plots::Plots;
+use crate::cli::report::Report;
+use crate::diagnose::apply::{self, Applied};
+use crate::diagnose::changed::{self, ParameterChange};
+use crate::diagnose::{self, Asked, Columns, Diagnosis, Ranked, Verdict};
+use crate::model::file::ModelFile;
+use crate::model::{ModelEffect, ParameterValue, corrections, effects};
+use crate::text::error::{Error, Result};
+use crate::text::table::{Table, quantity};
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Options of `jointwatch diagnose`.
+#[derive(Args)]
+pub(crate) struct Diagnose {
+    /// The study: its study.toml, or the folder that holds it.
+    study: PathBuf,
+    /// The model that `identify` or `add` wrote.
+    model: PathBuf,
+    /// Add what is missing, diagnose again, and so on until nothing is missing; shows the staircase of errors.
+    #[arg(long)]
+    apply: bool,
+    /// Where --apply writes the model; the model's own name with -added when left out.
+    #[arg(short, long, value_name = "FILE", requires = "apply")]
+    output: Option<PathBuf>,
+    /// An effect that is not to be thought of; may be given several times.
+    #[arg(long, value_name = "EFFECT")]
+    without: Vec<String>,
+    /// List every set of effects that was looked at, how well it predicts, and why it was not chosen.
+    #[arg(long)]
+    explain: bool,
+    #[command(flatten)]
+    plots: Plots,
+    #[command(flatten)]
+    report: Report,
+}
+
+impl Diagnose {
+    pub(crate) fn run(self, console: &Console) -> Result<()> {
+        let working = console.working("reading the records");
+        let model = ModelFile::read(&self.model)?;
+        let study = model.read_study(&self.study, &[])?;
+        working.set_message("columns that the study does not name");
+        let Columns { study, notes } = diagnose::with_columns(study, &model)?;
+        let output = self
+            .output
+            .unwrap_or_else(|| super::add::output_beside(&self.model));
+        let model_written = self.apply.then_some(output.as_path());
+        let written: Vec<&Path> = model_written
+            .into_iter()
+            .chain(self.report.outputs())
+            .collect();
+        console.check_outputs(&written, &study, Some(&self.model))?;
+        working.set_message("searching for missing effects");
+        let asked = Asked::checked(self.without, self.explain)?;
+        if self.apply {
+            let each = |effect: &str| working.set_message(format!("adding {effect}"));
+            let mut applied = apply::apply(&study, &model, &asked, &each)?;
+            applied.first.notes.extend(notes);
+            let drawings = self.plots.of_applied(&study, &applied)?;
+            let page = self.report.of_applied(&study, &model, &applied)?;
+            working.finish_and_clear();
+            console.say_first_checks(&study)?;
+            end(console, &output, &applied)?;
+            self.plots.write(console, &drawings)?;
+            self.report.write(console, page)?;
+            return write_json(console, &output, &applied);
+        }
+        let mut diagnosis = diagnose::diagnose_asked(&study, &model, &asked)?;
+        diagnosis.notes.extend(notes);
+        let moved = changed::moved(&study, &model)?;
+        let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
+        let page = self.report.of_diagnosis(&study, &model, &diagnosis)?;
+        working.finish_and_clear();
+        console.say_first_checks(&study)?;
+        say_moved(console, &moved)?;
+        say(console, &diagnosis)?;
+        self.plots.write(console, &drawings)?;
+        self.report.write(console, page)?;
+        console.json(&Printed {
+            diagnosis: &diagnosis,
+            moved,
+        })
+    }
+}
+
+/// What `--json` holds: the diagnosis, and what moved since the model was made.
+#[derive(Serialize)]
+struct Printed<'a> {
+    #[serde(flatten)]
+    diagnosis: &'a Diagnosis,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    moved: Vec<ParameterChange>,
+}
+
+/// Says which values of the model are others on these records.
+fn say_moved(console: &Console, moved: &[ParameterChange]) -> Result<()> {
+    if moved.is_empty() {
+        return Ok(());
+    }
+    let words: Vec<String> = moved.iter().map(ParameterChange::in_words).collect();
+    console.say(format!(
+        "Changed since the model was made: {}. The search uses the new values; `jointwatch changed` shows both.\n",
+        words.join("; ")
+    ))
+}
+
+/// Shows what was done and writes the model.
+fn end(console: &Console, output: &Path, applied: &Applied) -> Result<()> {
+    let added = applied.staircase.steps.len() > 1;
+    if added {
+        applied.model.write(output)?;
+    }
+    say(console, &applied.first)?;
+    console.say(format!("\n{}", staircase::in_words(&applied.staircase)))?;
+    if added {
+        console.say(effects::table(&applied.model.effects).to_string())?;
+        console.say(format!("\nModel written to {}.", output.display()))?;
+    } else {
+        console.say("Nothing was added, so no model was written.")?;
+    }
+    Ok(())
+}
+
+/// What scripts read of it.
+fn write_json(console: &Console, output: &Path, applied: &Applied) -> Result<()> {
+    let added = applied.staircase.steps.len() > 1;
+    let mut json = serde_json::to_value(&applied.first).map_err(not_json)?;
+    let more = serde_json::json!({
+        "staircase": applied.staircase,
+        "model": added.then_some(output),
+        "verdict_after": applied.last.verdict,
+        "effects": applied.model.effects,
+    });
+    if let (Some(json), serde_json::Value::Object(more)) = (json.as_object_mut(), more) {
+        json.extend(more);
+    }
+    console.json(&json)
+}
+
+fn not_json(error: serde_json::Error) -> Error {
+    Error::failed(format!("the result could not be written as JSON ({error})"))
+}
+
+const NOT_IN_THE_LIBRARY: &str = "Something is missing that is not in the library.";
+
+fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
+    console.say_data_problems(&diagnosis.data_problems)?;
+    if !diagnosis.ranked.is_empty() {
+        console.say(format!(
+            "Candidates for what is missing, each added alone; RMS error over RMS force of its axis on stretches of the training \
+             records that it was not fitted to:\n{}\n",
+            candidates(diagnosis)
+        ))?;
+    }
+    if !diagnosis.looked_at.is_empty() {
+        console.say(format!(
+            "Everything that was looked at:\n{}\n",
+            looked_at(diagnosis)
+        ))?;
+    }
+    let mut table = Table::new(&["axis", "error before", "after", "noise floor"]);
+    for (axis, before) in &diagnosis.relative_error_before {
+        table.row(vec![
+            axis.clone(),
+            format!("{before:.4}"),
+            format!("{:.4}", diagnosis.relative_error_after[axis]),
+            format!("{:.4}", diagnosis.noise_floor[axis]),
+        ]);
+    }
+    console.say(format!(
+        "With everything that is missing added, RMS error over RMS force on the {}:\n{table}\n",
+        diagnosis.judged_on.words()
+    ))?;
+    let found: Vec<String> = diagnosis
+        .found
+        .iter()
+        .map(|f| format!("{}@{}", f.effect, f.axis))
+        .collect();
+    let verdict = match diagnosis.verdict {
+        Verdict::Effect => format!("{}{}", told(diagnosis, &found), beside(diagnosis)),
+        Verdict::None => "Nothing is missing.".into(),
+        Verdict::Unknown if found.is_empty() => NOT_IN_THE_LIBRARY.into(),
+        Verdict::Unknown => format!(
+            "{NOT_IN_THE_LIBRARY} A part of it has a name: {}.",
+            found.join(", ")
+        ),
+        Verdict::Data => "The data are at fault: what is said above of effects means nothing before they are put right.".into(),
+    };
+    console.say(verdict)?;
+    if diagnosis.verdict != Verdict::None {
+        let named = |r: &&Ranked| {
+            let mut found = diagnosis.found.iter();
+            found.any(|f| f.effect == r.effect && f.axis == r.axis)
+        };
+        for candidate in diagnosis.ranked.iter().filter(named) {
+            console.say(values(candidate))?;
+            if let Some(group) = in_one_group(candidate) {
+                console.say(group)?;
+            }
+        }
+    }
+    for note in &diagnosis.notes {
+        console.say(format!("Note: {note}."))?;
+    }
+    Ok(())
+}
+
+/// What was found: effects of the joint are missing, faults of the instruments are said for what they are.
+fn told(diagnosis: &Diagnosis, found: &[String]) -> String {
+    let (instruments, joint): (Vec<_>, Vec<_>) = found
+        .iter()
+        .zip(&diagnosis.found)
+        .partition(|(_, f)| effects::is_correction(&f.effect));
+    let mut sentences = Vec::new();
+    if !joint.is_empty() {
+        let names: Vec<&str> = joint.iter().map(|(name, _)| name.as_str()).collect();
+        sentences.push(format!("Missing: {}.", names.join(", ")));
+    }
+    for (name, fault) in instruments {
+        let mut ranked = diagnosis.ranked.iter();
+        let ranked = ranked.find(|r| r.effect == fault.effect && r.axis == fault.axis);
+        let words = ranked
+            .map(as_a_term)
+            .map(|term| corrections::in_words(&[term]));
+        match words.as_deref() {
+            Some([words, ..]) => sentences.push(format!("Instrument: {words} ({name}).")),
+            _ => sentences.push(format!("Instrument: {name}.")),
+        }
+    }
+    sentences.join(" ")
+}
+
+/// A candidate as a model would hold it.
+fn as_a_term(candidate: &Ranked) -> ModelEffect {
+    let parameters = candidate.parameters.iter();
+    ModelEffect {
+        effect: candidate.effect.clone(),
+        axis: Some(candidate.axis.clone()),
+        parameters: parameters
+            .map(|p| ParameterValue {
+                name: p.name.clone(),
+                value: p.value,
+                unit: p.unit.clone(),
+                interval: None,
+            })
+            .collect(),
+    }
+}
+
+/// What is left beside what was found, in a sentence.
+fn beside(diagnosis: &Diagnosis) -> String {
+    let most = diagnosis.remainder.iter();
+    let most = most.max_by(|a, b| a.relative_error.total_cmp(&b.relative_error));
+    most.map_or_else(String::new, |left| {
+        format!(
+            " Something smaller besides: relative error {:.4} is left on axis {}, of whose power {:.0} % follows {}.",
+            left.relative_error,
+            left.axis,
+            100.0 * left.explainable,
+            left.follows
+        )
+    })
+}
+
+/// A row per set of effects that was looked at, the best of each axis first.
+fn looked_at(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new(&[
+        "axis",
+        "effects",
+        "mean log error",
+        "error",
+        "numbers",
+        "outcome",
+    ]);
+    for looked in &diagnosis.looked_at {
+        table.row(vec![
+            looked.axis.clone(),
+            if looked.effects.is_empty() {
+                "the base alone".into()
+            } else {
+                looked.effects.join(" + ")
+            },
+            format!("{:.3}", looked.mean_log_error),
+            format!("{:.4}", looked.error),
+            looked.numbers.to_string(),
+            looked.outcome.clone(),
+        ]);
+    }
+    table
+}
+
+/// A row per candidate, without its values: those of laws with five would fill the screen.
+fn candidates(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new(&["effect", "probability", "error without", "with", "like"]);
+    for candidate in &diagnosis.ranked {
+        table.row(vec![
+            format!("{}@{}", candidate.effect, candidate.axis),
+            format!("{:.2}", candidate.probability),
+            format!("{:.4}", candidate.error_before),
+            format!("{:.4}", candidate.error_after),
+            first_few(&candidate.equivalent),
+        ]);
+    }
+    table
+}
+
+/// The first names of a list that a row has room for, and how many more there are.
+fn first_few(names: &[String]) -> String {
+    const ROOM: usize = 3;
+    if names.len() <= ROOM + 1 {
+        return names.join(", ");
+    }
+    let more = names.len() - ROOM;
+    format!("{} and {more} more", names[..ROOM].join(", "))
+}
+
+/// The values of a candidate, in words.
+fn values(candidate: &Ranked) -> String {
+    let values: Vec<String> = candidate
+        .parameters
+        .iter()
+        .map(|p| quantity(&p.name, p.value, &p.unit))
+        .collect();
+    format!(
+        "{}@{} would have {}.",
+        candidate.effect,
+        candidate.axis,
+        values.join(", ")
+    )
+}
+
+/// What these records cannot tell from a candidate, and the experiment that would; nothing when it has no look-alike.
+fn in_one_group(candidate: &Ranked) -> Option<String> {
+    if candidate.equivalent.is_empty() {
+        return None;
+    }
+    // What is likeliest may have more parameters than these records call for.
+    let simplest = match candidate.probability < 0.5 * candidate.group_probability {
+        true => ", which is named because it is the simplest,",
+        false => "",
+    };
+    Some(format!(
+        "These records cannot tell {}@{}{simplest} from {}: one of them acts with probability {:.2}. To tell them apart: {}",
+        candidate.effect,
+        candidate.axis,
+        candidate.equivalent.join(", "),
+        candidate.group_probability,
+        candidate.separating_experiment
+    ))
+}

@@ -1,0 +1,8 @@
+//! Channels: which columns of a log they are, in which units, and what their numbers mean in SI.
+
+pub(super) mod axis;
+pub(super) mod calibrated;
+pub(super) mod naming;
+mod spare;
+mod symbols;
+pub(super) mod units;

@@ -1,0 +1,302 @@
+//! What a column is, by its name and unit: English, German and French words, and units written in brackets or behind the name.
+
+use super::units::{Quantity, is_a_unit};
+use crate::study::AxisKind::{Rotation, Translation};
+
+/// What a name and a unit say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Named {
+    /// The unit that stands in the name.
+    pub(crate) unit: Option<String>,
+    /// How surely this is the time; 0 for not at all.
+    pub(crate) time: u8,
+    /// What it may measure, with how surely.
+    pub(crate) quantities: Vec<(Quantity, u8)>,
+    /// The name without unit, in lower case.
+    pub(crate) stem: String,
+}
+
+impl Named {
+    /// How surely it measures a quantity; 0 for not at all.
+    pub(crate) fn score(&self, quantity: Quantity) -> u8 {
+        let found = self.quantities.iter().find(|(q, _)| *q == quantity);
+        found.map_or(0, |(_, score)| *score)
+    }
+}
+
+/// Every quantity but time.
+pub(crate) const QUANTITIES: [Quantity; 8] = [
+    Quantity::Displacement(Translation),
+    Quantity::Velocity(Translation),
+    Quantity::Acceleration(Translation),
+    Quantity::Force(Translation),
+    Quantity::Displacement(Rotation),
+    Quantity::Velocity(Rotation),
+    Quantity::Acceleration(Rotation),
+    Quantity::Force(Rotation),
+];
+
+/// Whole words, and words that are long enough to be told inside another.
+fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str]) {
+    match quantity {
+        Quantity::Input => (&[], &[]),
+        Quantity::Time => (
+            &[
+                "t", "tout", "time", "zeit", "temps", "uhrzeit", "x_value", "sec", "seconds",
+                "sekunden",
+            ],
+            &["time", "zeit", "temps", "uhrzeit", "elapsed", "seconds"],
+        ),
+        Quantity::Displacement(Translation) => (
+            &[
+                "x", "d", "s", "q", "qm", "disp", "dist", "pos", "weg", "hub", "lvdt", "u",
+            ],
+            &[
+                "displ",
+                "posit",
+                "auslenk",
+                "verschieb",
+                "stroke",
+                "travel",
+                "course",
+                "deplac",
+                "déplac",
+                "encoder",
+                "weggeber",
+            ],
+        ),
+        Quantity::Velocity(Translation) => (
+            &["v", "vel", "xdot", "dx", "vx"],
+            &["velocity", "speed", "geschwind", "vitesse"],
+        ),
+        Quantity::Acceleration(Translation) => (
+            &["a", "acc", "accel", "xddot", "ax", "adxl", "b"],
+            &["accel", "accél", "beschl"],
+        ),
+        Quantity::Force(Translation) => (
+            &[
+                "f", "force", "forc", "kraft", "load", "last", "fx", "fz", "effort", "thrust",
+            ],
+            &["force", "kraft", "loadcell", "effort"],
+        ),
+        Quantity::Displacement(Rotation) => (
+            &["phi", "theta", "angle", "winkel"],
+            &["angle", "winkel", "rotation", "theta"],
+        ),
+        Quantity::Velocity(Rotation) => (
+            &["omega", "phidot", "thetadot"],
+            &["angvel", "angular_vel", "winkelgeschw", "drehzahl", "omega"],
+        ),
+        Quantity::Acceleration(Rotation) => (
+            &["alpha", "phiddot"],
+            &["angacc", "angular_acc", "winkelbeschl", "alpha"],
+        ),
+        Quantity::Force(Rotation) => (
+            &["m", "mz", "torque", "moment", "drehmoment", "couple"],
+            &["torque", "drehmom", "moment"],
+        ),
+    }
+}
+
+/// Words that say that a column is what something was told to do, and not what it did.
+const COMMANDS: [&str; 9] = [
+    "cmd",
+    "command",
+    "commanded",
+    "desired",
+    "goal",
+    "setpoint",
+    "soll",
+    "sollwert",
+    "target",
+];
+
+/// Reads a column's name, and its unit where the file states one.
+pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
+    let (stem, own) = split_unit(name);
+    let stem = stem.to_lowercase();
+    let unit = stated.map(str::to_owned).or(own);
+    let known = unit.as_deref().filter(|u| is_a_unit(u));
+    // “x2” is an x, “a_1” an a.
+    let tokens: Vec<&str> = stem
+        .split(|c: char| !c.is_alphanumeric())
+        .map(|t| t.trim_matches(|c: char| c.is_ascii_digit()))
+        .filter(|t| !t.is_empty())
+        .collect();
+    let by_name = |quantity: Quantity| -> u8 {
+        let (whole, parts) = words(quantity);
+        if tokens.iter().any(|t| whole.contains(t) && t.len() > 1)
+            || whole.contains(&stem.as_str()) && stem.len() > 1
+        {
+            3
+        } else if parts.iter().any(|p| stem.contains(p)) {
+            2
+        } else if tokens.iter().any(|t| whole.contains(t)) {
+            1
+        } else {
+            0
+        }
+    };
+    let commanded = tokens.iter().any(|t| COMMANDS.contains(t));
+    let by_unit = |quantity: Quantity| known.map(|unit| quantity.factor(unit, false).is_ok());
+    let score = |quantity: Quantity| match by_unit(quantity) {
+        Some(true) => 4 + by_name(quantity),
+        // A volt or a count says nothing; any other unit says that it is something else.
+        Some(false)
+            if !matches!(
+                unit.as_deref(),
+                Some("V" | "mV" | "counts" | "count" | "1" | "-")
+            ) =>
+        {
+            0
+        }
+        _ => by_name(quantity),
+    };
+    // Much is written in milliseconds that does not count the time: the width of a pulse, a delay.
+    let time = match by_name(Quantity::Time) {
+        0 => score(Quantity::Time).min(1),
+        name => match by_unit(Quantity::Time) {
+            Some(false) => score(Quantity::Time),
+            Some(true) => 5 + name,
+            None => 1 + name,
+        },
+    };
+    Named {
+        time,
+        quantities: QUANTITIES
+            .into_iter()
+            .map(|q| (q, score(q)))
+            .filter(|(_, score)| *score > 0 && !commanded)
+            .collect(),
+        unit,
+        stem,
+    }
+}
+
+/// Seconds per unit of time.
+pub(crate) fn seconds(unit: &str) -> Option<f64> {
+    Quantity::Time.factor(unit, false).ok()
+}
+
+/// The unit that stands in the name of a column of this quantity: whatever is in brackets, and behind the name what fits the quantity, as
+/// `a_in` may be an input and no inch.
+pub(crate) fn unit_for(quantity: Quantity, name: &str) -> Option<String> {
+    let unit = split_unit(name).1?;
+    let is_word = unit.chars().any(|c| c.is_alphabetic() || c == '°');
+    let in_brackets = name.contains(['[', '(']);
+    let fits = in_brackets || quantity.factor(&unit, false).is_ok() && unit != "in";
+    (is_word && fits && quantity != Quantity::Input).then_some(unit)
+}
+
+/// The name and the unit in it: `Weg [mm]`, `Weg (mm)`, `Weg/mm`, `Weg in mm`, `x2_m`, `a_m_s2`.
+fn split_unit(name: &str) -> (&str, Option<String>) {
+    for (open, close) in [('[', ']'), ('(', ')')] {
+        if let Some((stem, rest)) = name.split_once(open)
+            && let Some((unit, _)) = rest.split_once(close)
+            // `x_F[1]` is a column of a matrix.
+            && unit.parse::<usize>().is_err()
+            && is_a_unit(unit)
+        {
+            return (stem.trim(), Some(unit.trim().to_owned()));
+        }
+    }
+    for between in [" in ", " / ", ", "] {
+        if let Some((stem, unit)) = name.split_once(between)
+            && is_a_unit(unit)
+            && !stem.trim().is_empty()
+        {
+            return (stem.trim(), Some(unit.trim().to_owned()));
+        }
+    }
+    for (at, _) in name.match_indices(['_', ' ']).filter(|(at, _)| *at > 0) {
+        let unit = name[at + 1..].replace('_', "/");
+        // `chan_1` is the first of several.
+        if is_a_unit(&unit) && unit.parse::<usize>().is_err() {
+            return (&name[..at], Some(unit));
+        }
+    }
+    if let Some((stem, unit)) = name.split_once('/')
+        && is_a_unit(unit)
+        && !stem.trim().is_empty()
+    {
+        return (stem.trim(), Some(unit.trim().to_owned()));
+    }
+    (name.trim(), None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_in_three_languages() {
+        use Quantity::{Acceleration, Displacement, Force, Velocity};
+        for (name, unit, quantity) in [
+            ("Weg", Some("mm"), Displacement(Translation)),
+            ("Beschleunigung", Some("g"), Acceleration(Translation)),
+            ("Kraft [kN]", None, Force(Translation)),
+            ("x2_m", None, Displacement(Translation)),
+            ("a2_m_s2", None, Acceleration(Translation)),
+            ("alpha2_rad_s2", None, Acceleration(Rotation)),
+            ("torque_Nm", None, Force(Rotation)),
+            ("Drehwinkel (°)", None, Displacement(Rotation)),
+            ("Déplacement", None, Displacement(Translation)),
+            ("vitesse m/s", None, Velocity(Translation)),
+            ("Force", None, Force(Translation)),
+            ("F", None, Force(Translation)),
+        ] {
+            let found = read(name, unit);
+            let best = found.quantities.iter().max_by_key(|(_, s)| *s);
+            assert_eq!(best.map(|b| b.0), Some(quantity), "{name}: {found:?}");
+            assert_eq!(found.time, 0, "{name}: {found:?}");
+        }
+        let time = |name| read(name, None).time;
+        assert!(time("Time (s)") > time("ESC signal (ms)") && time("t") > time("ESC signal (ms)"));
+        for (name, unit) in [
+            ("Zeit", None),
+            ("t_s", None),
+            ("Time", Some("ms")),
+            ("Temps (s)", None),
+        ] {
+            assert!(read(name, unit).time > 0, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_command_is_no_measurement_and_a_number_no_unit() {
+        for name in ["goal_rad", "cmd_mm", "Force setpoint (N)", "x_target_m"] {
+            assert_eq!(read(name, None).quantities, [], "{name}");
+        }
+        assert_eq!(read("chan_1", None).unit, None);
+    }
+
+    #[test]
+    fn a_unit_in_a_name_counts_where_it_is_meant_as_one() {
+        let length = Quantity::Displacement(Translation);
+        for (name, unit) in [
+            ("Weg (mm)", Some("mm")),
+            ("stroke (V)", Some("V")),
+            ("x_mm", Some("mm")),
+            ("x_F[1]", None),
+            ("x_in", None),
+            ("x_N", None),
+            ("x", None),
+        ] {
+            assert_eq!(unit_for(length, name), unit.map(str::to_owned), "{name}");
+        }
+        assert_eq!(unit_for(Quantity::Input, "coil (mA)"), None);
+    }
+
+    #[test]
+    fn units_are_taken_out_of_names() {
+        for (name, stem, unit) in [
+            ("a2_m_s2", "a2", Some("m/s2")),
+            ("phi_rad", "phi", Some("rad")),
+            ("Kraft in N", "Kraft", Some("N")),
+            ("far side", "far side", None),
+            ("F", "F", None),
+        ] {
+            assert_eq!(split_unit(name), (stem, unit.map(str::to_owned)), "{name}");
+        }
+    }
+}

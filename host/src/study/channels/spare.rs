@@ -1,0 +1,158 @@
+//! Columns of the logs that a study does not name: a model may follow one as if it were an input of the same name.
+
+use crate::study::description::{Description, InputEntry, RecordEntry, Source};
+use crate::study::log::Request;
+use crate::study::long::records::thin;
+use crate::study::plan::plan;
+use crate::study::read::{Logged, description_text};
+use crate::study::readers::long::LongLog;
+use crate::study::{Input, Study};
+use crate::text::error::Result;
+use std::path::Path;
+use std::sync::Arc;
+use toml::Spanned;
+
+impl Study {
+    /// Reads a study as [`Study::read`] does, with further columns of its logs as inputs, each under its own name; those that the study
+    /// names already are left alone.
+    ///
+    /// # Errors
+    /// As [`Study::read`], also for a column that a log lacks.
+    pub fn read_with(path: &Path, columns: &[&str]) -> Result<Self> {
+        let (path, text) = description_text(path)?;
+        Self::described(&Source::file(&path, &text), Logged::Files, columns)
+    }
+
+    /// Reads a study for effects that follow these inputs: columns of that name serve where the study names no such input.
+    ///
+    /// # Errors
+    /// As [`Study::read`]; an input that is nowhere is refused by what needs it.
+    pub(crate) fn read_following(path: &Path, inputs: &[&str]) -> Result<Self> {
+        let read = Self::read_with(path, inputs);
+        read.or_else(|_| Self::read(path))
+    }
+
+    /// As [`Study::read_following`], and every row as [`Study::read_whole`].
+    ///
+    /// # Errors
+    /// As [`Study::read_whole`]; an input that is nowhere is refused by what needs it.
+    pub(crate) fn read_whole_following(path: &Path, inputs: &[&str]) -> Result<Self> {
+        if inputs.is_empty() {
+            return Self::read_whole(path);
+        }
+        let (described, text) = description_text(path)?;
+        let read = Self::described(&Source::file(&described, &text), Logged::Whole, inputs);
+        read.or_else(|_| Self::read_whole(path))
+    }
+
+    /// The study with every column as an input that no channel uses, that holds a number in every row of all records, and that changes;
+    /// nothing where there is none, or where the logs are not files.
+    ///
+    /// # Errors
+    /// As [`Study::read`].
+    pub(crate) fn with_spare_columns(&self) -> Result<Option<Self>> {
+        let mut names: Vec<&str> = self.unused.iter().map(String::as_str).collect();
+        names.retain(|name| is_a_word(name));
+        if names.is_empty() || !self.path.is_file() {
+            return Ok(None);
+        }
+        let (path, text) = description_text(&self.path)?;
+        let source = Source::file(&path, &text);
+        let mut said: Description = source.parse("reference/study.md")?;
+        let time = said.time.as_ref();
+        if time.is_some_and(|time| time.get_ref().resample_hz.is_some()) {
+            return Ok(None);
+        }
+        let folder = path.parent().unwrap_or(Path::new("."));
+        let (plan, _) = plan(&source, &said)?;
+        let long = thin(&mut said, &plan, folder)?.logs;
+        let mut spare: Option<Vec<(String, bool)>> = None;
+        for entry in &said.record {
+            let mut own = numbers(folder, entry, &long)?;
+            own.retain(|(name, _)| names.contains(&name.as_str()));
+            if let Some(before) = spare {
+                own.retain_mut(|(name, changes)| {
+                    let same = before.iter().find(|(known, _)| known == name);
+                    *changes |= same.is_some_and(|(_, changed)| *changed);
+                    same.is_some()
+                });
+            }
+            spare = Some(own);
+        }
+        let spare: Vec<(String, bool)> = spare.unwrap_or_default();
+        let changing = spare.iter().filter(|(_, changes)| *changes);
+        let names: Vec<&str> = changing.map(|(name, _)| name.as_str()).collect();
+        if names.is_empty() {
+            return Ok(None);
+        }
+        Self::described(&source, Logged::Files, &names).map(Some)
+    }
+}
+
+/// Whether effects can follow an input of this name.
+fn is_a_word(name: &str) -> bool {
+    !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_')
+}
+
+/// The columns of a record's log that hold a number in every row, and whether each changes.
+fn numbers(
+    folder: &Path,
+    entry: &RecordEntry,
+    long: &[Arc<LongLog>],
+) -> Result<Vec<(String, bool)>> {
+    let path = folder.join(entry.file.get_ref());
+    let request = Request {
+        file: entry.file.get_ref(),
+        path: &path,
+        wanted: None,
+        rows: entry.rows.as_ref().map(|r| *r.get_ref()),
+        columns: entry.columns.as_deref(),
+        memory: None,
+        sparse: false,
+    };
+    let long = long.iter().find(|log| log.is_at(&path));
+    let table = request.table_of(long.map(Arc::as_ref))?;
+    let mut numbers = Vec::new();
+    for column in &table.columns {
+        let mut values = column.values.as_deref().unwrap_or_default();
+        if !table.cut {
+            values = values.get(request.range(values.len())?).unwrap_or_default();
+        }
+        let twice = table.columns.iter().filter(|c| c.name == column.name);
+        if !values.is_empty() && values.iter().all(|v| v.is_finite()) && twice.count() == 1 {
+            let changes = values.iter().any(|v| *v != values[0]);
+            numbers.push((column.name.clone(), changes));
+        }
+    }
+    Ok(numbers)
+}
+
+impl Description {
+    /// Makes inputs of further columns.
+    pub(crate) fn take_columns(&mut self, columns: &[&str]) {
+        for &column in columns {
+            if self.input.iter().any(|e| e.name.get_ref() == column) {
+                continue;
+            }
+            self.input.push(InputEntry {
+                name: Spanned::new(0..0, column.to_owned()),
+                column: column.to_owned(),
+                unit: String::new(),
+                scale: None,
+                offset: None,
+                time: None,
+                named: false,
+            });
+        }
+    }
+
+    /// The study's inputs.
+    pub(crate) fn inputs(&self) -> Vec<Input> {
+        let inputs = self.input.iter().map(|entry| Input {
+            name: entry.name.get_ref().clone(),
+            unit: entry.unit.clone(),
+            named: entry.named,
+        });
+        inputs.collect()
+    }
+}

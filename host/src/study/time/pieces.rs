@@ -1,0 +1,47 @@
+//! Gaps and pieces: when a step between two samples is a gap, and which pieces between gaps are long enough.
+
+use super::{LONGEST_GAP, median, round_rate};
+use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS};
+
+/// Fewest rows of a piece between gaps: after the longest differentiator there are twice as many left as the longest low-pass has taps.
+pub(crate) const SHORTEST_PIECE: usize = MAX_TAPS + 2 * MAX_BAND_TAPS - 1;
+/// Fewest rows of a record.
+pub(crate) const MIN_ROWS: usize = 100;
+
+/// “split at 2 gaps, the first before …”.
+pub(crate) fn said_of_gaps(gaps: usize, before: &str, left_out: usize) -> String {
+    let gaps = match gaps {
+        1 => "a gap".to_owned(),
+        n => format!("{n} gaps, the first"),
+    };
+    let left_out = match left_out {
+        0 => String::new(),
+        1 => format!("; one part of fewer than {SHORTEST_PIECE} rows is left out"),
+        n => format!("; {n} parts of fewer than {SHORTEST_PIECE} rows are left out"),
+    };
+    format!(
+        "split at {gaps} before {before}: nothing is differentiated or filtered across{left_out}"
+    )
+}
+
+/// How densely times lie that are in order.
+pub(crate) struct Density {
+    /// Different times per second, gaps left out.
+    pub(crate) rate_hz: f64,
+    /// A longer step is a gap, s.
+    pub(crate) gap_s: f64,
+}
+
+/// `None` where there are no two different times.
+pub(crate) fn density(sorted: &[f64]) -> Option<Density> {
+    let steps = || {
+        let steps = sorted.windows(2).map(|w| w[1] - w[0]);
+        steps.filter(|s| *s > 0.0)
+    };
+    let gap_s = (LONGEST_GAP as f64 + 1.5) * median(steps().collect())?;
+    let short = || steps().filter(|s| *s <= gap_s);
+    Some(Density {
+        rate_hz: round_rate(short().count() as f64 / short().sum::<f64>(), 1e-4),
+        gap_s,
+    })
+}
