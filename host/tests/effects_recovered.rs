@@ -6,7 +6,7 @@ use jointwatch::fit::effects::{EffectsFit, fit_effects};
 use jointwatch::model::effects::AxisEffect;
 use jointwatch::model::time_history::{TimeHistory, add_forces};
 use jointwatch::signal::motion::{Filters, Motion};
-use jointwatch::study::{Axis, AxisKind, Convention};
+use jointwatch::study::{Axis, AxisKind, Controller, Convention};
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::{Role, Tie};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Subsystem};
@@ -34,6 +34,7 @@ fn axes() -> Vec<Axis> {
         restoring_force: Convention::ForceMinusInertia,
         ground_stiffness: 0.0,
         ground_damping: 0.0,
+        controller: Controller::default(),
         encoder_step: None,
     };
     vec![

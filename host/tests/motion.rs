@@ -2,7 +2,7 @@
 
 use jointwatch::signal::fir::to_f64;
 use jointwatch::signal::motion::{Filters, low_pass, motions};
-use jointwatch::study::{Axis, AxisKind, Channels, Convention, Record, Role, Study};
+use jointwatch::study::{Axis, AxisKind, Channels, Controller, Convention, Record, Role, Study};
 use jointwatch::text::error::Kind;
 use std::path::PathBuf;
 
@@ -69,6 +69,7 @@ fn study(convention: Convention, accelerometer: bool) -> Study {
             restoring_force: convention,
             ground_stiffness: GROUND_STIFFNESS,
             ground_damping: GROUND_DAMPING,
+            controller: Controller::default(),
             encoder_step: None,
         }],
         records: vec![Record {

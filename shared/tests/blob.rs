@@ -240,7 +240,8 @@ fn refusals_of_effects_say_what_was_seen() {
         "axis of an effect is 2, but has to lie between 0 and 1"
     );
     for (offset, value) in [
-        (2394, 1),
+        (2394, 2),
+        (2395, 1),
         (216, 1),
         (2391, 1),
         (32, 3),

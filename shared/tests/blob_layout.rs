@@ -119,7 +119,12 @@ fn base_shifts(model: &Model) -> Vec<u8> {
 fn places(model: &Model, numbers: std::ops::Range<usize>) -> Vec<u8> {
     let place = |number: usize| match model.terms().list().get(number) {
         Some(term) => {
-            let mut bytes = vec![term.entry().tag, term.axis() as u8, 0, 0];
+            let mut bytes = vec![
+                term.entry().tag,
+                term.axis() as u8,
+                u8::from(term.squared()),
+                0,
+            ];
             let follows = term.follows().map_or(0, |share| share.raw() - 1);
             bytes.extend((follows as u32).to_le_bytes());
             bytes.extend(term.parameters().iter().flat_map(|p| p.raw().to_le_bytes()));
@@ -183,7 +188,17 @@ fn the_documented_bytes_are_the_written_bytes() {
     }
     assert_eq!(next, start("effects 1 to 7"));
     let fields: Vec<&str> = effect.iter().map(|row| row.2.as_str()).collect();
-    assert_eq!(fields, ["tag", "axis", "reserved", "follows", "parameters"]);
+    assert_eq!(
+        fields,
+        [
+            "tag",
+            "axis",
+            "squared",
+            "reserved",
+            "follows",
+            "parameters"
+        ]
+    );
     // Every effect of the table stands with its number on the page that is generated from it.
     let page = include_str!("../../docs/reference/effects.md");
     for entry in EFFECTS {

@@ -408,7 +408,7 @@ proptest! {
     #[test]
     fn the_device_stays_within_the_stated_bound_and_its_blob_brings_it_back(
         seed in prop::array::uniform4(0.0_f64..6.0), p in prop::array::uniform6(0.05_f64..0.95), axis in 0_u8..2,
-        follows in 0_usize..3,
+        follows in 0_usize..5,
     ) {
         let header = header(2);
         let rows = motion(seed, 500);
@@ -416,7 +416,13 @@ proptest! {
             let axis = if entry.acts == Acts::BothAxes { 0 } else { axis };
             let mut term = term(entry, axis, &p);
             if entry.acts == Acts::OwnAxis {
-                term.input = [None, Some("voltage"), Some("voltage~20ms")][follows];
+                term.input = [
+                    None,
+                    Some("voltage"),
+                    Some("voltage~20ms"),
+                    Some("voltage^2"),
+                    Some("voltage^2~20ms"),
+                ][follows];
             }
             let model = Model::from_effects(header.clone(), std::slice::from_ref(&term), &[]).unwrap();
             prop_assert_eq!(model.base(), &Base::None { axes: 2 });

@@ -48,6 +48,7 @@ fn wiring() -> Wiring {
             near: Some(signed(far + 1, true)),
             body: Some(signed(far + 1, true)),
             force: signed(far / 2, far > 0),
+            input: Some(signed(3 - far / 2, far == 0)),
             acceleration,
             pair_distance_m: if turns { 0.1 } else { 0.0 },
         };

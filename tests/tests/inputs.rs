@@ -1,5 +1,6 @@
 //! Inputs: further columns of a study that a force may follow, at once or behind a lag.
 
+use jointwatch_shared::wire::rig_block::decode;
 use jointwatch_tests::program::{fail, succeed};
 use serde_json::Value;
 use std::f64::consts::TAU;
@@ -14,8 +15,8 @@ const FRICTION: f64 = 4.0;
 const PER_VOLT: f64 = 6.0;
 const LAG_S: f64 = 0.02;
 
-/// A damper whose dry friction grows with a voltage, which acts behind a lag.
-fn record(seed: f64, constant: bool) -> String {
+/// A damper whose dry friction grows with a power of a voltage, which acts behind a lag.
+fn record(seed: f64, constant: bool, power: i32) -> String {
     let mut text = String::from("t,x,F,U\n");
     let mut behind = 1.0;
     for row in 0..8000 {
@@ -35,7 +36,7 @@ fn record(seed: f64, constant: bool) -> String {
             1.0 + (12.9898 * steps).sin()
         };
         behind += (volts - behind) * (1.0 - (-1.0 / RATE_HZ / LAG_S).exp());
-        let friction = FRICTION + PER_VOLT * behind;
+        let friction = FRICTION + PER_VOLT * behind.powi(power);
         let noise = 0.02 * (7919.0 * f64::from(row) * (1.0 + seed)).sin();
         let force = STIFFNESS * x + DAMPING * v + friction * (v / 1e-3).tanh() + noise;
         writeln!(text, "{t:.3},{x:.9},{force:.6},{volts:.4}").unwrap();
@@ -54,10 +55,12 @@ fn study(folder: &Path, terms: &str, input: &str) {
 
 const VOLTAGE: &str = "[[input]]\nname = \"voltage\"\ncolumn = \"U\"\nunit = \"V\"\n";
 
-fn written(constant: bool) -> tempfile::TempDir {
+fn written(constant: bool, power: i32) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("one.csv"), record(0.3, constant)).unwrap();
-    fs::write(folder.path().join("two.csv"), record(1.7, constant)).unwrap();
+    for (name, seed) in [("one.csv", 0.3), ("two.csv", 1.7)] {
+        let text = record(seed, constant, power);
+        fs::write(folder.path().join(name), text).unwrap();
+    }
     folder
 }
 
@@ -84,7 +87,7 @@ fn value(model: &Value, effect: &str) -> f64 {
 
 #[test]
 fn a_friction_that_follows_a_voltage_is_found_with_its_parts_and_its_lag() {
-    let folder = written(false);
+    let folder = written(false, 1);
     let folder = folder.path();
     study(
         folder,
@@ -136,18 +139,193 @@ fn a_friction_that_follows_a_voltage_is_found_with_its_parts_and_its_lag() {
     );
     let after = verdict["relative_error_after"]["x"].as_f64().unwrap();
     assert!(after < 0.01, "{verdict}");
+}
 
-    // The device reads no inputs, and says so.
-    let sentence = fail(folder, &["export", "added.json", "-o", "blob.bin"], 3);
+/// A joint whose friction follows a voltage, learnt in this folder and exported.
+fn exported() -> tempfile::TempDir {
+    let folder = written(false, 1);
+    let at = folder.path();
+    study(
+        at,
+        "\"stiffness@x\", \"viscous@x\", \"coulomb@x\", \"coulomb*voltage~20ms@x\"",
+        VOLTAGE,
+    );
+    identify(at);
+    succeed(at, &["export", "model.json", "-o", "model.bin"]);
+    folder
+}
+
+#[test]
+fn a_force_that_follows_a_voltage_runs_on_the_device_with_the_hosts_bits() {
+    let folder = exported();
+    let at = folder.path();
+    let inspected = succeed(at, &["inspect", "model.bin"]);
+    assert!(inspected.contains("coulomb*voltage~20ms@x"), "{inspected}");
+    let json = |arguments: &[&str]| -> Value {
+        let said = succeed(at, &[arguments, &["--quiet", "--json", "-"]].concat());
+        serde_json::from_str(&said).unwrap()
+    };
+    // The device's arithmetic misses as little as the model itself.
+    let error = |replayed: &Value| {
+        let record = &replayed["records"][1];
+        record["axes"]["x"]["relative_error"].as_f64().unwrap()
+    };
+    let replayed = json(&["replay", "model.bin", "study.toml"]);
+    assert!(error(&replayed) < 0.01, "{replayed}");
+    // And with a voltage that stands still it would not.
+    let text = fs::read_to_string(at.join("study.toml")).unwrap();
+    let still = text.replace(
+        "column = \"U\"",
+        "column = \"U\"\nscale = 0.0\noffset = 1.0",
+    );
+    fs::write(at.join("still.toml"), still).unwrap();
+    let replayed = json(&["replay", "model.bin", "still.toml"]);
+    assert!(error(&replayed) > 0.05, "{replayed}");
+
+    // A study without it is refused, by name.
+    fs::write(at.join("none.toml"), text.replace(VOLTAGE, "")).unwrap();
+    let sentence = fail(at, &["replay", "model.bin", "none.toml"], 3);
     assert!(
-        sentence.contains("voltage") && sentence.contains("device"),
+        sentence.contains("voltage") && sentence.contains("[[input]]"),
         "{sentence}"
     );
+
+    // The firmware, its converter fed with force and voltage.
+    let emulated = json(&["emulate", "model.bin", "study.toml"]);
+    for record in emulated["records"].as_array().unwrap() {
+        assert_eq!(record["agrees"], true, "{record}");
+        assert_eq!(record["agrees"], true, "{record}");
+        let outputs = record["comparison"]["outputs"].as_u64();
+        assert!(outputs.unwrap() > 7000, "{record}");
+    }
+}
+
+#[test]
+fn a_friction_that_goes_with_the_square_of_a_voltage_is_found_and_exported() {
+    let folder = written(false, 2);
+    let at = folder.path();
+    study(
+        at,
+        "\"stiffness@x\", \"viscous@x\", \"coulomb@x\", \"coulomb*voltage~20ms@x\", \"coulomb*voltage^2~20ms@x\"",
+        VOLTAGE,
+    );
+    let model = identify(at);
+    let near = |said: f64, truth: f64| (said - truth).abs() < 0.02 * PER_VOLT;
+    assert!(near(value(&model, "coulomb"), FRICTION), "{model}");
+    assert!(near(value(&model, "coulomb*voltage~20ms"), 0.0), "{model}");
+    let square = value(&model, "coulomb*voltage^2~20ms");
+    assert!(near(square, PER_VOLT), "{model}");
+    let unit = &model["effects"][4]["parameters"][0]["unit"];
+    assert_eq!(unit, "N per voltage^2", "{model}");
+    succeed(at, &["export", "model.json", "-o", "model.bin"]);
+    let replay = [
+        "replay",
+        "model.bin",
+        "study.toml",
+        "--quiet",
+        "--json",
+        "-",
+    ];
+    let replayed: Value = serde_json::from_str(&succeed(at, &replay)).unwrap();
+    let error = &replayed["records"][1]["axes"]["x"]["relative_error"];
+    assert!(error.as_f64().unwrap() < 0.01, "{replayed}");
+}
+
+#[test]
+fn the_description_of_a_rig_states_where_the_input_is_wired() {
+    let folder = exported();
+    let at = folder.path();
+    let rig = |input: &str| {
+        format!(
+            "[wiring]\noversampling = 1024\ncounters = [{{}}]\n\n[[axis]]\nname = \"x\"\nfar = \"+0\"\ncounts_per_m = 1e6\n\
+             bridge = \"+0\"\ngain = 32\nsensitivity = 250000.0\nexcitation_V = 3.0\n{input}skew_us = {{ force = 620.0 }}\n"
+        )
+    };
+    let export = ["export", "model.json", "--rig", "rig.toml", "-o", "rig.bin"];
+    let with = |input: &str| fs::write(at.join("rig.toml"), rig(input)).unwrap();
+    with("input = { channel = \"-2\", gain = 2, per_V = 4.0, at_0_V = -0.5 }\n");
+    succeed(at, &export);
+    let block = decode(&fs::read(at.join("rig.bin")).unwrap()).unwrap();
+    let axis = &block.axes[0];
+    let step = 1.2 / 2.0 / 8_388_608.0 * 4.0;
+    assert!((axis.input_step / step - 1.0).abs() < 1e-12);
+    assert_eq!(axis.input_zero, -0.5);
+    let late = 620e-6 * block.sample_rate_hz;
+    assert!((axis.delays.input - late).abs() < 1e-9);
+    assert_eq!(block.wiring.converter.gain_log2, [5, 0, 1, 0]);
+    let wired = block.wiring.axes[0].input.unwrap();
+    assert_eq!((wired.place, wired.negative), (2, true));
+    let replay = ["replay", "model.bin", "study.toml", "--rig", "rig.bin"];
+    let said = succeed(at, &[&replay[..], &["--quiet", "--json", "-"]].concat());
+    let said: Value = serde_json::from_str(&said).unwrap();
+    let error = said["records"][1]["axes"]["x"]["relative_error"].as_f64();
+    assert!(error.unwrap() < 0.02, "{said}");
+
+    for (input, words) in [
+        ("", "follows the input \"voltage\""),
+        (
+            "input = { channel = \"+0\", gain = 32, per_V = 1.0 }\n",
+            "channel 0 is given away",
+        ),
+        (
+            "input = { channel = \"+4\", gain = 1, per_V = 1.0 }\n",
+            "converter channel",
+        ),
+        (
+            "input = { channel = \"+2\", gain = 3, per_V = 1.0 }\n",
+            "gain = 3",
+        ),
+        (
+            "input = { channel = \"+2\", gain = 1, per_V = -1.0 }\n",
+            "per_V",
+        ),
+        (
+            "input = { channel = \"+2\", gain = 1, per_V = 1.0, at_0_V = nan }\n",
+            "at_0_V",
+        ),
+    ] {
+        with(input);
+        let sentence = fail(at, &export, 3);
+        assert!(sentence.contains(words), "{words}: {sentence}");
+    }
+}
+
+#[test]
+fn what_a_device_cannot_follow_is_said_when_it_is_exported() {
+    let folder = written(false, 1);
+    let at = folder.path();
+    let second = "[[input]]\nname = \"second\"\ncolumn = \"U\"\noffset = 1.0\n";
+    let long = VOLTAGE.replace("voltage", "supply_voltage_of_the_coil");
+    for (effects, inputs, words) in [
+        (
+            "\"coulomb*voltage@x\", \"viscous*second@x\"",
+            [VOLTAGE, second].concat(),
+            "one input channel an axis",
+        ),
+        (
+            "\"coulomb*supply_voltage_of_the_coil@x\"",
+            long,
+            "longer than 16 bytes",
+        ),
+    ] {
+        study(at, &format!("\"stiffness@x\", {effects}"), &inputs);
+        identify(at);
+        let sentence = fail(at, &["export", "model.json", "-o", "blob.bin"], 3);
+        assert!(sentence.contains(words), "{words}: {sentence}");
+        assert!(!at.join("blob.bin").exists());
+    }
+    // A model of a version that did not keep the range.
+    study(at, "\"stiffness@x\", \"coulomb*voltage@x\"", VOLTAGE);
+    let mut model = identify(at);
+    model.as_object_mut().unwrap().remove("followed").unwrap();
+    fs::write(at.join("old.json"), model.to_string()).unwrap();
+    let sentence = fail(at, &["export", "old.json", "-o", "blob.bin"], 3);
+    assert!(sentence.contains("between which values"), "{sentence}");
 }
 
 #[test]
 fn an_input_that_is_wrong_is_told_in_a_sentence() {
-    let folder = written(true);
+    let folder = written(true, 1);
     let folder = folder.path();
     let refused = |terms: &str, input: &str, words: &[&str]| {
         study(folder, terms, input);
@@ -237,7 +415,7 @@ fn with_more_columns(folder: &Path) {
 
 #[test]
 fn a_column_that_the_study_does_not_name_is_taken_as_an_input() {
-    let folder = written(false);
+    let folder = written(false, 1);
     let folder = folder.path();
     with_more_columns(folder);
     study(folder, "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"", "");

@@ -219,3 +219,85 @@ fn what_cannot_be_refined_is_refused_in_one_sentence() {
     fs::write(folder.path().join("study.toml"), fast).unwrap();
     refused("physical", 3, &["diverges at", "train.csv"]);
 }
+
+/// Gains of a controller of the position, N/m and N·s/m.
+const GAINS: [f64; 2] = [3000.0, 60.0];
+
+/// Time, position and force of a mass on a slide that a controller moves along a reference, row by row.
+fn controlled(damping: f64) -> Vec<[f64; 3]> {
+    let ([m, _, _, friction], [kp, kd]) = (TRUTH, GAINS);
+    let reference = force(7);
+    let force = |t: f64, x: f64, v: f64| kp * (2e-3 * reference(t) - x) - kd * v;
+    let rate =
+        |t: f64, x: f64, v: f64| (force(t, x, v) - damping * v - friction * (v / 0.003).tanh()) / m;
+    let (mut x, mut v) = (0.0_f64, 0.0_f64);
+    let step_s = 1.0 / (64.0 * RATE_HZ);
+    let row = |row: u32| {
+        let t = f64::from(row) / RATE_HZ;
+        let seen = [t, x, force(t, x, v)];
+        for sub in 0..64 {
+            let t = t + f64::from(sub) * step_s;
+            let middle = [x + 0.5 * step_s * v, v + 0.5 * step_s * rate(t, x, v)];
+            x += step_s * middle[1];
+            v += step_s * rate(t + 0.5 * step_s, middle[0], middle[1]);
+        }
+        seen
+    };
+    (0..4000).map(row).collect()
+}
+
+#[test]
+fn a_controlled_drive_is_simulated_in_its_loop() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let [_, _, damping, _] = TRUTH;
+    let rows = controlled(damping);
+    let mut csv = String::from("t,x,F\n");
+    for [t, x, force] in &rows {
+        writeln!(csv, "{t:.6},{x:.12e},{force:.12e}").unwrap();
+    }
+    study(at, 0.0, "inertia = 1.5", r#""viscous@x", "coulomb@x""#);
+    for file in ["train.csv", "valid.csv"] {
+        fs::write(at.join(file), &csv).unwrap();
+    }
+    identify(at, &["-o", "model.json"]);
+    // A model whose damping is three times too large.
+    let mut model: Value =
+        serde_json::from_str(&fs::read_to_string(at.join("model.json")).unwrap()).unwrap();
+    model["effects"][0]["parameters"][0]["value"] = (3.0 * damping).into();
+    fs::write(at.join("wrong.json"), model.to_string()).unwrap();
+    let text = fs::read_to_string(at.join("study.toml")).unwrap();
+    let [kp, kd] = GAINS;
+    let gains = format!("inertia = 1.5\ncontroller = {{ kp = {kp}, kd = {kd} }}");
+    fs::write(at.join("loop.toml"), text.replace("inertia = 1.5", &gains)).unwrap();
+    // What it would have moved like, with its reference.
+    let wanted = controlled(3.0 * damping);
+    let apart = |study: &str, beside: &[[f64; 3]]| -> f64 {
+        let respond = ["respond", study, "wrong.json", "--record", "valid.csv"];
+        succeed(at, &[&respond[..], &["-o", "states.csv"]].concat());
+        let text = fs::read_to_string(at.join("states.csv")).unwrap();
+        let mut square = [0.0; 2];
+        for line in text.lines().skip(1) {
+            let cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap_or(1e3)).collect();
+            let row = beside[(cells[0] * RATE_HZ).round() as usize];
+            square[0] += (cells[1] - row[1]).powi(2);
+            square[1] += row[1].powi(2);
+        }
+        (square[0] / square[1]).sqrt()
+    };
+    let (in_loop, without) = (apart("loop.toml", &wanted), apart("study.toml", &wanted));
+    let from_measured = apart("loop.toml", &rows);
+    println!(
+        "{in_loop:.4} in the loop, {without:.3} without, {from_measured:.3} from the measured motion"
+    );
+    assert!(in_loop < 0.01, "{in_loop}");
+    assert!(
+        from_measured > 5.0 * in_loop && without > 0.2,
+        "{from_measured} {without}"
+    );
+
+    let bad = gains.replace("kp = 3000", "kp = -3000");
+    fs::write(at.join("bad.toml"), text.replace("inertia = 1.5", &bad)).unwrap();
+    let sentence = fail(at, &["respond", "bad.toml", "wrong.json"], 3);
+    assert!(sentence.contains("kp and kd"), "{sentence}");
+}

@@ -55,6 +55,7 @@ static inline jw_counts next_counts(struct motion *motion) {
         counts.axis[axis].body = near;
         counts.axis[axis].acceleration = times(far, 37);
         counts.axis[axis].force = times(near, 101);
+        counts.axis[axis].input = 0;
     }
     return counts;
 }

@@ -148,7 +148,7 @@ fn the_counts_around_an_alarm_are_sent_on_request_until_it_is_acknowledged() {
         for (number, found) in (contents.first..).zip(samples) {
             let wanted = fed[number as usize].map(|raw| {
                 let [far, near] = raw.displacement;
-                [far, near, raw.body, raw.acceleration, raw.force]
+                [far, near, raw.body, raw.acceleration, raw.force, raw.input]
             });
             assert_eq!(found, wanted, "sample {number}");
             numbers.push(number);

@@ -120,7 +120,7 @@ pub(crate) fn reference_rig(model: &Model, limits_for: Option<u32>) -> Rig {
         stiffness: sides,
         friction: sides,
         gross: [0; 2],
-        moving_counts: [20, 20, 20, 20, 20],
+        moving_counts: [20, 20, 20, 20, 20, 0],
     };
     let limits = limits_for.map(|model_checksum| Limits {
         model_checksum,

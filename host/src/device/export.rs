@@ -8,7 +8,7 @@ use crate::study::Convention;
 use crate::text::error::{Error, Result};
 use crate::text::input;
 use jointwatch_shared::base::axis::{self, Axis, Name};
-use jointwatch_shared::base::followed::with_lag;
+use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::base::network_quantise::Weights;
 use jointwatch_shared::base::terms::{EffectValues, Memory};
 use jointwatch_shared::base::{Header, Model};
@@ -173,7 +173,9 @@ fn check_exportable(
 /// The inputs that effects of an axis follow, each once.
 fn followed(effects: &[EffectValues], axis: usize) -> Vec<&str> {
     let own = effects.iter().filter(|e| usize::from(e.axis) == axis);
-    let mut names: Vec<&str> = own.filter_map(|e| Some(with_lag(e.input?).0)).collect();
+    let mut names: Vec<&str> = own
+        .filter_map(|e| Some(Follows::parse(e.input?).name))
+        .collect();
     names.sort_unstable();
     names.dedup();
     names

@@ -4,7 +4,6 @@ use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::wire::rig::RigAxis;
-use std::path::Path;
 
 /// What effects of each axis follow, by name.
 #[derive(Clone, Debug, Default)]
@@ -52,11 +51,7 @@ fn followed(model: &Model) -> impl Iterator<Item = Option<&str>> {
     axes.map(|axis| Some(axis.input.as_ref()?.name.as_str()))
 }
 
-/// Reads every row of a study that a model on the device is to be held against, with the columns that it follows.
-///
-/// # Errors
-/// As [`Study::read_whole`].
-pub fn read_study(path: &Path, model: &Model) -> Result<Study> {
-    let names: Vec<&str> = followed(model).flatten().collect();
-    Study::read_whole_following(path, &names)
+/// The inputs that a study has to have for a model on the device.
+pub fn names(model: &Model) -> Vec<&str> {
+    followed(model).flatten().collect()
 }

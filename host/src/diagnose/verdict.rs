@@ -25,7 +25,7 @@ use crate::signal::motion::Motion;
 use crate::study::quasi_static::effects_in_time;
 use crate::study::{AxisKind, Study};
 use crate::text::error::{Error, Result};
-use jointwatch_shared::base::followed::with_lag;
+use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::effect::{EFFECTS, Entry};
 
 /// What is asked beside the question.
@@ -351,13 +351,14 @@ fn refutations(search: &Search, names: &[&str], on: JudgedOn) -> Vec<String> {
 fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) -> Vec<String> {
     let mut notes = Vec::new();
     for bound in &search.found {
-        if let Some((input, lag_s)) = bound.input.map(with_lag)
-            && lag_s > 0.0
+        if let Some(follows) = bound.input.map(Follows::parse)
+            && follows.lag_s > 0.0
         {
             notes.push(format!(
-                "{}: the force follows {input} behind a lag of about {:.0} ms",
+                "{}: the force follows {} behind a lag of about {:.0} ms",
                 bound.name(names),
-                1e3 * lag_s
+                follows.name,
+                1e3 * follows.lag_s
             ));
         }
     }

@@ -146,7 +146,7 @@ fn unit(axis: &Axis) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::{AxisKind, Convention};
+    use crate::study::{AxisKind, Controller, Convention};
 
     fn axes() -> Vec<Axis> {
         [("x", AxisKind::Translation), ("phi", AxisKind::Rotation)]
@@ -157,6 +157,7 @@ mod tests {
                 restoring_force: Convention::default(),
                 ground_stiffness: 0.0,
                 ground_damping: 0.0,
+                controller: Controller::default(),
                 encoder_step: None,
             })
             .to_vec()

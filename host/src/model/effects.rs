@@ -5,7 +5,7 @@ use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use crate::text::table::{Table, significant};
-use jointwatch_shared::base::followed::{kept, with_lag};
+use jointwatch_shared::base::followed::{Follows, kept};
 use jointwatch_shared::base::{Model, axis, terms::EffectValues};
 use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::effect::{Acts, EFFECTS, Entry, Subsystem};
@@ -283,7 +283,7 @@ impl AxisEffect {
                     "{text:?}: only an effect of the joint on one axis can follow an input: write \"effect*input@axis\""
                 )));
             }
-            if with_lag(input).0.contains('~') {
+            if Follows::parse(input).name.contains('~') {
                 return Err(Error::data(format!(
                     "{text:?}: the lag behind which an input acts is written in milliseconds, as in {name}*voltage~10ms"
                 )));
@@ -319,7 +319,13 @@ impl AxisEffect {
         let unit = parameter.dimension.unit(own, other);
         match self.input.filter(|_| parameter.is_linear()) {
             None => unit.to_string(),
-            Some(input) => format!("{unit} per {input}"),
+            Some(input) => {
+                let follows = Follows {
+                    lag_s: 0.0,
+                    ..Follows::parse(input)
+                };
+                format!("{unit} per {}", follows.written())
+            }
         }
     }
 

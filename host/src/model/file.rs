@@ -12,7 +12,7 @@ use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
 use crate::text::output;
 use crate::text::printable;
-use jointwatch_shared::base::followed::with_lag;
+use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::base::terms::EffectValues;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -313,7 +313,7 @@ impl ModelFile {
         let effects = self.effects_in_si()?;
         let own = effects.iter().filter_map(|e| e.input);
         let more = more.iter().filter_map(|effect| input_of(effect));
-        let inputs = own.chain(more).map(|input| with_lag(input).0);
+        let inputs = own.chain(more).map(|input| Follows::parse(input).name);
         Study::read_following(path, &inputs.collect::<Vec<_>>())
     }
 
@@ -391,7 +391,9 @@ impl ModelFile {
 
 /// Refuses effects that follow an input which is not there.
 fn check_inputs(effects: &[EffectValues], is_there: impl Fn(&str) -> bool) -> Result<()> {
-    let mut followed = effects.iter().filter_map(|e| Some(with_lag(e.input?).0));
+    let mut followed = effects
+        .iter()
+        .filter_map(|e| Some(Follows::parse(e.input?).name));
     match followed.find(|name| !is_there(name)) {
         None => Ok(()),
         Some(name) => Err(Error::data(format!(

@@ -3,7 +3,7 @@
 use super::scalar::HostScalar;
 use crate::signal::motion::Motion;
 use crate::study::Convention;
-use jointwatch_shared::base::followed::with_lag;
+use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::{Entry, Instrument, Kinematics, Parameters, States, Subsystem};
 use jointwatch_shared::scalar::Scalar;
@@ -150,14 +150,18 @@ impl<'a> TimeHistory<'a> {
         let Some(name) = name else {
             return Factor(None);
         };
-        let (name, lag_s) = with_lag(name);
-        let found = self.inputs.iter().find(|(known, _)| known == name);
+        let follows = Follows::parse(name);
+        let found = self.inputs.iter().find(|(known, _)| known == follows.name);
         let series = found.map_or(&[][..], |(_, series)| series);
-        Factor(Some(if lag_s > 0.0 {
-            lagged(series, lag_s, self.period_s).into()
+        let mut series: Cow<'a, [f64]> = if follows.lag_s > 0.0 {
+            lagged(series, follows.lag_s, self.period_s).into()
         } else {
             series.into()
-        }))
+        };
+        if follows.squared {
+            series.to_mut().iter_mut().for_each(|u| *u *= *u);
+        }
+        Factor(Some(series))
     }
 
     /// Time between rows, s.

@@ -7,7 +7,7 @@ use super::motion::{Bodies, BodyState, DRIVE_RAMP_S, joint_state};
 use super::rig::RigParameters;
 use super::sensors::{COLUMNS, ENCODER_STEP, add_noise, noise_rms, quantise, reading, record};
 use super::truth::{Taken, Truth};
-use crate::study::{Axis, AxisKind, Convention, Role, Study};
+use crate::study::{Axis, AxisKind, Controller, Convention, Role, Study};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::terms::EffectValues;
 use rayon::prelude::*;
@@ -160,6 +160,7 @@ fn axes(options: &SimulationOptions) -> Vec<Axis> {
         restoring_force: Convention::InertiaMinusForce,
         ground_stiffness: 0.0,
         ground_damping: 0.0,
+        controller: Controller::default(),
         encoder_step: options.quantised.then_some(ENCODER_STEP[index]),
     };
     let rig = &options.rig;

@@ -1,6 +1,6 @@
 //! `study.toml` word for word, before any log is opened: its keys, their types, and what a misspelt key probably meant.
 
-use super::{AxisKind, Convention, Role};
+use super::{AxisKind, Controller, Convention, Role};
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use serde::de::value::MapAccessDeserializer;
@@ -54,6 +54,7 @@ pub(crate) struct AxisEntry {
     pub(crate) restoring_force: Convention,
     pub(crate) ground_stiffness: Option<Spanned<f64>>,
     pub(crate) ground_damping: Option<Spanned<f64>>,
+    pub(crate) controller: Option<Spanned<Controller>>,
     pub(crate) encoder_step: Option<Spanned<f64>>,
 }
 

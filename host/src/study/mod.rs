@@ -87,8 +87,23 @@ pub struct Axis {
     pub ground_stiffness: f64,
     /// N·s/m or N·m·s/rad of a known damper from the body to ground.
     pub ground_damping: f64,
+    /// The gains of the controller that drove the body; 0 where none is known.
+    #[serde(default)]
+    pub controller: Controller,
     /// One count of the encoder, m or rad.
     pub encoder_step: Option<f64>,
+}
+
+/// A controller of the body's position: its force grows by `−kp·b − kd·ḃ` with the position b, whatever its reference is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Controller {
+    /// Proportional gain, N/m or N·m/rad.
+    #[serde(default)]
+    pub kp: f64,
+    /// Derivative gain, N·s/m or N·m·s/rad.
+    #[serde(default)]
+    pub kd: f64,
 }
 
 /// What was logged of one axis, in SI units, one value per row.

@@ -1,11 +1,11 @@
 //! What to read from every log and what it means, checked before any log is opened.
 
-use super::Axis;
 use super::channels::calibrated::{Calibrated, Columns, calibrate};
 use super::channels::units::Quantity;
 use super::description::{AxisEntry, ChannelTable, Description, Force, Source};
 use super::log::{Log, Request, Wanted};
 use super::time::second_logger::{SecondLogger, second_loggers};
+use super::{Axis, Controller};
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use std::collections::HashSet;
@@ -233,6 +233,10 @@ fn axis(entry: &AxisEntry, quasi_static: bool) -> Axis {
             .as_ref()
             .map_or(0.0, |v| *v.get_ref()),
         ground_damping: entry.ground_damping.as_ref().map_or(0.0, |v| *v.get_ref()),
+        controller: entry
+            .controller
+            .as_ref()
+            .map_or(Controller::default(), |v| *v.get_ref()),
         encoder_step: entry.encoder_step.as_ref().map(|v| *v.get_ref()),
     }
 }
@@ -335,6 +339,15 @@ fn check_axis(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
                 inertia.get_ref()
             ),
         ));
+    }
+    if let Some(controller) = &entry.controller {
+        let Controller { kp, kd } = *controller.get_ref();
+        if !(kp.is_finite() && kd.is_finite() && kp >= 0.0 && kd >= 0.0) {
+            return Err(source.wrong(
+                controller,
+                "kp and kd of a controller must not be negative; a loop that holds its position has gains above 0",
+            ));
+        }
     }
     for (key, value) in [
         ("ground_stiffness", &entry.ground_stiffness),

@@ -1,6 +1,6 @@
 //! A study written out in SI units: records as CSV with a column per channel, and the `study.toml` that describes them.
 
-use super::{Channels, Convention, Record, Role, Study};
+use super::{Channels, Controller, Convention, Record, Role, Study};
 use std::fmt::Write;
 use std::ops::Range;
 
@@ -100,6 +100,8 @@ pub(crate) fn description(study: &Study, records: &[(String, Role)]) -> String {
         }
         line(format!("ground_stiffness = {:?}", axis.ground_stiffness));
         line(format!("ground_damping = {:?}", axis.ground_damping));
+        let Controller { kp, kd } = axis.controller;
+        line(format!("controller = {{ kp = {kp:?}, kd = {kd:?} }}"));
         if let Some(step) = axis.encoder_step {
             line(format!("encoder_step = {step:?}"));
         }

@@ -29,6 +29,7 @@ pub struct Term {
     pub(super) entry: &'static Entry,
     pub(super) axis: u8,
     pub(super) follows: Option<Q>,
+    pub(super) squared: bool,
     pub(super) parameters: Parameters<Q>,
 }
 
@@ -41,6 +42,8 @@ pub struct StoredTerm {
     pub axis: u8,
     /// See [`Term::follows`].
     pub follows: Option<Q>,
+    /// See [`Term::squared`].
+    pub squared: bool,
     /// See [`Term::parameters`].
     pub parameters: Parameters<Q>,
 }
@@ -105,6 +108,7 @@ impl Term {
             tag,
             axis,
             follows,
+            squared,
             parameters,
         } = *stored;
         let entry = Entry::with_tag(tag).ok_or(Error::Effect {
@@ -117,6 +121,12 @@ impl Term {
             return Err(Error::Effect {
                 tag,
                 fault: "has a number where it has no parameter",
+            });
+        }
+        if squared && follows.is_none() {
+            return Err(Error::Effect {
+                tag,
+                fault: "goes with the square of an input and follows none",
             });
         }
         if let Some(share) = follows {
@@ -136,6 +146,7 @@ impl Term {
             entry,
             axis,
             follows,
+            squared,
             parameters,
         })
     }
@@ -154,6 +165,11 @@ impl Term {
     /// effect of the motion alone.
     pub fn follows(&self) -> Option<Q> {
         self.follows
+    }
+
+    /// Whether its force goes with the square of the input.
+    pub fn squared(&self) -> bool {
+        self.squared
     }
 
     /// Its parameters as the law takes them.
@@ -268,6 +284,9 @@ impl Terms {
                     false => input,
                 };
                 own = own * *lagged;
+                if term.squared {
+                    own = own * *lagged;
+                }
             }
             forces = match term.entry.acts {
                 Acts::OwnAxis => [f + own, g],

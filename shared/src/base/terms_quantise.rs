@@ -1,7 +1,7 @@
 //! Bringing effects from SI to machine numbers, which only the host does.
 
 use super::axis::{Axis, InputRange};
-use super::followed::{kept, lag_s, share, with_lag, written};
+use super::followed::{Follows, kept, lag_s, share};
 use super::header::{Header, Output};
 use super::terms::{MIN_SHARE, StoredTerm, Terms, check_place};
 use crate::effect::{
@@ -23,7 +23,7 @@ pub struct EffectValues {
     pub entry: &'static Entry,
     /// The axis that it is bound to, from 0.
     pub axis: u8,
-    /// The input that its force is proportional to, with its lag ([`with_lag`]); none for an effect of the motion alone.
+    /// The input that its force is proportional to, with its power and lag ([`Follows`]); none for an effect of the motion alone.
     pub input: Option<&'static str>,
     /// Its parameters in SI, in the order in which the effect lists them.
     pub values: Vec<f64>,
@@ -46,7 +46,7 @@ impl EffectValues {
     /// # Errors
     /// [`Error::Effect`] when its axis has no such input.
     fn followed<'a>(&self, header: &'a Header) -> Result<Option<&'a InputRange>, Error> {
-        let Some((name, _)) = self.input.map(with_lag) else {
+        let Some(Follows { name, .. }) = self.input.map(Follows::parse) else {
             return Ok(None);
         };
         let own = header.axes.get(usize::from(self.axis));
@@ -60,21 +60,35 @@ impl EffectValues {
         }
     }
 
+    /// The range of what it follows, and whether its square is meant.
+    fn with_power<'a>(&self, range: Option<&'a InputRange>) -> Option<(&'a InputRange, bool)> {
+        let follows = Follows::parse(self.input?);
+        Some((range?, follows.squared))
+    }
+
     /// Bounds of the forces on the own and the other axis over all motions and inputs inside the training range.
     fn bounds(&self, header: &Header, references: &References) -> [Interval; 2] {
         let [own, other] = self.law_bounds(header, references);
-        let Ok(Some(range)) = self.followed(header) else {
+        let follows = self.input.map(Follows::parse);
+        let (Ok(Some(range)), Some(follows)) = (self.followed(header), follows) else {
             return [own, other];
         };
-        let (_, lag) = self.input.map_or(("", 0.0), with_lag);
-        let share = share(lag, 1.0 / header.sample_rate_hz);
+        let share = share(follows.lag_s, 1.0 / header.sample_rate_hz);
         let input = input(range, range.half_range);
         let mut lagged = input;
         if share < 1.0 {
             // A rounding of half a unit at every sample, and a share that is off by as much, gather to so many times themselves.
             lagged.error += (0.5 + input.magnitude()) * UNIT / share;
         }
-        [own * lagged, other]
+        let linear = own * lagged;
+        [
+            if follows.squared {
+                linear * lagged
+            } else {
+                linear
+            },
+            other,
+        ]
     }
 
     /// The same of the law alone.
@@ -170,16 +184,19 @@ fn input(range: &InputRange, scale: f64) -> Interval {
     )
 }
 
-/// What the parameters of a term on axis `own` are relative to. The force of one that follows an input is per unit of that, and the law is
-/// multiplied by the input relative to half its range.
+/// What the parameters of a term on axis `own` are relative to. The force of one that follows an input is per unit of that, or of its square,
+/// and the law is multiplied by the input relative to half its range.
 fn references(
     header: &Header,
     full_scale: [f64; 2],
     own: usize,
-    followed: Option<&InputRange>,
+    followed: Option<(&InputRange, bool)>,
 ) -> References {
     let full_scale = match followed {
-        Some(range) => full_scale.map(|force| force / range.half_range),
+        Some((range, squared)) => {
+            let power = if squared { 2 } else { 1 };
+            full_scale.map(|force| force / range.half_range.powi(power))
+        }
         None => full_scale,
     };
     let of = |pick: fn(&Axis) -> f64| {
@@ -219,7 +236,7 @@ impl Terms {
         for term in terms {
             let own = usize::from(term.axis);
             let followed = term.followed(header).unwrap_or_default();
-            let references = references(header, [1.0; 2], own, followed);
+            let references = references(header, [1.0; 2], own, term.with_power(followed));
             let [mine, others] = term.bounds(header, &references);
             sums[own] += mine.magnitude();
             sums[1 - own] += others.magnitude();
@@ -252,7 +269,7 @@ impl Terms {
             }
             let own = usize::from(term.axis);
             let followed = term.followed(header)?;
-            let references = references(header, full_scale, own, followed);
+            let references = references(header, full_scale, own, term.with_power(followed));
             let forces = term.bounds(header, &references);
             let fullest = forces[0].fullest.max(forces[1].fullest);
             if fullest.is_nan() || fullest >= 1.0 {
@@ -264,12 +281,13 @@ impl Terms {
             errors[own] += forces[0].error * full_scale[own];
             errors[1 - own] += forces[1].error * full_scale[1 - own];
             let parameters = term.relative(&references).map(Q::from_f64);
-            let lag = term.input.map(|input| with_lag(input).1);
-            let share = lag.map(|lag_s| share(lag_s, 1.0 / header.sample_rate_hz));
+            let follows = term.input.map(Follows::parse);
+            let share = follows.map(|f| share(f.lag_s, 1.0 / header.sample_rate_hz));
             stored.push(StoredTerm {
                 tag: term.entry.tag,
                 axis: term.axis,
                 follows: share.map(|share| Ord::max(Q::from_f64(share), least)),
+                squared: follows.is_some_and(|f| f.squared),
                 parameters,
             });
             if let (Some(range), Some(place)) = (followed, followed_origins.get_mut(own)) {
@@ -297,11 +315,15 @@ impl Terms {
             let own = header.axes.get(term.axis());
             let followed = own.and_then(|axis| axis.input.as_ref());
             let followed = followed.zip(term.follows);
-            let range = followed.map(|(input, _)| &input.range);
+            let range = followed.map(|(input, _)| (&input.range, term.squared()));
             let references = references(header, full_scale, term.axis(), range);
             let input = followed.map(|(input, share)| {
-                let lag_s = lag_s(share.to_f64(), 1.0 / header.sample_rate_hz);
-                kept(&written(input.name.as_str(), lag_s))
+                let follows = Follows {
+                    name: input.name.as_str(),
+                    squared: term.squared(),
+                    lag_s: lag_s(share.to_f64(), 1.0 / header.sample_rate_hz),
+                };
+                kept(&follows.written())
             });
             let listed = term.entry.parameters().iter().zip(&term.parameters);
             let values = listed.map(|(parameter, value)| {

@@ -75,7 +75,12 @@ fn errors(model: &Model, term: &EffectValues, rows: &[[f64; 4]]) -> Vec<[f64; 2]
                     1.0
                 };
                 let before = lagged.unwrap_or(now);
-                *lagged.insert(before + share * (now - before))
+                let lagged = *lagged.insert(before + share * (now - before));
+                if name.contains("^2") {
+                    lagged * lagged
+                } else {
+                    lagged
+                }
             }
             _ => 1.0,
         };

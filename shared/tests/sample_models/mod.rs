@@ -121,7 +121,7 @@ pub(crate) fn effects(axes: usize, seed: u64) -> Vec<EffectValues> {
         // One effect in three, one of them without a lag.
         input: match number % 6 {
             1 if entry.acts == Acts::OwnAxis => Some("voltage~12.5ms"),
-            4 if entry.acts == Acts::OwnAxis => Some("voltage"),
+            4 if entry.acts == Acts::OwnAxis => Some("voltage^2"),
             _ => None,
         },
         entry,

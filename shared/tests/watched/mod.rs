@@ -172,7 +172,7 @@ impl Watched {
         self.rows += 1 + lost;
         let faults = Faults {
             lost,
-            missing: if lost > 0 { 0x3FF } else { 0 },
+            missing: if lost > 0 { 0xFFF } else { 0 },
             ..Faults::default()
         };
         // The chain counts the samples that it gets.

@@ -1,5 +1,6 @@
 //! Models of every kind, and effects beside them.
 
+use jointwatch_shared::base::axis::{Input, InputRange, Name};
 use jointwatch_shared::base::network_quantise::Weights;
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::base::{Header, Model};
@@ -136,7 +137,32 @@ pub(crate) fn of_the_table() -> Vec<Model> {
     };
     let mut models: Vec<Model> = one.chunks(8).map(|entries| model(1, entries)).collect();
     models.push(model(2, &two));
+    models.push(following(&one[..8]));
     models
+}
+
+/// Effects of one axis that follow its input, some behind a lag, some its square.
+fn following(entries: &[&'static Entry]) -> Model {
+    let mut header = header(1);
+    header.axes[0].input = Some(Input {
+        name: Name::new(0, "voltage").expect("a sound name"),
+        range: InputRange {
+            center: 1.5,
+            half_range: 4.0,
+        },
+    });
+    let names = ["voltage", "voltage~8ms", "voltage^2~3ms"]
+        .into_iter()
+        .cycle();
+    let terms = entries
+        .iter()
+        .zip(names)
+        .map(|(entry, input)| EffectValues {
+            input: Some(input),
+            ..in_the_middle(entry, &header)
+        });
+    let terms: Vec<EffectValues> = terms.collect();
+    Model::from_effects(header, &terms, &[]).expect("a sound model")
 }
 
 /// A model of effects alone.

@@ -6,6 +6,7 @@ use super::super::presence::{
 use super::chips::{AccelerometerChip, Chip, ConverterChip, CounterChip, SelectLine};
 use super::*;
 use heapless::Vec as Bounded;
+use jointwatch_shared::monitor::limits::CHANNELS as CHANNELS_OF_AXIS;
 use jointwatch_shared::wire::wiring::{AxisWiring, Signed, SignedDirection};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -45,6 +46,7 @@ fn wiring() -> Wiring {
         near: Some(counter(1)),
         body: Some(counter(1)),
         force: counter(0),
+        input: Some(counter(2)),
         acceleration: [
             Some(SignedDirection {
                 direction: 0,
@@ -59,6 +61,7 @@ fn wiring() -> Wiring {
         near: Some(counter(3)),
         body: None,
         force: counter(1),
+        input: None,
         acceleration: [Some(turning(1)), Some(turning(0))],
         pair_distance_m: 0.12,
     };
@@ -146,6 +149,7 @@ fn every_code_arrives_in_its_place_with_its_sign() {
     let [x, phi] = acquired.sample;
     assert_eq!((x.displacement, x.body), ([100, -200], -200));
     assert_eq!((x.force, x.acceleration), (1000, 200));
+    assert_eq!((x.input, phi.input), (3000, 0));
     assert_eq!((phi.displacement, phi.body), ([300, 400], 0));
     // The pair turns: code of chip 1 minus code of chip 0. Channel 1 is wired the other way round.
     assert_eq!((phi.force, phi.acceleration), (2000, 400 - 100));
@@ -153,6 +157,15 @@ fn every_code_arrives_in_its_place_with_its_sign() {
         (acquired.saturated_channels, acquired.saturated_directions),
         (0, [0; 2])
     );
+}
+
+#[test]
+fn an_input_at_its_rail_is_told_as_a_fault_of_the_input_alone() {
+    let mut board = Board::started();
+    board.converter.borrow_mut().codes[2] = (1 << 23) - 1;
+    let faults = board.acquire().faults(&board.wiring);
+    assert_eq!(faults.saturated, Faults::bit(0, CHANNELS_OF_AXIS - 1));
+    assert_eq!(faults.checksum | faults.time_out | faults.missing, 0);
 }
 
 #[test]

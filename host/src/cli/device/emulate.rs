@@ -46,7 +46,7 @@ impl Emulate {
     pub(crate) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("building the firmware");
         let model = export::read_blob(&self.blob)?;
-        let study = followed::read_study(&self.study, &model)?;
+        let study = Study::read_whole_following(&self.study, &followed::names(&model))?;
         let records = chosen(&study, self.record.as_deref())?;
         let block = self.rig.as_deref().map(rig_block::read).transpose()?;
         let emulated = EmulatedDevice::new(&study, &model, block)?;

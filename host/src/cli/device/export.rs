@@ -1,8 +1,7 @@
 //! `jointwatch export`: from a model to the blob that the device evaluates.
 
 use crate::cli::console::Console;
-use crate::device::export;
-use crate::device::rig_block;
+use crate::device::{export, followed, rig_block};
 use crate::model::file::ModelFile;
 use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
@@ -101,7 +100,11 @@ impl Export {
         console.json(&exported.as_json(Some(&path)))
     }
     fn write_rig(&self, rig: &Path, model: &Model, console: &Console) -> Result<()> {
-        let study = self.study.as_ref().map(|path| Study::read(path));
+        let names = followed::names(model);
+        let study = self
+            .study
+            .as_ref()
+            .map(|path| Study::read_following(path, &names));
         let study = study.transpose()?;
         let mut block = match (rig.as_os_str() == "defaults", &study) {
             (true, Some(study)) => rig_block::of_study(study, model)?,

@@ -10,7 +10,6 @@ use crate::device::replay::{self, RecordReplay, Replayed};
 use crate::device::rig_block;
 use crate::device::telemetry::frames;
 use crate::device::{export, followed};
-use crate::device::{export, followed};
 use crate::fit::errors::AT_REST_BELOW;
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
@@ -64,7 +63,7 @@ impl Replay {
     pub(crate) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("replaying");
         let model = export::read_blob(&self.blob)?;
-        let study = followed::read_study(&self.study, &model)?;
+        let study = Study::read_whole_following(&self.study, &followed::names(&model))?;
         let records = chosen(&study, self.record.as_deref())?;
         let block = match &self.rig {
             Some(path) => Some((path, rig_block::read(path)?)),

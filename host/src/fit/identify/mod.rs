@@ -25,7 +25,7 @@ use crate::study::quasi_static::is_without_meaning;
 use crate::study::{Axis, Role, Study};
 use crate::text::date;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::base::followed::with_lag;
+use jointwatch_shared::base::followed::Follows;
 use std::collections::BTreeSet;
 
 /// A model, and what identification had to say about it.
@@ -245,7 +245,7 @@ impl FitResult {
 fn followed(effects: &[ModelEffect], training: &[&Motion]) -> Vec<FollowedInput> {
     let names = effects
         .iter()
-        .filter_map(|e| Some(with_lag(input_of(&e.effect)?).0));
+        .filter_map(|e| Some(Follows::parse(input_of(&e.effect)?).name));
     let names: BTreeSet<&str> = names.collect();
     let range = |name: &str| {
         let all = training.iter().flat_map(|motion| &motion.inputs);

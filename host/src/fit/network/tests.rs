@@ -5,7 +5,7 @@ use super::projection::{Curvature, OutputLayer};
 use super::rows::{Piece, Rows};
 use super::*;
 use crate::model::Network;
-use crate::study::{AxisKind, Convention};
+use crate::study::{AxisKind, Controller, Convention};
 use faer::Mat;
 use faer::prelude::Solve;
 use rand::{RngExt, SeedableRng};
@@ -176,6 +176,7 @@ fn axis(name: &str) -> Axis {
         restoring_force: Convention::default(),
         ground_stiffness: 0.0,
         ground_damping: 0.0,
+        controller: Controller::default(),
         encoder_step: None,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::simulate::{Joint, RigParameters, SimulationOptions, simulate};
-use crate::study::{AxisKind, Convention, Role};
+use crate::study::{AxisKind, Controller, Convention, Role};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -14,6 +14,7 @@ fn axis(name: &str, inertia: Option<f64>) -> Axis {
         restoring_force: Convention::ForceMinusInertia,
         ground_stiffness: 0.0,
         ground_damping: 0.0,
+        controller: Controller::default(),
         encoder_step: None,
     }
 }

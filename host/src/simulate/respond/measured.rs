@@ -14,7 +14,7 @@ use crate::signal::motion::{Motion, low_pass};
 use crate::signal::statistics::root_mean_square;
 use crate::simulate::{self, Contact, Equations, Excitation, JointLaw};
 use crate::study::time::resample::finer;
-use crate::study::{Channels, Convention, Study};
+use crate::study::{Axis, Channels, Controller, Convention, Study};
 use crate::text::error::{Error, Result};
 use nalgebra::{Matrix3, SVector, Vector3};
 
@@ -34,8 +34,11 @@ struct DrivenAxis {
     inertia: f64,
     ground_stiffness: f64,
     ground_damping: f64,
+    /// In closed loop the controller answers where the simulated body goes another way than the measured one.
+    controller: Controller,
     /// +1 for d = b − o, −1 for d = o − b.
     side: f64,
+    /// The logged force, with what the controller would add for a body at rest at 0.
     force: Excitation,
     /// o, m or rad.
     far: Excitation,
@@ -93,12 +96,14 @@ impl DrivenBody {
             };
             let far = far.unwrap_or_else(|| vec![0.0; record.rows]);
             let far_velocity = apply(&far, &model.filters.velocity);
+            let force = with_controller(channels, axis, (side, &far), model);
             axes.push(DrivenAxis {
                 inertia: known.inertia,
                 ground_stiffness: axis.ground_stiffness,
                 ground_damping: axis.ground_damping,
                 side,
-                force: smooth(&channels.force),
+                controller: axis.controller,
+                force: smooth(&force),
                 far_velocity: Excitation::logged(finer(&far_velocity, FINER), rate),
                 far: smooth(&far),
             });
@@ -179,8 +184,8 @@ impl DrivenBody {
         let mut rate = [S::zero(); 4];
         for (i, axis) in self.axes.iter().enumerate() {
             rate[i] = y[i + 2];
-            let spring = S::constant(axis.ground_stiffness) * y[i];
-            let damper = S::constant(axis.ground_damping) * y[i + 2];
+            let spring = S::constant(axis.ground_stiffness + axis.controller.kp) * y[i];
+            let damper = S::constant(axis.ground_damping + axis.controller.kd) * y[i + 2];
             let force = S::constant(acting.force[i]) - (spring + damper) + joint[i];
             rate[i + 2] = force.over(inertia[i]);
         }
@@ -227,7 +232,7 @@ impl DrivenBody {
             }
             // In the equation of the relative motion the joint stands as side·force.
             let along = slope(d, v, &exerted[i]);
-            let stiffness = axis.ground_stiffness - axis.side * along;
+            let stiffness = axis.ground_stiffness + axis.controller.kp - axis.side * along;
             let measured = motion.restoring_force(i, axis.inertia, Convention::InertiaMinusForce);
             let error: Vec<f64> = measured
                 .iter()
@@ -284,6 +289,35 @@ fn far_side(channels: &Channels, convention: Convention) -> (f64, Option<Vec<f64
     let relative = channels.relative_displacement();
     let far = body.iter().zip(&relative).map(|(b, d)| b - side * d);
     (side, Some(far.collect()))
+}
+
+/// The logged force and, where the controller's gains are known, kp·b + kd·ḃ of the measured body: less the same of the simulated body it is
+/// the force of the closed loop, whatever its reference.
+fn with_controller(
+    channels: &Channels,
+    axis: &Axis,
+    (side, far): (f64, &[f64]),
+    model: &ModelFile,
+) -> Vec<f64> {
+    let mut force = channels.force.clone();
+    let Controller { kp, kd } = axis.controller;
+    if (kp, kd) == (0.0, 0.0) {
+        return force;
+    }
+    let relative = channels.relative_displacement();
+    let body: Vec<f64> = relative
+        .iter()
+        .zip(far)
+        .map(|(d, o)| o + side * d)
+        .collect();
+    let velocity = apply(&body, &model.filters.velocity);
+    let lost = (body.len() - velocity.len()) / 2;
+    for (row, force) in force.iter_mut().enumerate() {
+        // Rows at the ends of the record, for which the filter has no velocity, are not simulated.
+        let speed = row.checked_sub(lost).and_then(|row| velocity.get(row));
+        *force += kp * body[row] + kd * speed.copied().unwrap_or(0.0);
+    }
+    force
 }
 
 /// Refuses a logged acceleration that is not that of the only displacement there is: the far side then moves, and nothing

@@ -19,7 +19,9 @@ laid_out! {
 struct EffectMessage {
     tag: u8,
     axis: u8,
-    reserved: [u8; 2],
+    /// 1 for an effect whose force goes with the square of its input.
+    squared: u8,
+    reserved: u8,
     /// Of [`Term::follows`](crate::base::terms::Term::follows), one unit of 2⁻³² less; 0 for an effect of the motion alone.
     follows: u32,
     parameters: [i64; MAX_PARAMETERS],
@@ -32,7 +34,8 @@ pub(super) fn write(terms: &Terms, bytes: &mut [u8]) -> u8 {
         let message = EffectMessage {
             tag: term.entry().tag,
             axis: term.axis() as u8,
-            reserved: [0; 2],
+            squared: u8::from(term.squared()),
+            reserved: 0,
             follows: term.follows().map_or(0, |share| (share.raw() - 1) as u32),
             parameters: term.parameters().map(|value| value.raw()),
         };
@@ -135,12 +138,13 @@ pub(super) fn read(
             continue;
         }
         let message = EffectMessage::read(&mut Reader::new(place));
-        unless_zero(offset + 2, &message.reserved)?;
+        unless_zero(offset + 2, &[message.squared & !1, message.reserved])?;
         let follows = i64::from(message.follows);
         // As many places as the list holds.
         let _ = stored.push(StoredTerm {
             tag: message.tag,
             axis: message.axis,
+            squared: message.squared != 0,
             follows: (follows != 0).then(|| Q::from_raw(follows + 1)),
             parameters: message.parameters.map(Q::from_raw),
         });

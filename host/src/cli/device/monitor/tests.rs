@@ -75,7 +75,7 @@ impl Device {
         let wave = (400.0 * phase.sin()) as i32;
         self.say(&Report::Sample(Sample {
             sample: number,
-            counts: [[wave, 3, 0, 0, 0], [0; 5]].into_iter().collect(),
+            counts: [[wave, 3, 0, 0, 0, 0], [0; 6]].into_iter().collect(),
             output: Some(SampleOutput {
                 outside: 0,
                 saturated: 0,
