@@ -1,4 +1,4 @@
-//! Log formats: one file each, all giving a `Table`.
+//! Log formats: a file or a folder each, all giving a `Table`.
 //!
 //! The format is recognised by the file's first bytes, never by its name. A file that no reader takes is refused with what it
 //! seems to be.
