@@ -2,7 +2,7 @@
 //!
 //! NumPy arrays and Parquet files say where a row is; a text is read once for that.
 
-use super::long_text::Lines;
+use super::text::long::Lines;
 use super::{is_text_table, numpy, parquet};
 use crate::study::log::{Column, Numbering, Request, Table};
 use crate::text::error::Result;

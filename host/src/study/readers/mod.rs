@@ -1,27 +1,20 @@
-//! Log formats: one file each, all giving a `Table`.
+//! Log formats: a file or a folder each, all giving a `Table`.
 //!
 //! The format is recognised by the file's first bytes, never by its name. A file that no reader takes is refused with what it
 //! seems to be.
 
 mod archive;
 mod arrow;
-mod cells;
-mod csv;
 mod cursor;
 mod hdf5;
-mod hierarchy;
 mod json;
-mod layout;
 pub(crate) mod long;
-mod long_text;
 mod matlab;
 mod mdf;
-mod measurement;
 mod numpy;
 mod packed;
 mod parquet;
 mod sheet;
-mod stored;
 mod tdms;
 mod text;
 mod universal;
@@ -85,7 +78,7 @@ fn read_plain(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
             "seems to be {seems}; export the log as CSV, or as one of {FORMATS}"
         )));
     }
-    csv::read(request, bytes)
+    text::csv::read(request, bytes)
 }
 
 /// Whether bytes that a file begins with are those of a table of text of which every line ends in one known byte.

@@ -2,7 +2,8 @@
 //!
 //! Preface, heading, row of units and dates are then found as in a text log, and a message names the row that Excel shows.
 
-use super::{archive, csv, packed};
+use super::text::csv;
+use super::{archive, packed};
 use crate::study::log::{Request, Table};
 use crate::text::error::{Error, Result};
 use calamine::{Cell, Data, DataRef, Range, Reader, Xlsx};

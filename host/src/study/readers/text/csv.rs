@@ -5,7 +5,7 @@
 
 use super::cells::{Clock, Decimal, instant, number};
 use super::layout::{FURTHER, Layout, Separator, TOP, guess, is_comment, split};
-use super::text::{decode, lines};
+use super::{decode, lines};
 use crate::study::log::{Column, Numbering, Request, Table, line_name};
 use crate::text::error::{Error, Result};
 
@@ -17,7 +17,7 @@ pub(super) const LONGEST_LINE: usize = 1 << 20;
 pub(super) const PART: usize = 1 << 14;
 
 /// Reads the columns that the request needs.
-pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
+pub(crate) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     let decoded = decode(request, bytes)?;
     let mut table = read_text(request, &decoded.text)?;
     table.format = format!("{} {}", decoded.encoding, table.format);
@@ -25,7 +25,7 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
 }
 
 /// The same for a text that is decoded already.
-pub(super) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
+pub(crate) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
     let layout = layout_of(request, &Sample::of(text))?;
     if layout.first_line.is_none() {
         return Err(no_row(request, &layout, text));

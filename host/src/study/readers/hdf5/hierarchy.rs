@@ -4,9 +4,9 @@
 //!
 //! Every address and size in the file is checked before it is used.
 
-use super::cursor::{Cursor, Message, Told};
-use super::packed;
 use super::stored::{Chunks, Dataset, Layout, dataset};
+use crate::study::readers::cursor::{Cursor, Message, Told};
+use crate::study::readers::packed;
 
 /// Groups within groups that are followed.
 const DEEPEST: usize = 8;

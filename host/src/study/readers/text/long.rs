@@ -4,7 +4,7 @@
 use super::cells::Clock;
 use super::csv::{self, Body, LONGEST_LINE, PART, Reading, Sample};
 use super::layout::{Layout, is_comment};
-use super::text::{decode, is_blank};
+use super::{decode, is_blank};
 use crate::study::log::Request;
 use crate::text::error::Result;
 use std::fs::File;
@@ -19,12 +19,12 @@ const TOP: u64 = LONGEST_LINE as u64 + 1;
 const PIECE: usize = 1 << 20;
 
 /// The rows of a text log.
-pub(super) struct Lines {
-    pub(super) rows: usize,
+pub(crate) struct Lines {
+    pub(crate) rows: usize,
     /// The columns' names.
-    pub(super) names: Vec<String>,
+    pub(crate) names: Vec<String>,
     /// As the reader of short logs says it.
-    pub(super) format: String,
+    pub(crate) format: String,
     layout: Layout,
     /// Of every [`APART`]th row the byte at which it begins, and the lines above it.
     marks: Vec<(u64, usize)>,
@@ -36,7 +36,7 @@ pub(super) struct Lines {
 
 impl Lines {
     /// The rows of a file that begins with these bytes.
-    pub(super) fn described(request: &Request<'_>, file: &mut File) -> Result<Self> {
+    pub(crate) fn described(request: &Request<'_>, file: &mut File) -> Result<Self> {
         let failed = |e: std::io::Error| request.unreadable(&e);
         let length = file.metadata().map_err(failed)?.len();
         let mut piece = |from: u64, bytes: u64| {
@@ -115,12 +115,12 @@ impl Lines {
     }
 
     /// The units that the file states.
-    pub(super) fn unit(&self, place: usize) -> Option<&str> {
+    pub(crate) fn unit(&self, place: usize) -> Option<&str> {
         csv::unit(&self.layout, self.clocks[place].as_ref(), place)
     }
 
     /// Some rows of some columns, by their places.
-    pub(super) fn stretch(
+    pub(crate) fn stretch(
         &self,
         request: &Request<'_>,
         file: &mut File,

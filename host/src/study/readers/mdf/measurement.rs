@@ -3,7 +3,7 @@
 //! Written after the ASAM MDF 4.1 base standard, for channels of numbers with a linear or rational conversion; what else a file
 //! holds is left out. Every link and length is checked before it is used.
 
-use super::packed;
+use crate::study::readers::packed;
 use std::io::Read;
 
 type Told<T> = std::result::Result<T, String>;

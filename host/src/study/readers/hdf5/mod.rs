@@ -1,10 +1,13 @@
 //! Reader of MATLAB files of version 7.3, which are HDF5 files, and of other HDF5 files: every vector and every column of a matrix.
 
-use super::hierarchy::Hierarchy;
+mod hierarchy;
+mod stored;
+
 use super::packed;
-use super::stored::Dataset;
 use crate::study::log::{Column, Request, Table};
 use crate::text::error::Result;
+use hierarchy::Hierarchy;
+use stored::Dataset;
 
 /// Columns of one matrix; wider ones are pictures or tables of something else.
 const MOST_COLUMNS: u64 = 4096;

@@ -1,5 +1,10 @@
 //! Text of a log: its encoding, and its lines whatever ends them.
 
+mod cells;
+pub(super) mod csv;
+mod layout;
+pub(super) mod long;
+
 use crate::study::log::Request;
 use crate::text::error::Result;
 use std::borrow::Cow;

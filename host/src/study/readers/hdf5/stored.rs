@@ -1,6 +1,6 @@
 //! Datasets of an HDF5 file: how their numbers are stored, cut into chunks and packed.
 
-use super::cursor::{Cursor, Message, Told};
+use crate::study::readers::cursor::{Cursor, Message, Told};
 use std::io::Read;
 
 /// How a number is stored.

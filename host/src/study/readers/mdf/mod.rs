@@ -1,9 +1,11 @@
 //! Reader of ASAM MDF version 4 (`.mf4`): each channel of numbers is a column, with the unit that the file states.
 
-use super::measurement::Measurement;
+mod measurement;
+
 use super::packed;
 use crate::study::log::{Column, Request, Table};
 use crate::text::error::Result;
+use measurement::Measurement;
 
 /// Whether the bytes begin like such a file.
 pub(super) fn recognises(bytes: &[u8]) -> bool {
