@@ -176,7 +176,7 @@ fn a_force_that_follows_a_voltage_runs_on_the_device_with_the_hosts_bits() {
     let text = fs::read_to_string(at.join("study.toml")).unwrap();
     let still = text.replace(
         "column = \"U\"",
-        "column = \"U\"\nscale = 0.0\noffset = 1.0",
+        "column = \"U\"\nscale = 1e-9\noffset = 1.0",
     );
     fs::write(at.join("still.toml"), still).unwrap();
     let replayed = json(&["replay", "model.bin", "still.toml"]);
@@ -238,23 +238,27 @@ fn the_description_of_a_rig_states_where_the_input_is_wired() {
     let rig = |input: &str| {
         format!(
             "[wiring]\noversampling = 1024\ncounters = [{{}}]\n\n[[axis]]\nname = \"x\"\nfar = \"+0\"\ncounts_per_m = 1e6\n\
-             bridge = \"+0\"\ngain = 32\nsensitivity = 250000.0\nexcitation_V = 3.0\n{input}skew_us = {{ force = 620.0 }}\n"
+             bridge = \"+0\"\ngain = 32\nsensitivity = 250000.0\nexcitation_V = 3.0\n{input}"
         )
     };
     let export = ["export", "model.json", "--rig", "rig.toml", "-o", "rig.bin"];
     let with = |input: &str| fs::write(at.join("rig.toml"), rig(input)).unwrap();
-    with("input = { channel = \"-2\", gain = 2, per_V = 4.0, at_0_V = -0.5 }\n");
+    let input = "input = { channel = \"-2\", gain = 2, per_V = 4.0, at_0_V = 0.5 }\n";
+    with(&format!("{input}skew_us = {{ force = 620.0 }}\n"));
     succeed(at, &export);
     let block = decode(&fs::read(at.join("rig.bin")).unwrap()).unwrap();
     let axis = &block.axes[0];
     let step = 1.2 / 2.0 / 8_388_608.0 * 4.0;
     assert!((axis.input_step / step - 1.0).abs() < 1e-12);
-    assert_eq!(axis.input_zero, -0.5);
+    assert_eq!(axis.input_zero, 0.5);
     let late = 620e-6 * block.sample_rate_hz;
     assert!((axis.delays.input - late).abs() < 1e-9);
     assert_eq!(block.wiring.converter.gain_log2, [5, 0, 1, 0]);
     let wired = block.wiring.axes[0].input.unwrap();
     assert_eq!((wired.place, wired.negative), (2, true));
+    // A record's channels belong to one instant.
+    with(input);
+    succeed(at, &export);
     let replay = ["replay", "model.bin", "study.toml", "--rig", "rig.bin"];
     let said = succeed(at, &[&replay[..], &["--quiet", "--json", "-"]].concat());
     let said: Value = serde_json::from_str(&said).unwrap();

@@ -48,7 +48,6 @@ pub struct FollowedInput {
     /// Its name in the study.
     pub name: String,
     /// Its range in the training records, in the unit that the study gives it.
-    #[serde(flatten)]
     pub range: InputRange,
 }
 

@@ -28,6 +28,7 @@ pub use time::clock::Clock;
 
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
+use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::effect::Entry;
 use std::path::PathBuf;
 
@@ -282,7 +283,7 @@ impl Study {
                 "leave it out, or use one that depends on the path alone, such as coulomb, jenkins or bouc_wen",
             )?;
         }
-        let input = input.and_then(|name| name.split('~').next());
+        let input = input.map(|text| Follows::parse(text).name);
         let Some(input) = input.filter(|name| !self.has_input(name)) else {
             return Ok(());
         };

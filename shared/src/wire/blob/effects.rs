@@ -63,10 +63,6 @@ struct InputMessage {
 
 /// Bytes of what effects follow, on both axes.
 pub(super) const INPUTS_LEN: usize = 2 * InputMessage::LEN;
-/// Where it begins.
-pub(super) const INPUTS_OFFSET: usize =
-    super::corrections::OFFSET + super::corrections::LEN + ORIGINS_LEN;
-
 /// Writes what effects follow to the beginning of `bytes`.
 pub(super) fn write_inputs(terms: &Terms, axes: &[Axis], bytes: &mut [u8]) {
     let places = bytes.chunks_mut(InputMessage::LEN);
@@ -83,15 +79,16 @@ pub(super) fn write_inputs(terms: &Terms, axes: &[Axis], bytes: &mut [u8]) {
     }
 }
 
-/// What effects of each axis follow, of so many axes, and its origin; what it holds is checked with the model.
+/// What effects of each axis follow, of so many axes, and its origin, in bytes that begin there in the blob; what it holds is checked with the model.
 pub(super) fn read_inputs(
     axes: u8,
+    begin: usize,
     bytes: &[u8; INPUTS_LEN],
 ) -> Result<([Option<Input>; 2], [Q; 2]), Error> {
     let (mut inputs, mut origins) = ([None; 2], [Q::default(); 2]);
     let places = (0_u8..).zip(bytes.chunks(InputMessage::LEN));
     for ((number, place), (input, origin)) in places.zip(inputs.iter_mut().zip(&mut origins)) {
-        let offset = INPUTS_OFFSET + usize::from(number) * InputMessage::LEN;
+        let offset = begin + usize::from(number) * InputMessage::LEN;
         let message = InputMessage::read(&mut Reader::new(place));
         if number >= axes || message.name == [0; NAME_LEN] {
             unless_zero(offset, place)?;

@@ -25,9 +25,12 @@ pub const BLOB_VERSION: u16 = 3;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
 /// Bytes of header, base, effects, corrections, origins and inputs; what follows up to the checksum is zero.
-pub const MESSAGE_LEN: usize = effects::INPUTS_OFFSET + effects::INPUTS_LEN;
+pub const MESSAGE_LEN: usize = INPUTS_OFFSET + effects::INPUTS_LEN;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
+
+/// Where stands what effects follow.
+const INPUTS_OFFSET: usize = corrections::OFFSET + corrections::LEN + effects::ORIGINS_LEN;
 
 /// Where the first axis begins.
 const AXES_OFFSET: usize = 40;
@@ -191,7 +194,7 @@ impl Message {
             shifts: self.shifts,
         };
         let base = base::read(of_base, base)?;
-        let (inputs, followed_origins) = effects::read_inputs(self.axes, inputs)?;
+        let (inputs, followed_origins) = effects::read_inputs(self.axes, INPUTS_OFFSET, inputs)?;
         let mut axes = Vec::new();
         let mut outputs = Vec::new();
         for (number, axis) in (0..self.axes).zip(&self.axis) {
