@@ -33,7 +33,7 @@
 // residual_band holds a value, which comes at every so many samples.
 #define JW_FLAG_BAND (1 << 17)
 
-// State i is outside the training range: JW_FLAG_OUTSIDE << i.
+// State i is outside the training range: JW_FLAG_OUTSIDE << i; the input of axis a: JW_FLAG_OUTSIDE << (4 + a).
 #define JW_FLAG_OUTSIDE 1
 
 // A force of axis a is at the rail of its 32 bits: JW_FLAG_RAIL << a.
@@ -162,6 +162,8 @@ typedef struct {
   int32_t acceleration;
   // Force or torque code.
   int32_t force;
+  // Converter code of the input that effects of the axis follow.
+  int32_t input;
 } jw_axis_counts;
 
 // Counts of one instant, both axes.
@@ -170,8 +172,8 @@ typedef struct {
   jw_axis_counts axis[2];
 } jw_counts;
 
-// What went wrong with the sensors at one instant. Bit 5*axis + channel of a word stands for one channel: far counter, near
-// counter, body counter, accelerometer, force.
+// What went wrong with the sensors at one instant. Bit 6*axis + channel of a word stands for one channel: far counter, near
+// counter, body counter, accelerometer, force, input.
 typedef struct {
   // The converter stood at a rail of its code.
   uint16_t saturated;

@@ -310,17 +310,17 @@ fn a_silent_chip_is_told_once_and_told_when_it_comes_back() {
     assert_eq!(of_sensors(with(Health::Crc, 63)), []);
     assert_eq!(
         of_sensors(with(Health::Identity, 200)),
-        [Event::SensorMissing { channel: 5 }]
+        [Event::SensorMissing { channel: 6 }]
     );
     assert_eq!(
         of_sensors(with(Health::Ok, 9)),
-        [Event::SensorBack { channel: 5 }]
+        [Event::SensorBack { channel: 6 }]
     );
     for _ in 0..RATE_HZ {
         bench.sample(RawSample::default());
     }
     let status = last_status(&bench.reports());
-    let channel = status.channels[5];
+    let channel = status.channels[6];
     assert_eq!((channel.crc_errors, channel.bus_errors), (63, 200));
     assert_eq!(status.channels[0].bus_errors, 0);
 }

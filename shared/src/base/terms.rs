@@ -61,13 +61,19 @@ pub struct Terms {
 /// What moves: the internal states of every effect, and the joint at the sample before.
 #[derive(Clone, Debug)]
 pub struct Memory {
-    states: [States<Q>; MAX_TERMS],
+    terms: [TermMemory; MAX_TERMS],
     /// As the first axis sees it. Kept, so that what no sample changes need not be written anew.
     at: Kinematics<Q>,
     /// Whether there was a sample.
     moved: bool,
-    /// The input that an effect follows, behind its lag.
-    lagged: [Q; MAX_TERMS],
+}
+
+/// What moves of one effect.
+#[derive(Clone, Debug)]
+struct TermMemory {
+    states: States<Q>,
+    /// The input that it follows, behind its lag.
+    lagged: Q,
 }
 
 impl Memory {
@@ -75,7 +81,12 @@ impl Memory {
     pub const NEW: Self = {
         let zero = Q::from_raw(0);
         Self {
-            states: [[zero; MAX_STATES]; MAX_TERMS],
+            terms: [const {
+                TermMemory {
+                    states: [Q::from_raw(0); MAX_STATES],
+                    lagged: Q::from_raw(0),
+                }
+            }; MAX_TERMS],
             at: Kinematics {
                 displacement: zero,
                 velocity: zero,
@@ -86,9 +97,25 @@ impl Memory {
                 instrument: Instrument::of(zero),
             },
             moved: false,
-            lagged: [zero; MAX_TERMS],
         }
     };
+}
+
+impl TermMemory {
+    /// The force of an effect beside its input, which it goes to by a share of the way; with none it begins there.
+    #[inline(never)]
+    fn following(&mut self, force: Q, input: Q, share: Option<Q>, squared: bool) -> Q {
+        self.lagged = match share {
+            Some(share) => self.lagged.plus(input.minus(self.lagged) * share),
+            None => input,
+        };
+        let linear = force * self.lagged;
+        if squared {
+            linear * self.lagged
+        } else {
+            linear
+        }
+    }
 }
 
 impl Default for Memory {
@@ -251,12 +278,7 @@ impl Terms {
         // Nothing saturates: the origins are bounded.
         let (x, v) = (Q::from_q31(x).plus(a), Q::from_q31(v).plus(b));
         let (phi, omega) = (Q::from_q31(phi).plus(c), Q::from_q31(omega).plus(d));
-        let Memory {
-            states,
-            at,
-            moved,
-            lagged,
-        } = memory;
+        let Memory { terms, at, moved } = memory;
         let has_moved = *moved;
         let (x_before, phi_before) = (at.displacement, at.other_displacement);
         let (mut step, mut other_step) = (Q::default(), Q::default());
@@ -269,24 +291,18 @@ impl Terms {
         at.period = Q::ONE;
         // Turned round for an effect on the second axis and back again: most models have effects on one.
         let mut turned = false;
-        for ((term, states), lagged) in self.list.iter().zip(states).zip(lagged) {
+        for (term, memory) in self.list.iter().zip(terms) {
             if (term.axis != 0) != turned {
                 turned = !turned;
                 turn(at, &mut other_step, &mut forces);
             }
-            let ([f, g], [mut own, other]) =
-                (forces, (term.entry.device)(&term.parameters, at, states));
+            let ([f, g], [mut own, other]) = (
+                forces,
+                (term.entry.device)(&term.parameters, at, &mut memory.states),
+            );
             if let Some(share) = term.follows {
                 let input = self.input(term.axis, followed);
-                // A lag begins where its input does.
-                *lagged = match has_moved {
-                    true => lagged.plus(input.minus(*lagged) * share),
-                    false => input,
-                };
-                own = own * *lagged;
-                if term.squared {
-                    own = own * *lagged;
-                }
+                own = memory.following(own, input, has_moved.then_some(share), term.squared);
             }
             forces = match term.entry.acts {
                 Acts::OwnAxis => [f + own, g],

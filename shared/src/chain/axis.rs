@@ -305,9 +305,6 @@ impl AxisChain {
         };
         state.acceleration.push(raw.acceleration);
         state.force.push(raw.force);
-        if self.input.is_some() {
-            state.input.push(raw.input);
-        }
         [displacement, body]
     }
 
@@ -334,15 +331,25 @@ impl AxisChain {
             shift_round(at.body_slope, self.body_velocity_shift),
         ];
         let codes = [acceleration, own, other];
-        let input = self.input.as_ref().map(|input| input.read(&state.input));
-        let (input, input_outside) = input.unwrap_or_default();
         Seen {
-            input,
-            input_outside: u8::from(input_outside),
             states: [x, v],
             outside: u8::from(x_outside) | u8::from(v_outside) << 1,
             force: self.terms.force(derived, codes, at.body),
         }
+    }
+
+    /// Whether effects of the axis follow an input.
+    pub(super) fn follows(&self) -> bool {
+        self.input.is_some()
+    }
+
+    /// What effects of the axis follow at the chain's instant, in Q31, and whether it is outside the training range; takes the newest code.
+    pub(super) fn follow(&self, state: &mut AxisState, raw: &RawAxis) -> (i32, bool) {
+        let Some(input) = &self.input else {
+            return (0, false);
+        };
+        state.input.push(raw.input);
+        input.read(&state.input)
     }
 
     /// Whether a damper to ground needs the body's slope.
@@ -391,8 +398,5 @@ pub(super) struct Instant {
 pub(super) struct Seen {
     pub(super) states: [i32; 2],
     pub(super) outside: u8,
-    /// What effects follow, in Q31, and 1 when it was outside the training range.
-    pub(super) input: i32,
-    pub(super) input_outside: u8,
     pub(super) force: i32,
 }

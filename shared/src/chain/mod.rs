@@ -98,6 +98,8 @@ pub struct Chain {
     derived: bool,
     /// Whether a force channel holds mains hum.
     humming: bool,
+    /// Whether effects follow an input.
+    follows: bool,
 }
 
 /// The state: the last samples of every channel, and the memory of the model's effects.
@@ -176,6 +178,7 @@ impl Chain {
             damped,
             derived,
             humming: axes.iter().any(|axis| !axis.notch.is_none()),
+            follows: axes.iter().any(AxisChain::follows),
             axes,
             velocity: weights_of_steps(rig.velocity.taps.iter().copied()),
             acceleration: weights_of_steps(rig.acceleration.taps.iter().copied()),
@@ -241,6 +244,10 @@ impl Chain {
         raw: &RawSample,
     ) -> Option<Output> {
         self.take(state, raw);
+        let (mut followed, mut outside) = ([0; 2], 0);
+        if self.follows {
+            (followed, outside) = self.follow(state, raw);
+        }
         state.samples = state.samples.saturating_add(1);
         let full = self.velocity.len() + 1 + self.settling.wait + self.settling.before;
         if state.samples < full {
@@ -250,11 +257,11 @@ impl Chain {
         let mut seen = self.see::<K>(state);
         let ([a, b], [c, d]) = (seen[0].states, seen[1].states);
         let states = [a, b, c, d];
-        let followed = [seen[0].input, seen[1].input];
         let predicted = model.step_by::<K>(&mut state.model, &states, &followed);
+        outside |= seen[0].outside | seen[1].outside << 2;
         let mut saturated = 0;
         if self.humming {
-            saturated = self.take_hum_out(state, &mut seen, &predicted);
+            saturated = self.take_hum_out(state, &mut seen, &predicted, outside);
         }
         let [x, phi] = seen;
         let ([r, s], measured) = (predicted, [x.force, phi.force]);
@@ -264,7 +271,7 @@ impl Chain {
         saturated |= at_rail(x.force) | at_rail(e) | (at_rail(phi.force) | at_rail(f)) << 1;
         Some(Output {
             state: states,
-            outside: outside(&x, &phi),
+            outside,
             measured,
             predicted,
             residual,
@@ -280,10 +287,11 @@ impl Chain {
         state: &mut ChainState,
         seen: &mut [Seen; 2],
         predicted: &[i32; 2],
+        outside: u8,
     ) -> u8 {
         let [x, phi] = seen;
         let mut saturated = at_rail(x.force) | at_rail(phi.force) << 1;
-        let mut held = saturated | outside(x, phi);
+        let mut held = saturated | outside;
         if state.held != 0 {
             state.held -= 1;
             held = 1;
@@ -301,6 +309,20 @@ impl Chain {
             }
         }
         saturated
+    }
+
+    /// What effects of each axis follow at the chain's instant, in Q31, and the bits of [`Output::outside`] that are its own.
+    #[inline(never)]
+    fn follow(&self, state: &mut ChainState, raw: &RawSample) -> ([i32; 2], u8) {
+        let (mut followed, mut outside) = ([0; 2], 0);
+        for (number, axis) in self.axes.iter().enumerate() {
+            // Two axes at most.
+            let own = number & 1;
+            let (input, is_outside) = axis.follow(&mut state.axes[own], &raw[own]);
+            followed[own] = input;
+            outside |= u8::from(is_outside) << (4 + own);
+        }
+        (followed, outside)
     }
 
     /// Puts a sample behind those before it.
@@ -361,11 +383,6 @@ fn slopes(axes: &[AxisChain]) -> [bool; 2] {
         axes.iter().any(AxisChain::is_damped),
         kinds.any(|kind| kind == Acceleration::Derived),
     ]
-}
-
-/// Which states and inputs were outside, as [`Output::outside`] has it.
-fn outside(x: &Seen, phi: &Seen) -> u8 {
-    x.outside | phi.outside << 2 | x.input_outside << 4 | phi.input_outside << 5
 }
 
 /// 1 when the value stands at one of its rails.

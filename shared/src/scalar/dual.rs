@@ -114,33 +114,45 @@ impl Number for Dual {
     }
 }
 
+impl Dual {
+    /// aⁿ, its slope by a, and its slope along with the exponent. Most of a fit's time goes into these powers, so there is one of them, and a
+    /// logarithm only where the exponent moves.
+    #[inline]
+    fn powered(a: f64, exponent: Self) -> (f64, f64, f64) {
+        let n = exponent.value;
+        let value = a.powf(n);
+        let steepness = if a > 0.0 {
+            n * (value / a)
+        } else {
+            n * a.powf(n - 1.0)
+        };
+        let by_exponent = if exponent.slope == 0.0 {
+            0.0
+        } else {
+            // aⁿ·ln a goes to 0 with a.
+            value * a.max(f64::MIN_POSITIVE).ln() * exponent.slope
+        };
+        (value, steepness, by_exponent)
+    }
+}
+
 impl Powers for Dual {
     #[inline]
     fn power(self, exponent: Self) -> Self {
-        let a = self.value.clamp(0.0, 1.0);
-        let value = a.powf(exponent.value);
-        // aⁿ·ln a goes to 0 with a.
-        let logarithm = a.max(f64::MIN_POSITIVE).ln();
-        let steepness = exponent.value * a.powf(exponent.value - 1.0);
+        let (value, steepness, by_exponent) = Self::powered(self.value.clamp(0.0, 1.0), exponent);
         Self {
             value,
-            slope: steepness * self.slope + value * logarithm * exponent.slope,
+            slope: steepness * self.slope + by_exponent,
         }
     }
     #[inline]
     fn raised(self, exponent: Self) -> Self {
-        let a = self.value.max(0.0);
-        let value = a.powf(exponent.value);
-        let logarithm = a.max(f64::MIN_POSITIVE).ln();
+        let (value, steepness, by_exponent) = Self::powered(self.value.max(0.0), exponent);
         // Below 0 the power stays 0, and with it its slope.
-        let steepness = if self.value < 0.0 {
-            0.0
-        } else {
-            exponent.value * a.powf(exponent.value - 1.0)
-        };
+        let steepness = if self.value < 0.0 { 0.0 } else { steepness };
         Self {
             value,
-            slope: steepness * self.slope + value * logarithm * exponent.slope,
+            slope: steepness * self.slope + by_exponent,
         }
     }
 }
