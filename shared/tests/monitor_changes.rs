@@ -63,15 +63,17 @@ fn a_joint_that_seizes_hardly_moves_and_is_told_by_its_force() {
 fn outside_the_range_only_a_force_that_is_gone_is_evidence() {
     let half = Joint { force: 0.5, ..WELL };
     let double = Joint { force: 2.0, ..WELL };
-    for (joint, wanted) in [
-        (GONE, Some(Cause::ForceGone)),
-        (half, None),
-        (double, None),
-        (WELL, None),
+    // The displacement of the first axis, or its input.
+    for (joint, outside, wanted) in [
+        (GONE, 0b01, Some(Cause::ForceGone)),
+        (half, 0b01, None),
+        (double, 0b01, None),
+        (WELL, 0b01, None),
+        (WELL, 0b01_0000, None),
     ] {
         let mut watched = Watched::new();
         watched.run(10.0, [WELL; 2], 0);
-        watched.run(20.0, [joint, WELL], 0b01);
+        watched.run(20.0, [joint, WELL], outside);
         let alarm = watched.first(0, State::Alarm).map(|(_, cause)| cause);
         assert_eq!(alarm, wanted, "{:?}", watched.seen[0]);
         if wanted.is_none() {
