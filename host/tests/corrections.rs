@@ -321,6 +321,8 @@ fn a_zero_that_differs_from_record_to_record_is_named_and_taken_out_of_every_rec
         .map(|f| format!("{}@{}", f.effect, f.axis))
         .collect();
     assert_eq!(found, ["force_zero@x"]);
+    let probabilities = &diagnosis.probabilities;
+    assert!(probabilities["force_zero@x"] > 0.95 && probabilities["none"] < 0.05);
 
     let with = learnt(&wrong, &[&JOINT[..], &["force_zero@x"]].concat());
     let best = learnt(&right, &JOINT);

@@ -180,6 +180,17 @@ impl<'a> Rivals<'a> {
     }
 }
 
+/// How likely it is that blocks gain, from the gain of each: the share of draws in which they do.
+pub(super) fn chance_of_gain(gains: &[f64]) -> f64 {
+    let mut rng = StdRng::seed_from_u64(0);
+    let mut drawn = || {
+        let draws = (0..gains.len()).map(|_| gains[rng.random_range(0..gains.len())]);
+        draws.sum::<f64>() / gains.len() as f64
+    };
+    let gained = (0..DRAWS).filter(|_| drawn() > CRITERIA.least_difference);
+    gained.count() as f64 / DRAWS as f64
+}
+
 /// What is how likely, as shares of all draws.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Chances {

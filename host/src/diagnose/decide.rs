@@ -126,11 +126,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
             taken,
         },
     } = choice;
-    let gains = lost.iter().map(|(_, bound, without)| {
-        let gains = falls(&without.score.log_errors, &decided.score.log_errors);
-        (*bound, gains[..full.blocks.dealt()].to_vec())
-    });
-    let gains = gains.collect();
+    let gains = gains(full, &decided, &lost);
     let curve = Curve::in_place_of(full, &decided);
     let laws = laws(field, &decided, lost, (taken.surely(), curve.as_ref()));
     let as_good: Vec<AxisEffect> = rivals.sole(&good);
@@ -173,6 +169,20 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     }
     decision.looked = looked;
     decision
+}
+
+/// Log error power that each effect gains on every block in turn; `lost` is what [`lost_without_each`] makes of `decided`.
+fn gains(
+    bench: &Bench<'_>,
+    decided: &Looked,
+    lost: &[(f64, AxisEffect, Looked)],
+) -> Vec<(AxisEffect, Vec<f64>)> {
+    let gain = |(_, bound, without): &(f64, AxisEffect, Looked)| {
+        let mut gains = falls(&without.score.log_errors, &decided.score.log_errors);
+        gains.truncate(bench.blocks.dealt());
+        (*bound, gains)
+    };
+    lost.iter().map(gain).collect()
 }
 
 /// The first step at which the learner takes most of what it can of what is left.

@@ -51,6 +51,14 @@ pub(super) struct Search {
     pub(super) zeros: Vec<Option<Zeros>>,
 }
 
+impl Search {
+    /// The zeros of force that the last model has.
+    pub(super) fn zeros_found(&self) -> Vec<&Zeros> {
+        let zeros = self.zeros.iter().flatten();
+        zeros.filter(|z| self.found.contains(&z.own)).collect()
+    }
+}
+
 /// What was found in the training records, and what unseen rows say of it.
 #[derive(Clone)]
 pub(super) struct Refuted {
@@ -155,11 +163,7 @@ fn search_once(
         known.take(&decision.hypothesis);
         zeros[axis] = own.map(|own| Zeros::of(&records, &decision.hypothesis, own));
         if let Some(standing) = zeros[axis].as_ref().filter(|zeros| zeros.stand()) {
-            known.take(&Hypothesis {
-                base: 0,
-                members: vec![standing.own],
-                values: vec![vec![0.0; standing.own.entry.parameters().len()]],
-            });
+            known.take(&standing.as_hypothesis());
         }
         decisions.push(decision);
     }
@@ -182,9 +186,9 @@ fn search_once(
         solution: fitted,
     };
     let first = (base, solution.solved.values.as_slice());
-    let mut gains: Vec<(AxisEffect, Vec<f64>)> = Vec::new();
-    gains.extend(decisions.iter().flat_map(|d| d.gains.iter().cloned()));
-    gains.extend(zeros.iter().flatten().map(|z| (z.own, z.gains.clone())));
+    let of_zeros = zeros.iter().flatten().map(|z| (z.own, z.gains.clone()));
+    let gains = decisions.iter().flat_map(|d| d.gains.iter().cloned());
+    let gains: Vec<(AxisEffect, Vec<f64>)> = gains.chain(of_zeros).collect();
     let refuted = refuted(given, &records, &mut last, (of_base, &gains), first)?;
     let found = last.terms.iter().filter(|term| !base.contains(term));
     Ok(Search {

@@ -138,7 +138,12 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
         noise_floor: per_axis(&noise),
         ranked: in_words_ranked(decisions, (&learnt, &base, values), &found, study),
         found,
-        probabilities: in_words_probabilities(decisions, &names, f64::from(u8::from(serious))),
+        probabilities: in_words_probabilities(
+            decisions,
+            &search.zeros_found(),
+            &names,
+            f64::from(u8::from(serious)),
+        ),
         remainder: in_words_remainder(decisions, &names),
         looked_at: in_words_looked(if asked.explain { decisions } else { &[] }, &names),
         places: comparison.places,

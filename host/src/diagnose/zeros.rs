@@ -4,7 +4,7 @@
 //! both into a force. Where the base has none, no record says more of its origin.
 
 use super::bench::Bench;
-use super::chances::{falls, is_gained, mean_and_error};
+use super::chances::{chance_of_gain, falls, is_gained, mean_and_error};
 use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use super::rank::look;
@@ -149,6 +149,20 @@ impl Zeros {
                 .map(|&rows| rows as f64 / records.thinned_rate_hz)
                 .collect(),
         }
+    }
+
+    /// What a model is given that says so.
+    pub(super) fn as_hypothesis(&self) -> Hypothesis {
+        Hypothesis {
+            base: 0,
+            members: vec![self.own],
+            values: vec![vec![0.0; self.own.entry.parameters().len()]],
+        }
+    }
+
+    /// How likely they are.
+    pub(super) fn chance(&self) -> f64 {
+        chance_of_gain(&self.gains)
     }
 
     /// Whether they drift.
