@@ -7,6 +7,9 @@ use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
 use jointwatch::simulate::{SimulationOptions, simulate};
 use jointwatch::study::Study;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
 
 const SEED: u64 = 4;
 /// The force channel of x is late by three samples of 0.5 ms, reads 4 % too much, and hears the torque.
@@ -318,6 +321,8 @@ fn a_zero_that_differs_from_record_to_record_is_named_and_taken_out_of_every_rec
         .map(|f| format!("{}@{}", f.effect, f.axis))
         .collect();
     assert_eq!(found, ["force_zero@x"]);
+    let probabilities = &diagnosis.probabilities;
+    assert!(probabilities["force_zero@x"] > 0.95 && probabilities["none"] < 0.05);
 
     let with = learnt(&wrong, &[&JOINT[..], &["force_zero@x"]].concat());
     let best = learnt(&right, &JOINT);
@@ -348,4 +353,122 @@ fn a_zero_that_differs_from_record_to_record_is_named_and_taken_out_of_every_rec
         panic!("one record has no zeros that differ");
     };
     assert!(refusal.sentence.contains("has one record"), "{refusal}");
+}
+
+/// The study with a zero of the force channel of x that rises along every record, by another amount in each, N.
+fn drifting(study: &Study, rises: &[f64]) -> Study {
+    let mut study = study.clone();
+    for (record, rise) in study.records.iter_mut().zip(rises) {
+        let force = &mut record.axes[0].force;
+        let rows = force.len() as f64;
+        let line = force.iter_mut().enumerate();
+        line.for_each(|(row, f)| *f += rise * (row as f64 / rows - 0.3));
+    }
+    study
+}
+
+#[test]
+fn a_zero_that_drifts_is_named_and_taken_out_of_every_record() {
+    println!("seed {SEED}");
+    let options = SimulationOptions {
+        seed: SEED,
+        ..SimulationOptions::default()
+    };
+    let right = simulate(&options).unwrap().study;
+    let rises = [4.0, -7.0, 3.0, 6.0];
+    let wrong = drifting(&right, &rises);
+    let found = |study: &Study| -> Vec<String> {
+        let diagnosis = diagnose(study, &learnt(study, &JOINT)).unwrap();
+        println!("{:?}", diagnosis.notes);
+        let found = diagnosis.found.iter();
+        found.map(|f| format!("{}@{}", f.effect, f.axis)).collect()
+    };
+    assert_eq!(found(&wrong), ["force_drift@x"]);
+    // Of one record as well, where no zero can differ.
+    let mut one = wrong.clone();
+    one.records.truncate(1);
+    assert_eq!(found(&one), ["force_drift@x"]);
+
+    let with = learnt(&wrong, &[&JOINT[..], &["force_drift@x"]].concat());
+    let best = learnt(&right, &JOINT);
+    let corrected = with.corrected(&wrong).unwrap();
+    for (seen, truth) in corrected.records.iter().zip(&right.records) {
+        let pairs = seen.axes[0].force.iter().zip(&truth.axes[0].force);
+        let off = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        assert!(off < 0.1, "{}: {off} N", truth.file);
+    }
+    let error = |model: &ModelFile| model.validation[0].relative_error;
+    assert!(error(&with) < 1.1 * error(&best));
+
+    // Both sizes, root mean square over the three training records, within their intervals.
+    let seconds = right
+        .records
+        .iter()
+        .map(|r| r.rows as f64 / right.sample_rate_hz);
+    let slopes: Vec<f64> = rises
+        .iter()
+        .zip(seconds)
+        .map(|(rise, s)| rise / s)
+        .collect();
+    let rms = |all: &[f64]| (all.iter().map(|v| v * v).sum::<f64>() / all.len() as f64).sqrt();
+    let term = with.effects.iter().find(|e| e.name() == "force_drift@x");
+    let [zero, drift] = [0, 1].map(|at| &term.unwrap().parameters[at]);
+    for (parameter, truth) in [(zero, 0.3 * rms(&rises[..3])), (drift, rms(&slopes[..3]))] {
+        println!("{} {:.5} for {truth:.5}", parameter.name, parameter.value);
+        assert!(
+            (parameter.value / truth - 1.0).abs() < 0.03,
+            "{}",
+            parameter.name
+        );
+    }
+    // The zero is that of the first row behind the filters.
+    let [low, high] = drift.interval.unwrap();
+    let truth = rms(&slopes[..3]);
+    assert!(
+        low < truth && truth < high && high - low < 0.2 * truth,
+        "{low} to {high}"
+    );
+    let said = jointwatch::model::corrections::in_words(&with.effects);
+    assert!(said.iter().any(|s| s.contains("each second")), "{said:?}");
+    assert!(export::export(&with, None).is_err());
+}
+
+/// A joint in a testing machine, as CSV below `folder`: a spring beside a Maxwell element that forgets in a fifth of a record, and slow motion
+/// beside quick.
+fn relaxing(folder: &Path) -> Study {
+    const RATE: f64 = 200.0;
+    const TIME_CONSTANT_S: f64 = 4.0;
+    let mut text = "time = \"t\"\naxis = [{ name = \"x\", kind = \"translation\", displacement = \"x\", force = \"f\", inertia = 0 }]\n\
+                    base = { terms = [\"stiffness@x\", \"viscous@x\"] }\n"
+        .to_owned();
+    for record in 0..4 {
+        let (mut log, mut held, mut last) = (String::from("t,x,f\n"), 0.0, 0.0);
+        for row in 0..4000 {
+            let t = f64::from(row) / RATE;
+            let slow = (0.5 * t + f64::from(record)).sin() - f64::from(record).sin();
+            let x = 1e-3 * (slow + 0.4 * ((9.0 + f64::from(record)) * t).sin());
+            held = held * (-1.0 / (RATE * TIME_CONSTANT_S)).exp() + 400.0 * (x - last);
+            last = x;
+            let noise = (f64::from(row) * 12.9898 + f64::from(record)).sin() * 43758.5453 % 1.0;
+            let f = 1000.0 * x + held + 0.01 * noise;
+            writeln!(log, "{t:.3},{x:.9},{f:.6}").unwrap();
+        }
+        fs::write(folder.join(format!("r{record}.csv")), log).unwrap();
+        let role = if record == 3 { "validate" } else { "train" };
+        text += &format!("[[record]]\nfile = \"r{record}.csv\"\nrole = \"{role}\"\n");
+    }
+    fs::write(folder.join("study.toml"), text).unwrap();
+    Study::read(&folder.join("study.toml")).unwrap()
+}
+
+#[test]
+fn a_slow_force_of_the_joint_is_no_drift_of_the_instrument() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = relaxing(folder.path());
+    let model = identify::physical(&study).unwrap().model;
+    let diagnosis = diagnose(&study, &model).unwrap();
+    let found: Vec<&str> = diagnosis.found.iter().map(|f| f.effect.as_str()).collect();
+    println!("{found:?}, {:?}", diagnosis.notes);
+    assert!(found.contains(&"maxwell"), "{found:?}");
+    assert!(!found.contains(&"force_drift"), "{found:?}");
 }

@@ -181,6 +181,7 @@ fn numbers_in_blobs_never_change() {
         (50, "force_zero"),
         (51, "bouc_wen_hardening"),
         (52, "bouc_wen_pinching"),
+        (53, "force_drift"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);

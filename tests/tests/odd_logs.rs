@@ -118,6 +118,41 @@ fn a_motor_of_which_only_the_speed_was_logged() {
 }
 
 #[test]
+fn a_motor_current_stands_for_the_torque_until_its_constant_is_written() {
+    let folder = TempDir::new().unwrap();
+    let constant = 0.08;
+    let log = text("t [s],q [rad],i [A]", |t| {
+        let [x, v, a] = motion(t);
+        [t, x, (0.02 * a + 0.05 * v) / constant]
+    });
+    fs::write(folder.path().join("motor.csv"), log).unwrap();
+    let without = refused(&folder, &["init", "--yes", "motor.csv"], 3);
+    assert!(without.contains("current of a motor"), "{without}");
+    let words = ["init", "--yes", "motor.csv", "--column", "force=i [A]"];
+    let said = succeed(folder.path(), &words);
+    assert!(said.contains("torque or force constant"), "{said}");
+    assert!(!said.contains("the latter was used"), "{said}");
+    let path = folder.path().join("study.toml");
+    let study = fs::read_to_string(&path).unwrap();
+    let current = "{ column = \"i [A]\", unit = \"A\", scale = 1.0 }";
+    assert!(study.contains(current), "{study}");
+    assert_near(&values(&path), "viscous", 0.05 / constant, 0.05);
+    let scaled = study.replace("scale = 1.0 }", "scale = 0.08 }");
+    fs::write(&path, scaled).unwrap();
+    assert_near(&values(&path), "viscous", 0.05, 0.05);
+}
+
+#[test]
+fn a_free_decay_is_told_what_to_write() {
+    let folder = TempDir::new().unwrap();
+    let log = text("t [s],q [rad]", |t| [t, motion(t)[0]]);
+    fs::write(folder.path().join("decay.csv"), log).unwrap();
+    let words = ["init", "--yes", "decay.csv", "--column", "force=0"];
+    let said = refused(&folder, &words, 2);
+    assert!(said.contains("force = 0 and inertia = 1"), "{said}");
+}
+
+#[test]
 fn a_loop_without_time_is_drafted_as_one() {
     let folder = TempDir::new().unwrap();
     let log = text("Weg [mm],Kraft [kN]", |t| {

@@ -162,7 +162,7 @@ fn check_exportable(
     }
     if let Some(zero) = corrections.per_record.iter().find(|t| !t.entry.is_line()) {
         return Err(Error::data(format!(
-            "{} is another one in every record, and a device that never stops has no records: tare the force channel before it starts, and \
+            "{} is another one in every record, and a device that never stops has no records: tare the force channel before it starts, after it has warmed up, and \
              learn a model with preload in its place for export",
             zero.entry.about.name
         )));

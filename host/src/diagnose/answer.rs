@@ -4,6 +4,7 @@ use super::decide::Decision;
 use super::errors::shapes_of;
 use super::learner::Knows;
 use super::rank::Looked as LookedAt;
+use super::zeros::Zeros;
 use crate::assess::where_it_fails::FailingRegion;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{assemble, solved_at};
@@ -309,19 +310,23 @@ pub(super) fn in_words_remainder(decisions: &[Decision], axes: &[&str]) -> Vec<R
     .collect()
 }
 
-/// Probabilities of all axes together.
+/// Probabilities of all axes together; `zeros` are those that were found.
 pub(super) fn in_words_probabilities(
     decisions: &[Decision],
+    zeros: &[&Zeros],
     axes: &[&str],
     data: f64,
 ) -> BTreeMap<String, f64> {
     let mut out = BTreeMap::new();
     let nothing: f64 = decisions.iter().map(|d| d.chances.nothing).product();
+    let no_zero: f64 = zeros.iter().map(|zeros| 1.0 - zeros.chance()).product();
     let known: f64 = decisions.iter().map(|d| 1.0 - d.chances.unknown).product();
-    out.insert("none".into(), nothing * (1.0 - data));
+    out.insert("none".into(), nothing * no_zero * (1.0 - data));
     out.insert("unknown".into(), (1.0 - known) * (1.0 - data));
     out.insert("data".into(), data);
-    for (bound, chance) in decisions.iter().flat_map(|d| d.chances.each()) {
+    let of_zeros = zeros.iter().map(|zeros| (zeros.own, zeros.chance()));
+    let each = decisions.iter().flat_map(|d| d.chances.each());
+    for (bound, chance) in each.chain(of_zeros) {
         let other: &mut f64 = out.entry(bound.name(axes)).or_insert(0.0);
         *other = other.max(chance);
     }

@@ -77,12 +77,12 @@ fn reverses(velocity: &[f64]) -> bool {
 }
 
 impl<'a> Bench<'a> {
-    /// An axis beside a base; `zero_per_record` gives every record a zero of its own.
+    /// An axis beside a base; `own_zero` is the effect that gives every record a zero of its own.
     pub(super) fn new(
         records: &'a Records<'a>,
         axis: usize,
         base: &Hypothesis,
-        zero_per_record: bool,
+        own_zero: Option<AxisEffect>,
     ) -> Self {
         let measured = &records.measured[rows_of(records, axis)];
         let velocity = records.of_motion(axis, None, |at| at.velocity);
@@ -112,8 +112,10 @@ impl<'a> Bench<'a> {
             data: Arc::new(column[rows_of(records, axis)].to_vec()),
             bounds: [0.0, f64::INFINITY],
         });
-        if zero_per_record {
-            bench.zeros = bench.zero_columns();
+        if let Some(own) = own_zero {
+            bench.zeros = bench
+                .part(&own, &vec![0.0; own.entry.parameters().len()])
+                .columns;
         }
         bench.instruments = bench.instrument_columns();
         bench.bound_by(base);
@@ -185,22 +187,6 @@ impl<'a> Bench<'a> {
         .into_iter()
         .flatten()
         .collect()
-    }
-
-    /// One column per record: its zero.
-    fn zero_columns(&self) -> Vec<Column> {
-        let mut start = 0;
-        let records = self.records.rows.iter();
-        let columns = records.map(|&count| {
-            let mut data = vec![0.0; self.measured.len()];
-            data[start..start + count].fill(1.0);
-            start += count;
-            Column {
-                data: Arc::new(data),
-                bounds: [f64::NEG_INFINITY, f64::INFINITY],
-            }
-        });
-        columns.collect()
     }
 
     /// An effect's shapes as they start, all its parameters in SI.

@@ -71,6 +71,11 @@ impl Blocks {
         folds.extend(largest(force, &rows));
         Self { rows, folds, turns }
     }
+
+    /// How many blocks are judged in turn; they are judged first.
+    pub(super) fn dealt(&self) -> usize {
+        self.folds[..self.turns].iter().map(Vec::len).sum()
+    }
 }
 
 /// The fifth of the blocks with the largest force, where it stands out.

@@ -28,10 +28,33 @@ pub(super) fn mean_and_error(values: &[f64]) -> (f64, f64) {
     (mean, (square / (count - 1.0).max(1.0) / count).sqrt())
 }
 
+/// By how much each log error power falls from one list of blocks to another.
+pub(super) fn falls(from: &[f64], to: &[f64]) -> Vec<f64> {
+    let pairs = from.iter().zip(to);
+    pairs.map(|(from, to)| from - to).collect()
+}
+
 /// Whether log error power is gained by more than chance, from the gain of each block.
 pub(super) fn is_gained(gains: &[f64]) -> bool {
-    let (mean, error) = mean_and_error(gains);
+    is_more_than_chance(mean_and_error(gains))
+}
+
+/// The same from their mean and its standard error.
+fn is_more_than_chance((mean, error): (f64, f64)) -> bool {
     mean > error.max(CRITERIA.least_difference)
+}
+
+/// Whether unseen blocks speak against an effect, from the gain of each block that let it in and of each unseen one.
+///
+/// Blocks of the training records have let an effect in, by more than chance, so a difference within the scatter of the unseen blocks is no
+/// reason to take it out. But it was also the best of many that were tried on those blocks, and the unseen ones were not chosen by: what just
+/// beat chance there has to be confirmed here. So an effect goes where the unseen blocks gain without it by more than chance, and where both
+/// together, each with half the say whatever the number of its blocks, no longer gain with it by more than chance.
+pub(super) fn is_refuted(seen: &[f64], unseen: &[f64]) -> bool {
+    let ((mean, error), (of_unseen, error_of_unseen)) =
+        (mean_and_error(seen), mean_and_error(unseen));
+    let both = (0.5 * (mean + of_unseen), 0.5 * error.hypot(error_of_unseen));
+    is_more_than_chance((-of_unseen, error_of_unseen)) || !is_more_than_chance(both)
 }
 
 /// Sets of effects that are held against each other, the base among them.
@@ -157,6 +180,17 @@ impl<'a> Rivals<'a> {
     }
 }
 
+/// How likely it is that blocks gain, from the gain of each: the share of draws in which they do.
+pub(super) fn chance_of_gain(gains: &[f64]) -> f64 {
+    let mut rng = StdRng::seed_from_u64(0);
+    let mut drawn = || {
+        let draws = (0..gains.len()).map(|_| gains[rng.random_range(0..gains.len())]);
+        draws.sum::<f64>() / gains.len() as f64
+    };
+    let gained = (0..DRAWS).filter(|_| drawn() > CRITERIA.least_difference);
+    gained.count() as f64 / DRAWS as f64
+}
+
 /// What is how likely, as shares of all draws.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Chances {
@@ -245,7 +279,7 @@ impl Chances {
 
 #[cfg(test)]
 mod tests {
-    use super::Rivals;
+    use super::{Rivals, is_gained, is_refuted};
     use crate::model::effects::AxisEffect;
     use jointwatch_shared::effect::Entry;
 
@@ -255,6 +289,23 @@ mod tests {
             entry: Entry::named(name).expect("an effect of the library"),
             axis: 0,
         }
+    }
+
+    #[test]
+    fn unseen_blocks_speak_against_an_effect_by_more_than_their_scatter() {
+        let blocks = |mean: f64, scatter: f64| -> Vec<f64> {
+            let signs = (0..24).map(|b| [1.0, -1.0][b % 2]);
+            signs.map(|sign| mean + scatter * sign).collect()
+        };
+        let clear = blocks(1.0, 0.5);
+        // Larger errors without a meaning: the standard error is 0.1.
+        assert!(!is_refuted(&clear, &blocks(-0.05, 0.5)));
+        assert!(is_refuted(&clear, &blocks(-0.2, 0.5)));
+        // What just beat chance among many is confirmed or goes.
+        let faint = blocks(0.05, 0.2);
+        assert!(is_gained(&faint));
+        assert!(is_refuted(&faint, &blocks(0.0, 0.2)));
+        assert!(!is_refuted(&faint, &blocks(0.05, 0.2)));
     }
 
     #[test]

@@ -82,7 +82,7 @@ pub(super) fn candidates(
             // A length that is given whatever the motion is a full turn, which a translation has not.
             let mut listed = bound.entry.parameters().iter();
             let turns = listed.any(|p| p.is_given() && bound.entry.is_in_si(p));
-            // Whether zeros differ is asked before what else is missing.
+            // Whether every record has a zero of its own is asked apart.
             !rival
                 && (!turns || axes[bound.axis].kind == AxisKind::Rotation)
                 && !bound.entry.is_zero_per_record()

@@ -68,7 +68,7 @@ pub fn with_columns(study: Study, model: &ModelFile) -> Result<Columns> {
         let own = of_axis(axis, &base, &solution.solved.values);
         let known = study.inputs.iter();
         let asked = Axis {
-            bench: Bench::new(&records, axis, &own, false),
+            bench: Bench::new(&records, axis, &own, None),
             base: own,
             axes: wider.axes.len(),
             known: known.map(|i| AxisEffect::kept_input(&i.name)).collect(),

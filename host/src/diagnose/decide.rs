@@ -1,7 +1,7 @@
 //! The decision on one axis: the simplest hypothesis that no other beats by more than chance, how likely each effect is, and what is left.
 
 use super::bench::Bench;
-use super::chances::{Chances, Rivals, is_gained, mean_and_error};
+use super::chances::{Chances, Rivals, falls, is_gained, mean_and_error};
 use super::criteria::CRITERIA;
 use super::curve::Curve;
 use super::hypothesis::Hypothesis;
@@ -21,6 +21,8 @@ pub(super) struct Decision {
     pub(super) axis: usize,
     /// The effects that are missing, the most important first, with the share of the force that is lost without each, and their values.
     pub(super) hypothesis: Hypothesis,
+    /// Log error power that each of them gains on every block in turn, beside the others found anew without it.
+    pub(super) gains: Vec<(AxisEffect, Vec<f64>)>,
     /// RMS error over RMS force on blocks in turn: of the base, and with what was found.
     pub(super) errors: [f64; 2],
     /// RMS over RMS force of what it leaves of all rows, learnt from all rows.
@@ -124,6 +126,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
             taken,
         },
     } = choice;
+    let gains = gains(full, &decided, &lost);
     let curve = Curve::in_place_of(full, &decided);
     let laws = laws(field, &decided, lost, (taken.surely(), curve.as_ref()));
     let as_good: Vec<AxisEffect> = rivals.sole(&good);
@@ -135,6 +138,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         left: (square / full.power).sqrt(),
         errors: [base.score.error, decided.score.error],
         hypothesis: decided.hypothesis.clone(),
+        gains,
         taken,
         laws,
         curve,
@@ -165,6 +169,20 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     }
     decision.looked = looked;
     decision
+}
+
+/// Log error power that each effect gains on every block in turn; `lost` is what [`lost_without_each`] makes of `decided`.
+fn gains(
+    bench: &Bench<'_>,
+    decided: &Looked,
+    lost: &[(f64, AxisEffect, Looked)],
+) -> Vec<(AxisEffect, Vec<f64>)> {
+    let gain = |(_, bound, without): &(f64, AxisEffect, Looked)| {
+        let mut gains = falls(&without.score.log_errors, &decided.score.log_errors);
+        gains.truncate(bench.blocks.dealt());
+        (*bound, gains)
+    };
+    lost.iter().map(gain).collect()
 }
 
 /// The first step at which the learner takes most of what it can of what is left.

@@ -1,5 +1,7 @@
 //! What a model leaves on records that it was not fitted to.
 
+use super::blocks::Blocks;
+use super::score::NO_POWER;
 use crate::fit::effects::Solution;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::Solved;
@@ -12,12 +14,8 @@ use crate::signal::motion::Motion;
 use crate::study::Study;
 use crate::text::error::Result;
 
-/// RMS error over RMS force per axis on other records than a model's terms were solved for.
-pub(super) fn relative_errors(
-    records: &Records<'_>,
-    terms: &[AxisEffect],
-    solved: &Solved,
-) -> Vec<f64> {
+/// What a model's terms leave of the force of every axis, on other records than they were solved for.
+fn left(records: &Records<'_>, terms: &[AxisEffect], solved: &Solved) -> Vec<f64> {
     let mut residual = records.measured.clone();
     let mut take = |column: &[f64], factor: f64| {
         for (r, c) in residual.iter_mut().zip(column) {
@@ -35,6 +33,16 @@ pub(super) fn relative_errors(
     for (bound, values) in terms.iter().zip(&solved.values) {
         records.take_out(bound, values, &mut residual);
     }
+    residual
+}
+
+/// RMS error over RMS force per axis on other records than a model's terms were solved for.
+pub(super) fn relative_errors(
+    records: &Records<'_>,
+    terms: &[AxisEffect],
+    solved: &Solved,
+) -> Vec<f64> {
+    let residual = left(records, terms, solved);
     let rows = records.rows_per_axis();
     let axes = residual
         .chunks_exact(rows)
@@ -45,13 +53,34 @@ pub(super) fn relative_errors(
 
 /// Rows that a model was not learnt from: the validation records, or where there are none, blocks of the training records.
 pub(super) struct Unseen<'a> {
-    pub(super) study: &'a Study,
-    pub(super) model: &'a ModelFile,
-    pub(super) training: &'a [&'a Motion],
-    pub(super) validation: Option<&'a Records<'a>>,
+    study: &'a Study,
+    /// The model without its base.
+    alone: ModelFile,
+    training: &'a [&'a Motion],
+    validation: Option<&'a Records<'a>>,
 }
 
-impl Unseen<'_> {
+impl<'a> Unseen<'a> {
+    /// Those of a study whose records move like this; `validation` where there are such records.
+    pub(super) fn new(
+        study: &'a Study,
+        model: &ModelFile,
+        training: &'a [&'a Motion],
+        validation: Option<&'a Records<'a>>,
+    ) -> Self {
+        Self {
+            study,
+            alone: ModelFile {
+                base: Base::None(NoBase {
+                    inputs: model.base.inputs().to_vec(),
+                }),
+                ..model.clone()
+            },
+            training,
+            validation,
+        }
+    }
+
     /// What these rows are.
     pub(super) fn judged_on(&self) -> JudgedOn {
         match self.validation {
@@ -66,21 +95,67 @@ impl Unseen<'_> {
         if let Some(records) = self.validation {
             return Ok(relative_errors(records, terms, &solution.solved));
         }
-        let terms = terms.iter().zip(&solution.solved.values);
-        let terms: Vec<_> = terms
-            .map(|(term, values)| (*term, values.clone()))
-            .collect();
-        let alone = ModelFile {
-            base: Base::None(NoBase {
-                inputs: self.model.base.inputs().to_vec(),
-            }),
-            ..self.model.clone()
-        };
-        let axes = &self.study.axes;
-        let errors = OnRecords::new(axes, self.training, &alone)?
-            .held_out_errors(&terms, &vec![0.0; axes.len()])?;
+        let errors = self.held_out()?;
+        let errors = errors.held_out_errors(&valued(terms, solution), &self.no_ridge())?;
         Ok(errors.iter().map(|e| e.relative_error).collect())
     }
+
+    /// Log error power of every block per axis, as a score has it: blocks of equal force energy of the validation records, or the folds of
+    /// the training records.
+    pub(super) fn log_errors(
+        &self,
+        terms: &[AxisEffect],
+        solution: &Solution,
+    ) -> Result<Vec<Vec<f64>>> {
+        let Some(records) = self.validation else {
+            let held_out = self.held_out()?;
+            let squares = held_out.held_out_squares(&valued(terms, solution), &self.no_ridge())?;
+            let measured = held_out.measured();
+            let axes = squares.iter().zip(measured);
+            let logs = axes.map(|(squares, force)| {
+                let each = power(force) * force.len() as f64 / squares.len().max(1) as f64;
+                let logs = squares.iter().map(|square| log_power(square / each));
+                logs.collect()
+            });
+            return Ok(logs.collect());
+        };
+        let residual = left(records, terms, &solution.solved);
+        let rows = records.rows_per_axis();
+        let axes = residual.chunks_exact(rows);
+        let axes = axes.zip(records.measured.chunks_exact(rows));
+        let logs = axes.map(|(error, force)| {
+            let blocks = Blocks::new(force, &records.rows).rows.into_iter();
+            let whole = power(force);
+            let logs = blocks.map(|rows| log_power(power(&error[rows]) / whole));
+            logs.collect()
+        });
+        Ok(logs.collect())
+    }
+
+    /// The training records without a base beside the terms.
+    fn held_out(&self) -> Result<OnRecords<'_>> {
+        OnRecords::new(&self.study.axes, self.training, &self.alone)
+    }
+
+    fn no_ridge(&self) -> Vec<f64> {
+        vec![0.0; self.study.axes.len()]
+    }
+}
+
+/// Terms with their values.
+fn valued(terms: &[AxisEffect], solution: &Solution) -> Vec<(AxisEffect, Vec<f64>)> {
+    let terms = terms.iter().zip(&solution.solved.values);
+    let terms = terms.map(|(term, values)| (*term, values.clone()));
+    terms.collect()
+}
+
+fn power(series: &[f64]) -> f64 {
+    series.iter().map(|v| v * v).sum::<f64>() / series.len().max(1) as f64
+}
+
+/// Where everything is explained, nothing is left to be told apart.
+fn log_power(power: f64) -> f64 {
+    (power + NO_POWER).ln()
 }
 
 /// The shape unknowns of terms, read from their parameters.

@@ -1,13 +1,14 @@
 //! The decision on every axis, and the model that it makes: everything that is missing beside the base, all values found together.
 
-use super::bench::Bench;
+use super::bench::{Bench, rms};
+use super::chances::{falls, is_gained, is_refuted, mean_and_error};
 use super::collect::{Library, candidates};
 use super::criteria::CRITERIA;
 use super::decide::{Decision, decide};
 use super::errors::{Unseen, relative_errors, shapes_of};
 use super::hypothesis::Hypothesis;
 use super::rank::Field;
-use super::zeros::{FORCE_ZERO, Zeros, zero_of_force, zeros_differ};
+use super::zeros::{OWN_ZEROS, Zeros, beside, in_turn, own_zero};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{Solution, solve, solved_at};
 use crate::model::effects::AxisEffect;
@@ -15,7 +16,7 @@ use crate::signal::motion::Motion;
 use crate::study::Axis;
 use crate::text::error::Result;
 use crate::text::work;
-use jointwatch_shared::effect::{Acts, Entry};
+use jointwatch_shared::effect::{Entry, Subsystem};
 
 /// Rows of all records together on which shapes are searched for; hypotheses are judged on all of them.
 const MAX_SEARCHED: usize = 20_000;
@@ -45,10 +46,26 @@ pub(super) struct Search {
     pub(super) found: Vec<AxisEffect>,
     /// One per axis.
     pub(super) decisions: Vec<Decision>,
-    /// What was found in the training records, but makes the error on unseen rows larger: the axis, and the errors without and with it.
-    pub(super) refuted: Vec<(AxisEffect, usize, [f64; 2])>,
+    pub(super) refuted: Vec<Refuted>,
     /// Per axis, the zeros of force, where they differ from record to record.
     pub(super) zeros: Vec<Option<Zeros>>,
+}
+
+impl Search {
+    /// The zeros of force that the last model has.
+    pub(super) fn zeros_found(&self) -> Vec<&Zeros> {
+        let zeros = self.zeros.iter().flatten();
+        zeros.filter(|z| self.found.contains(&z.own)).collect()
+    }
+}
+
+/// What was found in the training records, and what unseen rows say of it.
+#[derive(Clone)]
+pub(super) struct Refuted {
+    pub(super) bound: AxisEffect,
+    pub(super) axis: usize,
+    /// Rise of the log error power of a block: mean and standard error; nothing where it has no strength beside the others.
+    pub(super) rise: Option<[f64; 2]>,
 }
 
 /// What a search is given.
@@ -92,7 +109,7 @@ pub(super) fn search(
         if open.is_empty() {
             break;
         }
-        without.extend(open.iter().map(|(bound, ..)| bound.name(&names)));
+        without.extend(open.iter().map(|refuted| refuted.bound.name(&names)));
         let reopened = Given {
             without: &without,
             ..*given
@@ -141,18 +158,12 @@ fn search_once(
     let mut decisions: Vec<Decision> = Vec::new();
     let mut zeros: Vec<Option<Zeros>> = given.axes.iter().map(|_| None).collect();
     for axis in order(&records, base, &solution, given.axes.len()) {
-        let differ = zeros_differ(&records, axis, &of_axis(axis, &known.terms, &known.values));
-        let beside = (known.terms.as_slice(), known.values.as_slice());
-        let decision = on_axis(given, &records, excerpt.as_ref(), axis, beside, differ);
-        if differ && zeros_differ(&records, axis, &decision.hypothesis) {
-            let own = Zeros::of(&records, axis, &decision.hypothesis);
-            zeros[axis] = Some(own);
-        }
+        let field = (&records, excerpt.as_ref());
+        let (decision, own) = decided(given, field, axis, &known);
         known.take(&decision.hypothesis);
-        if zeros[axis].as_ref().is_some_and(Zeros::stand)
-            && !given.without.iter().any(|w| w == FORCE_ZERO)
-        {
-            known.take(&zero_of_force(axis));
+        zeros[axis] = own.map(|own| Zeros::of(&records, &decision.hypothesis, own));
+        if let Some(standing) = zeros[axis].as_ref().filter(|zeros| zeros.stand()) {
+            known.take(&standing.as_hypothesis());
         }
         decisions.push(decision);
     }
@@ -175,7 +186,10 @@ fn search_once(
         solution: fitted,
     };
     let first = (base, solution.solved.values.as_slice());
-    let refuted = refuted(given, &records, &mut last, of_base, first)?;
+    let of_zeros = zeros.iter().flatten().map(|z| (z.own, z.gains.clone()));
+    let gains = decisions.iter().flat_map(|d| d.gains.iter().cloned());
+    let gains: Vec<(AxisEffect, Vec<f64>)> = gains.chain(of_zeros).collect();
+    let refuted = refuted(given, &records, &mut last, (of_base, &gains), first)?;
     let found = last.terms.iter().filter(|term| !base.contains(term));
     Ok(Search {
         found: found.copied().collect(),
@@ -275,18 +289,61 @@ fn behind_lag(bench: &Bench<'_>, base: &Hypothesis, input: &'static str) -> &'st
     }
 }
 
-/// The decision on one axis, beside all terms that are known.
+/// The decision on one axis, and with which zeros of force it was made, where they are more than one zero for all records.
+///
+/// A zero of each record is asked before anything else is searched for, as it costs a number for each and hides next to nothing. A drift may hide
+/// a slow force of the joint, and a large force that is missing hides a drift. So a drift is asked before and after, and the search beside it has
+/// to predict blocks better than the search without, by lines that hold for as long as the records last: where a law of the joint does as well,
+/// that is what is missing.
+fn decided(
+    given: &Given<'_>,
+    (records, excerpt): (&Records<'_>, Option<&Records<'_>>),
+    axis: usize,
+    known: &Known,
+) -> (Decision, Option<AxisEffect>) {
+    let mut names = OWN_ZEROS.to_vec();
+    names.retain(|name| !given.without.iter().any(|without| without == name));
+    let base = of_axis(axis, &known.terms, &known.values);
+    let asked =
+        |hypothesis: &Hypothesis, names: &[&str]| own_zero(records, axis, hypothesis, names);
+    let drifts = |own: &Option<AxisEffect>| own.is_some_and(|own| own.effect() == OWN_ZEROS[1]);
+    let standing: Vec<&str> = names
+        .iter()
+        .filter(|n| **n == OWN_ZEROS[0])
+        .copied()
+        .collect();
+    let first = asked(&base, &standing);
+    let decision = on_axis(given, records, excerpt, axis, known, first);
+    let drift = [&base, &decision.hypothesis]
+        .into_iter()
+        .map(|hypothesis| asked(hypothesis, &names))
+        .find(drifts)
+        .flatten();
+    if let Some(drift) = drift {
+        let beside_it = on_axis(given, records, excerpt, axis, known, Some(drift));
+        let errors = |decision: &Decision, own| in_turn(records, axis, &decision.hypothesis, own);
+        let falls = falls(&errors(&decision, first), &errors(&beside_it, Some(drift)));
+        if is_gained(&falls) && Zeros::of(records, &beside_it.hypothesis, drift).stand() {
+            return (beside_it, Some(drift));
+        }
+    }
+    let still = first.filter(|_| asked(&decision.hypothesis, &standing).is_some());
+    (decision, still)
+}
+
+/// The decision on one axis, beside all terms that are known; `own_zero` gives every record a zero of its own.
 fn on_axis(
     given: &Given<'_>,
     records: &Records<'_>,
     excerpt: Option<&Records<'_>>,
     axis: usize,
-    (terms, values): (&[AxisEffect], &[Vec<f64>]),
-    zero_per_record: bool,
+    known: &Known,
+    own_zero: Option<AxisEffect>,
 ) -> Decision {
-    let base = of_axis(axis, terms, values);
-    let full = Bench::new(records, axis, &base, zero_per_record);
-    let part = excerpt.map(|excerpt| Bench::new(excerpt, axis, &base, zero_per_record));
+    let (terms, values) = (known.terms.as_slice(), known.values.as_slice());
+    let base = beside(own_zero, &of_axis(axis, terms, values));
+    let full = Bench::new(records, axis, &base, own_zero);
+    let part = excerpt.map(|excerpt| Bench::new(excerpt, axis, &base, own_zero));
     let searched = part.as_ref().unwrap_or(&full);
     let inputs = searched.records.inputs().into_iter();
     let inputs: Vec<&'static str> = inputs
@@ -295,7 +352,7 @@ fn on_axis(
     let name = &given.axes[axis].name;
     work::say(&format!("axis {name}: candidates"));
     let mut candidates = candidates(searched, given.axes, terms, &inputs, given.without);
-    if zero_per_record {
+    if own_zero.is_some() {
         candidates.retain(|bound| bound.effect() != "preload");
     }
     let parts = searched.parts(&base, &[]);
@@ -313,19 +370,19 @@ fn on_axis(
     decide(&field, given.axes.len(), &base)
 }
 
-/// Takes out of a model what makes the error on unseen rows larger: an error that rises is no effect.
+/// Takes out of a model what unseen rows speak against; `gains` are those of the blocks that let each effect in.
 fn refuted(
     given: &Given<'_>,
     records: &Records<'_>,
     last: &mut Model,
-    kept: usize,
+    (kept, gains): (usize, &[(AxisEffect, Vec<f64>)]),
     first: (&[AxisEffect], &[Vec<f64>]),
-) -> Result<Vec<(AxisEffect, usize, [f64; 2])>> {
+) -> Result<Vec<Refuted>> {
     let mut refuted = Vec::new();
     if last.terms.len() <= kept {
         return Ok(refuted);
     }
-    let mut after = given.unseen.errors(&last.terms, &last.solution)?;
+    let mut with = given.unseen.log_errors(&last.terms, &last.solution)?;
     // The least important stands last.
     let mut at = last.terms.len();
     while at > kept {
@@ -341,24 +398,43 @@ fn refuted(
             values.push(own.clone());
         }
         let from = shapes_of(records, &terms, &values);
-        let without = solve(records, given.axes, &terms, Some(from))?;
-        let before = given.unseen.errors(&terms, &without)?;
-        let rises = (0..given.axes.len()).find(|&axis| {
-            let own = bound.entry.acts == Acts::BothAxes || bound.axis == axis;
-            own && after[axis] > before[axis]
-        });
+        let solution = solve(records, given.axes, &terms, Some(from))?;
+        let without = given.unseen.log_errors(&terms, &solution)?;
+        let mut own: Vec<usize> = (0..given.axes.len()).collect();
+        own.retain(|&axis| bound.acts_on(axis));
+        let of_axis = |axis: usize| falls(&without[axis], &with[axis]);
         // What acts on both may help on one of them more than it harms on the other.
-        let helps = before.iter().sum::<f64>() > after.iter().sum::<f64>();
-        if let Some(axis) = rises
-            && !helps
-        {
-            refuted.push((bound, axis, [before[axis], after[axis]]));
-            after = before;
-            *last = Model {
-                terms,
-                solution: without,
-            };
+        let unseen: Vec<f64> = own.iter().flat_map(|&axis| of_axis(axis)).collect();
+        let seen = gains.iter().filter(|(effect, _)| *effect == bound);
+        let seen: Vec<f64> = seen.flat_map(|(_, gains)| gains.clone()).collect();
+        let absent = is_absent(records, &bound, &last.solution.solved.values[at]);
+        if !absent && !is_refuted(&seen, &unseen) {
+            continue;
+        }
+        let each = own.into_iter();
+        let each = each.map(|axis| (axis, mean_and_error(&of_axis(axis))));
+        if let Some((axis, (mean, error))) = each.min_by(|a, b| a.1.0.total_cmp(&b.1.0)) {
+            refuted.push(Refuted {
+                bound,
+                axis,
+                rise: (!absent).then_some([-mean, error]),
+            });
+            with = without;
+            *last = Model { terms, solution };
         }
     }
     Ok(refuted)
+}
+
+/// Whether an effect that was found on one axis alone has next to no force where all terms are solved for together.
+fn is_absent(records: &Records<'_>, bound: &AxisEffect, values: &[f64]) -> bool {
+    if bound.entry.is_per_record() || bound.entry.subsystem == Subsystem::Sensor {
+        return false;
+    }
+    let force = records.force(bound, values);
+    let axes = force.chunks_exact(records.rows_per_axis().max(1));
+    let mut shares = axes
+        .zip(&records.references.force)
+        .map(|(own, whole)| rms(own) / whole);
+    shares.all(|share| share < CRITERIA.least_share)
 }

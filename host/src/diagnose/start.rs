@@ -37,7 +37,7 @@ pub(crate) fn start(
             members,
             values: own,
         };
-        let bench = Bench::new(records, bound.axis, &base, false);
+        let bench = Bench::new(records, bound.axis, &base, None);
         let residual = solved_at(records, &terms, &shapes_of(records, &terms, &values))?;
         let residual = residual.solved.residual;
         let library = Library::new(&bench, &[*bound], &terms, &values, &residual);

@@ -10,7 +10,7 @@ use super::criteria::CRITERIA;
 use super::decide::Decision;
 use super::errors::{Unseen, relative_errors};
 use super::learner::Knows;
-use super::search::{Given, Search, search};
+use super::search::{Given, Refuted, Search, search};
 use crate::assess::compare;
 use crate::assess::data_checks;
 use crate::assess::noise_floor::{self, Floor};
@@ -86,12 +86,8 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     let logged = prepared.validation(study);
     let of_validation = Records::new(&study.axes, &logged, &model.filters.band);
     let as_logged = prepared.training(study);
-    let unseen = Unseen {
-        study,
-        model,
-        training: &as_logged,
-        validation: (!logged.is_empty()).then_some(&of_validation),
-    };
+    let seen = (!logged.is_empty()).then_some(&of_validation);
+    let unseen = Unseen::new(study, model, &as_logged, seen);
     notes.extend(logged.is_empty().then(|| NO_VALIDATION.to_owned()));
     let in_time = effects_in_time().filter(|_| study.quasi_static);
     let without: Vec<String> = asked.without.iter().cloned().chain(in_time).collect();
@@ -142,7 +138,12 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
         noise_floor: per_axis(&noise),
         ranked: in_words_ranked(decisions, (&learnt, &base, values), &found, study),
         found,
-        probabilities: in_words_probabilities(decisions, &names, f64::from(u8::from(serious))),
+        probabilities: in_words_probabilities(
+            decisions,
+            &search.zeros_found(),
+            &names,
+            f64::from(u8::from(serious)),
+        ),
         remainder: in_words_remainder(decisions, &names),
         looked_at: in_words_looked(if asked.explain { decisions } else { &[] }, &names),
         places: comparison.places,
@@ -306,7 +307,7 @@ fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool)
         let refuted = search
             .refuted
             .iter()
-            .any(|(_, axis, _)| *axis == decision.axis);
+            .any(|refuted| refuted.axis == decision.axis);
         let stays = search
             .found
             .iter()
@@ -332,19 +333,26 @@ fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool)
 
 /// What an effect that was found makes worse, in a sentence each.
 fn refutations(search: &Search, names: &[&str], on: JudgedOn) -> Vec<String> {
-    let refuted = search.refuted.iter();
-    let sentence = |(bound, axis, errors): &(AxisEffect, usize, [f64; 2])| {
+    let percent = |log_power: f64| 100.0 * (0.5 * log_power).exp_m1();
+    let sentence = |refuted: &Refuted| {
+        let name = refuted.bound.name(names);
+        let Some([mean, error]) = refuted.rise else {
+            return format!(
+                "{name} explains axis {} alone, and has next to no force when everything is solved for together, so it is not added",
+                names[refuted.axis]
+            );
+        };
         format!(
-            "{} explains the training records better, but on the {} the relative error of axis {} would go from {:.4} \
-             to {:.4} with it, so it is not added",
-            bound.name(names),
+            "{name} explains the training records better, but on the {} the error of axis {} is {:.1} % {} with it (standard error of the \
+             blocks {:.1} %), so it is not added",
             on.words(),
-            names[*axis],
-            errors[0],
-            errors[1]
+            names[refuted.axis],
+            percent(mean).abs(),
+            if mean < 0.0 { "smaller" } else { "larger" },
+            percent(error)
         )
     };
-    refuted.map(sentence).collect()
+    search.refuted.iter().map(sentence).collect()
 }
 
 /// What is to be said beside the verdict.
@@ -364,20 +372,19 @@ fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) 
     }
     for (axis, zeros) in search.zeros.iter().enumerate() {
         if let Some(zeros) = zeros {
-            let within = if zeros.stand() {
-                ""
-            } else {
-                ", and drifts as much within them, so no zero per record mends it"
+            let does = match (zeros.drift(), zeros.stand()) {
+                (false, true) => "differs by {} between training records",
+                (false, false) => {
+                    "differs by {} between training records, and drifts as much within them, so no zero per record mends it"
+                }
+                (true, _) => "drifts by {} (RMS) along the training records",
             };
-            let apart = zeros.spread();
             let unit = match study.axes[axis].kind {
                 AxisKind::Translation => "N",
                 AxisKind::Rotation => "N·m",
             };
-            notes.push(format!(
-                "axis {}: the zero of force differs by {apart:.3} {unit} between training records{within}",
-                names[axis]
-            ));
+            let does = does.replace("{}", &format!("{:.3} {unit}", zeros.size()));
+            notes.push(format!("axis {}: the zero of force {does}", names[axis]));
         }
     }
     for decision in &search.decisions {

@@ -1,7 +1,10 @@
-//! Zeros of force that differ from record to record.
+//! Zeros of force that differ from record to record, and stand or drift while a record runs.
+//!
+//! A displacement that is integrated from an acceleration, or measured from another origin in every record, has the same look: a spring turns
+//! both into a force. Where the base has none, no record says more of its origin.
 
 use super::bench::Bench;
-use super::chances::mean_and_error;
+use super::chances::{chance_of_gain, falls, is_gained, mean_and_error};
 use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use super::rank::look;
@@ -9,106 +12,203 @@ use crate::fit::effects::columns::Records;
 use crate::model::effects::AxisEffect;
 use jointwatch_shared::effect::Entry;
 
-/// The effect by which a model says that the zero of force differs from record to record.
-pub(super) const FORCE_ZERO: &str = "force_zero";
-/// Variance between the zeros of records beside that of the means of their halves at which chance leaves one of twenty (Fisher), for three
-/// records.
+/// The effects by which a model says so, the simpler one first.
+pub(super) const OWN_ZEROS: [&str; 2] = ["force_zero", "force_drift"];
+/// Variance of zeros, or of slopes, beside that of what the halves of the records differ by at which chance leaves one of twenty (Fisher),
+/// for three records.
 const STANDS: f64 = 9.55;
 
-/// What a model is given where the zero of force differs from record to record.
-pub(super) fn zero_of_force(axis: usize) -> Hypothesis {
-    let entry = Entry::named(FORCE_ZERO);
-    let members: Vec<AxisEffect> = entry
-        .map(|entry| AxisEffect {
-            input: None,
-            entry,
-            axis,
-        })
-        .into_iter()
-        .collect();
-    Hypothesis {
-        base: 0,
-        values: vec![vec![0.0]; members.len()],
-        members,
+fn on(axis: usize, name: &str) -> Option<AxisEffect> {
+    let entry = Entry::named(name)?;
+    Some(AxisEffect {
+        input: None,
+        entry,
+        axis,
+    })
+}
+
+/// A hypothesis that leaves the zeros to what stands beside it.
+pub(super) fn beside(own: Option<AxisEffect>, hypothesis: &Hypothesis) -> Hypothesis {
+    let mut rest = hypothesis.clone();
+    let Some(own) = own else {
+        return rest;
+    };
+    for at in (0..rest.members.len()).rev() {
+        if own.replaces(&rest.members[at]) {
+            rest.members.remove(at);
+            rest.values.remove(at);
+            rest.base -= usize::from(at < rest.base);
+        }
+    }
+    rest
+}
+
+/// Log errors of a hypothesis on blocks in turn, every record with a zero of its own where that is given.
+pub(super) fn in_turn(
+    records: &Records<'_>,
+    axis: usize,
+    hypothesis: &Hypothesis,
+    own: Option<AxisEffect>,
+) -> Vec<f64> {
+    let hypothesis = beside(own, hypothesis);
+    let bench = Bench::new(records, axis, &hypothesis, own);
+    let mut errors = look(&bench, &hypothesis, &[]).score.log_errors;
+    errors.truncate(bench.blocks.dealt());
+    errors
+}
+
+/// A hypothesis with one zero for all records.
+fn with_one_zero(axis: usize, hypothesis: &Hypothesis) -> Hypothesis {
+    let mut members = hypothesis.members.iter();
+    match on(axis, "preload") {
+        Some(preload) if !members.any(|m| *m == preload || m.replaces(&preload)) => {
+            hypothesis.with(preload, vec![0.0])
+        }
+        _ => hypothesis.clone(),
     }
 }
 
-/// Whether every record has a zero of force of its own, beside a hypothesis that does not say so already.
-pub(super) fn zeros_differ(records: &Records<'_>, axis: usize, hypothesis: &Hypothesis) -> bool {
-    let mut members = hypothesis.members.iter();
-    if records.rows.len() < 2 || members.any(|bound| bound.effect() == FORCE_ZERO) {
-        return false;
+/// The effect among `names` with which every record has a zero of its own, beside a hypothesis that does not say so already: where blocks that
+/// it was not learnt from are predicted better than with one zero for all, and it is more than a tolerance.
+pub(super) fn own_zero(
+    records: &Records<'_>,
+    axis: usize,
+    hypothesis: &Hypothesis,
+    names: &[&str],
+) -> Option<AxisEffect> {
+    let is_known = |own: &AxisEffect| {
+        let mut members = hypothesis.members.iter();
+        members.any(|member| member == own || member.replaces(own))
+    };
+    let mut errors = in_turn(records, axis, &with_one_zero(axis, hypothesis), None);
+    let mut found = None;
+    let possible = names.iter().filter_map(|name| on(axis, name));
+    for own in possible.filter(|own| !is_known(own)) {
+        // A zero that stands in one record is a preload.
+        if own.entry.parameters().len() == 1 && records.rows.len() < 2 {
+            continue;
+        }
+        let better = in_turn(records, axis, hypothesis, Some(own));
+        let applied = records.applied_rms(axis);
+        if is_gained(&falls(&errors, &better))
+            && Zeros::of(records, hypothesis, own).size() > CRITERIA.zero * applied
+        {
+            errors = better;
+            found = Some(own);
+        }
     }
-    let Some(preload) = Entry::named("preload") else {
-        return false;
-    };
-    let preload = AxisEffect {
-        input: None,
-        entry: preload,
-        axis,
-    };
-    let mut with_one = hypothesis.clone();
-    if !with_one.members.contains(&preload) {
-        with_one = with_one.with(preload, vec![0.0]);
-    }
-    let turns = |per_record: bool, hypothesis: &Hypothesis| {
-        let bench = Bench::new(records, axis, hypothesis, per_record);
-        let count: usize = bench.blocks.folds[..bench.blocks.turns]
-            .iter()
-            .map(Vec::len)
-            .sum();
-        let score = look(&bench, hypothesis, &[]).score;
-        score.log_errors[..count].iter().sum::<f64>() / count as f64
-    };
-    let gain = turns(false, &with_one) - turns(true, hypothesis);
-    let applied = records.applied_rms(axis);
-    gain > CRITERIA.least_difference
-        && Zeros::of(records, axis, hypothesis).spread() > CRITERIA.zero * applied
+    found
 }
 
 /// Zeros of force beside a hypothesis.
 pub(super) struct Zeros {
-    /// Of every record.
+    /// What says so.
+    pub(super) own: AxisEffect,
+    /// Of every record: its zero, N or N·m, or its slope, per second.
     of_records: Vec<f64>,
-    /// By how much the zeros of a record's two halves differ, halved.
+    /// By how much those of a record's two halves differ, halved.
     of_halves: Vec<f64>,
+    /// How long each record lasts, s.
+    lengths_s: Vec<f64>,
+    /// Log error power that they gain on every block in turn.
+    pub(super) gains: Vec<f64>,
 }
 
 impl Zeros {
     /// Those of records.
-    pub(super) fn of(records: &Records<'_>, axis: usize, hypothesis: &Hypothesis) -> Self {
-        let bench = Bench::new(records, axis, hypothesis, true);
-        let parts = bench.parts(hypothesis, &[]);
-        // The zeros stand last among the columns.
+    pub(super) fn of(records: &Records<'_>, hypothesis: &Hypothesis, own: AxisEffect) -> Self {
+        let with_one = with_one_zero(own.axis, hypothesis);
+        let gains = falls(
+            &in_turn(records, own.axis, &with_one, None),
+            &in_turn(records, own.axis, hypothesis, Some(own)),
+        );
+        let hypothesis = beside(Some(own), hypothesis);
+        let bench = Bench::new(records, own.axis, &hypothesis, Some(own));
+        let parts = bench.parts(&hypothesis, &[]);
+        // The zeros stand last among the columns, and last of them the slopes.
         let columns = bench.columns(&parts, hypothesis.base);
         let (mut factors, left) = bench.solved(&columns);
+        let drifts = own.entry.parameters().len() > 1;
         let mut from = 0;
         let halves = records.rows.iter().map(|&rows| {
             let (first, last) = left[from..from + rows].split_at(rows / 2);
             from += rows;
-            let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len().max(1) as f64;
-            0.5 * (mean(first) - mean(last))
+            let of = |part: &[f64]| match drifts {
+                true => slope(part) * records.thinned_rate_hz,
+                false => part.iter().sum::<f64>() / part.len().max(1) as f64,
+            };
+            0.5 * (of(first) - of(last))
         });
+        let lengths_s = records.rows.iter();
         Self {
+            own,
+            gains,
             of_halves: halves.collect(),
             of_records: factors.split_off(factors.len() - records.rows.len()),
+            lengths_s: lengths_s
+                .map(|&rows| rows as f64 / records.thinned_rate_hz)
+                .collect(),
         }
     }
 
-    /// How far those of the records lie apart.
-    pub(super) fn spread(&self) -> f64 {
-        let all = || self.of_records.iter().copied();
-        all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
+    /// What a model is given that says so.
+    pub(super) fn as_hypothesis(&self) -> Hypothesis {
+        Hypothesis {
+            base: 0,
+            members: vec![self.own],
+            values: vec![vec![0.0; self.own.entry.parameters().len()]],
+        }
     }
 
-    /// Whether a zero stands for as long as a record lasts: records differ by more than chance makes of what the halves of each differ by. A
-    /// zero that drifts does so within a record too, and taking one number off does not mend it.
+    /// How likely they are.
+    pub(super) fn chance(&self) -> f64 {
+        chance_of_gain(&self.gains)
+    }
+
+    /// Whether they drift.
+    pub(super) fn drift(&self) -> bool {
+        self.own.entry.parameters().len() > 1
+    }
+
+    /// How far those of the records lie apart, or the RMS of the drifts about their means, N or N·m.
+    pub(super) fn size(&self) -> f64 {
+        let all = || self.of_records.iter().copied();
+        if !self.drift() {
+            return all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
+        }
+        let whole: f64 = self.lengths_s.iter().sum();
+        let records = self.of_records.iter().zip(&self.lengths_s);
+        // A line that rises by h has the mean square h²/12 about its mean.
+        let square: f64 = records
+            .map(|(slope, length)| (slope * length).powi(2) / 12.0 * length)
+            .sum();
+        (square / whole).sqrt()
+    }
+
+    /// Whether a zero stands, or drifts at one pace, for as long as a record lasts: records differ by more than chance makes of what the halves of
+    /// each differ by. A zero that drifts does so within a record too, and taking one number off does not mend it; nor does a line mend what
+    /// wanders.
     pub(super) fn stand(&self) -> bool {
-        let (_, error) = mean_and_error(&self.of_records);
-        let between = error.powi(2) * self.of_records.len() as f64;
+        let count = self.of_records.len() as f64;
+        let between = if self.drift() {
+            self.of_records.iter().map(|s| s * s).sum::<f64>() / count
+        } else {
+            mean_and_error(&self.of_records).1.powi(2) * count
+        };
         let within: f64 = self.of_halves.iter().map(|h| h * h).sum();
         between > STANDS * within / self.of_halves.len() as f64
     }
+}
+
+/// The slope of the line through a series, per row.
+fn slope(series: &[f64]) -> f64 {
+    let middle = 0.5 * (series.len() as f64 - 1.0);
+    let pairs = series.iter().enumerate();
+    let (product, square) = pairs.fold((0.0, 0.0), |(product, square), (row, value)| {
+        let x = row as f64 - middle;
+        (product + x * value, square + x * x)
+    });
+    if square > 0.0 { product / square } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -117,13 +217,26 @@ mod tests {
 
     #[test]
     fn a_zero_that_wanders_within_records_does_not_stand() {
-        let zeros = |of_halves: [f64; 3]| Zeros {
+        let zeros = |name: &str, of_halves: [f64; 3]| Zeros {
+            own: on(0, name).unwrap(),
             of_records: vec![0.1, -0.2, 0.4],
             of_halves: of_halves.to_vec(),
+            lengths_s: vec![2.0; 3],
+            gains: Vec::new(),
         };
         // Variance between the records: 0.09.
-        assert!((zeros([0.0; 3]).spread() - 0.6).abs() < 1e-12);
-        assert!(zeros([0.09, -0.09, 0.09]).stand());
-        assert!(!zeros([0.1, -0.1, 0.1]).stand());
+        assert!((zeros("force_zero", [0.0; 3]).size() - 0.6).abs() < 1e-12);
+        assert!(zeros("force_zero", [0.09, -0.09, 0.09]).stand());
+        assert!(!zeros("force_zero", [0.1, -0.1, 0.1]).stand());
+        // Mean square of the slopes: 0.07; of a line over two seconds, a third of it.
+        assert!((zeros("force_drift", [0.0; 3]).size() - (0.07_f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert!(zeros("force_drift", [0.08, -0.08, 0.08]).stand());
+        assert!(!zeros("force_drift", [0.09, -0.09, 0.09]).stand());
+    }
+
+    #[test]
+    fn the_slope_of_a_line_is_its_slope() {
+        let line: Vec<f64> = (0..7).map(|row| 3.0 - 0.25 * f64::from(row)).collect();
+        assert!((slope(&line) + 0.25).abs() < 1e-12);
     }
 }

@@ -11,6 +11,7 @@
 //! | `time_delay` | F read later by τ, between the samples by a cubic |
 //! | `crosstalk` | F less χ times the other axis's force, after its own time and gain |
 //! | `force_zero` | F less a zero, which is found in every record anew: the mean of what the model leaves of it |
+//! | `force_drift` | the same with a straight line along the record in place of the zero |
 //! | `mains_hum` | F less the line, whose size and phase are found in every record anew: in what the model leaves of it, so that no force that the model explains is taken for hum |
 
 use crate::model::ModelEffect;
@@ -211,6 +212,14 @@ pub fn in_words(effects: &[ModelEffect]) -> Vec<String> {
                  record anew",
                 value_with_unit(value, unit)
             ),
+            "force_drift" => {
+                let drift = term.parameters.get(1)?;
+                format!(
+                    "the zero of the force channel of {axis} drifts along every record, by {} each second (RMS), which is found and taken out \
+                     in every record anew",
+                    value_with_unit(drift.value, unit)
+                )
+            }
             _ => {
                 let entry = Entry::named(&term.effect).filter(|e| e.is_line())?;
                 let size = entry.parameters().iter().position(|p| p.is_per_record())?;

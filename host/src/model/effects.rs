@@ -371,7 +371,8 @@ impl AxisEffect {
     /// One sentence: an input that the study has not, or a zero per record in a study of one record.
     pub(crate) fn check_in(&self, study: &Study, axes: &[&str]) -> Result<()> {
         study.check_input(&self.name(axes), self.input)?;
-        if self.entry.is_zero_per_record() && study.records.len() < 2 {
+        let stands = self.entry.is_zero_per_record() && self.entry.parameters().len() == 1;
+        if stands && study.records.len() < 2 {
             return Err(Error::data(format!(
                 "{} is another one in every record, and the study has one record: name preload in its place, or add records",
                 self.name(axes)

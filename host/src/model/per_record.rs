@@ -1,7 +1,7 @@
-//! Parts of a force channel that are another in every record: its zero, and the size and phase of mains hum.
+//! Parts of a force channel that are another in every record: its zero and its drift, and the size and phase of mains hum.
 //!
 //! Only what shapes such a law carries over from one record to the next, the frequency of the mains for one. The law is evaluated at a
-//! size of 1, for hum twice, a quarter of a turn apart, and least squares says how much of it a record holds.
+//! size of 1, for hum twice, a quarter of a turn apart, for a drift once at each of its sizes, and least squares says how much of it a record holds.
 
 use crate::model::time_history::{TimeHistory, law_parameters};
 use jointwatch_shared::base::terms::EffectValues;
@@ -15,7 +15,7 @@ const NEIGHBOURHOOD: f64 = 0.01;
 /// Points per width of a line (one over the length of the longest record) at which its neighbourhood is scanned.
 const POINTS_PER_LINE: f64 = 6.0;
 
-/// The factors of one column or two, one per phase, that leave least of a series; 0 for columns that cannot be told apart.
+/// The factors of one column or two, one per size and phase, that leave least of a series; 0 for columns that cannot be told apart.
 pub(crate) fn least_squares(columns: &[Vec<f64>], series: &[f64]) -> [f64; 2] {
     let dot = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| u * v).sum::<f64>();
     match columns {
@@ -46,18 +46,17 @@ pub(crate) fn part_of(
     rows: usize,
     period_s: f64,
 ) -> Vec<f64> {
-    let values = term.entry.parameters().iter().zip(&term.values);
-    let unit = values.map(|(p, &v)| if p.is_per_record() { 1.0 } else { v });
-    let unit = EffectValues {
-        input: None,
-        values: unit.collect(),
-        ..term.clone()
-    };
-    let phases = term.entry.phases_per_record();
-    let columns = PHASES[..phases].iter();
-    let columns: Vec<Vec<f64>> = columns
-        .map(|&phase| along(&unit, phase, rows, period_s))
-        .collect();
+    let mut columns: Vec<Vec<f64>> = Vec::new();
+    let parameters = term.entry.parameters();
+    for (size, parameter) in parameters.iter().enumerate() {
+        let mut unit = term.clone();
+        let listed = parameters.iter().zip(&mut unit.values);
+        for (index, (_, value)) in listed.enumerate().filter(|(_, (p, _))| p.is_per_record()) {
+            *value = f64::from(u8::from(index == size));
+        }
+        let phases = PHASES[..parameter.phases()].iter();
+        columns.extend(phases.map(|&phase| along(&unit, phase, rows, period_s)));
+    }
     let seen: Vec<Vec<f64>> = columns
         .iter()
         .map(|column| column[first..first + series.len()].to_vec())

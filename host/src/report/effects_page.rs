@@ -48,16 +48,12 @@ fn on_the_device(entry: &Entry) -> &'static str {
              record began"
         }
         Subsystem::Sensor if entry.is_zero_per_record() => {
-            "a correction: from the moment a model holds it, it is found and taken out in every record anew; refused at export, because a \
-             device that never stops has no records"
+            "a correction, found and taken out in every record anew; refused at export, because a device that never stops has no records"
         }
         Subsystem::Sensor if entry.is_line() => {
-            "a correction: from the moment a model holds it, it is found and taken out in every record anew, and a device follows it \
-             sample by sample and takes it out"
+            "a correction, found and taken out in every record anew, and by a device sample by sample"
         }
-        Subsystem::Sensor => {
-            "a correction: from the moment a model holds it, the study's data are put right by it, on the host and on the device"
-        }
+        Subsystem::Sensor => "a correction of the data, on host and device",
     }
 }
 
@@ -298,7 +294,7 @@ pub fn markdown() -> String {
         };
         let _ = write!(
             text,
-            "{fate}- Source: {}.\n- Signature: {}.\n- Experiment: {}\n\n```\n{}\n{}\n```\n",
+            "{fate}- {}.\n- Signature: {}.\n- Experiment: {}\n\n```\n{}\n{}\n```\n",
             about.source,
             about.residual_signature,
             about.separated_by,

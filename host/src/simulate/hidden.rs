@@ -260,7 +260,7 @@ pub(super) fn in_the_log(
 /// What is said of a fault that the simulator cannot put into a log.
 fn cannot_simulate(about: &About) -> Error {
     Error::usage(format!(
-        "the simulated instruments know no {}: hide an effect of the joint, or inertia_error, force_gain, time_delay, crosstalk, mains_hum or force_zero",
+        "the simulated instruments know no {}: hide an effect of the joint, or inertia_error, force_gain, time_delay, crosstalk, mains_hum, force_zero or force_drift",
         about.name
     ))
 }

@@ -287,7 +287,7 @@ impl Entry {
         phases.max().unwrap_or(0)
     }
 
-    /// Whether it is a zero, another one in every record, without a phase.
+    /// Whether it is a zero, another one in every record, that stands or drifts.
     #[cfg(feature = "fit")]
     pub fn is_zero_per_record(&self) -> bool {
         self.phases_per_record() == 1

@@ -26,6 +26,7 @@ mod damping_by_other;
 mod damping_by_other_squared;
 mod digressive_damping;
 mod end_stop;
+mod force_drift;
 mod force_gain;
 mod force_zero;
 mod gap_jenkins;
@@ -132,4 +133,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<force_zero::ForceZero>(),
     Entry::of::<bouc_wen_hardening::BoucWenHardening>(),
     Entry::of::<bouc_wen_pinching::BoucWenPinching>(),
+    Entry::of::<force_drift::ForceDrift>(),
 ];

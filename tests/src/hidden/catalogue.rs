@@ -92,7 +92,8 @@ pub const SUBJECTS: [Subject; 31] = [
 ];
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed and the list above.
-pub const BY_NAME: [Subject; 26] = [
+pub const BY_NAME: [Subject; 27] = [
+    subject("force_drift", Kind::Instrument),
     subject("coulomb_by_direction", Kind::Joint),
     subject("viscous_by_direction", Kind::Joint),
     subject("gap_jenkins", Kind::Joint),
@@ -230,6 +231,7 @@ impl Subject {
                 phase,
             },
             "preload" => Form::Constant,
+            "force_drift" => return Planted::Fault(Fault::Drift),
             name if BY_NAME.iter().any(|s| s.name == name) => {
                 return Planted::Law(by_name(name, scale, &mut within));
             }

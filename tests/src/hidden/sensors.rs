@@ -17,6 +17,8 @@ pub enum Fault {
     Late,
     /// The force channel takes up `strength` times the other axis's force.
     Crosstalk,
+    /// The zero of the force channel rises by `strength` from the beginning of every record to its end.
+    Drift,
     /// The force channel hums with an amplitude of `strength`.
     Hum {
         /// Mains frequency, Hz.
@@ -121,6 +123,12 @@ fn logged_force(faulty: &Faulty, trace: &Trace) -> Vec<f64> {
         Fault::WrongInertia => force.clone(),
         Fault::WrongGain => force.iter().map(|f| f * (1.0 + s)).collect(),
         Fault::Late => later(force, s),
+        Fault::Drift => {
+            let rows = force.len() as f64;
+            let line = force.iter().enumerate();
+            line.map(|(row, f)| f + s * (row as f64 / rows - 0.5))
+                .collect()
+        }
         Fault::Crosstalk => {
             let other = trace.force[1 - a].iter();
             force.iter().zip(other).map(|(f, o)| f + s * o).collect()

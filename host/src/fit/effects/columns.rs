@@ -16,12 +16,20 @@ use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
 use jointwatch_shared::effect::{Acts, MAX_PARAMETERS, Parameters};
 use jointwatch_shared::scalar::dual::Dual;
-use jointwatch_shared::units::References;
+use jointwatch_shared::units::{Dimension, References};
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Takes out of a column (both axes, one after the other) what something that is fitted beside the laws makes of it.
 pub(crate) type Projection<'a> = &'a (dyn Fn(&mut [f64]) + Sync);
+
+/// What a column of a term stands for: a parameter that the force is proportional to, at 1; in one record alone, where its size is
+/// another one in each.
+struct Unit {
+    parameter: usize,
+    record: Option<usize>,
+    phase: f64,
+}
 
 /// One row of a record, as far as one axis moves.
 pub(crate) struct Sample {
@@ -266,36 +274,45 @@ impl<'a> Records<'a> {
     ///
     /// `values` are the term's parameters in SI, of which only those that shape the law are read.
     pub(crate) fn columns(&self, bound: &AxisEffect, values: &[f64]) -> Vec<Vec<f64>> {
+        self.units(bound)
+            .par_iter()
+            .map(|unit| self.unit_column(bound, values, unit))
+            .collect()
+    }
+
+    /// What each column of a term stands for.
+    fn units(&self, bound: &AxisEffect) -> Vec<Unit> {
+        let mut units = Vec::new();
         let linear = bound.entry.parameters().iter().enumerate();
-        let linear: Vec<usize> = linear
-            .filter_map(|(index, p)| p.is_linear().then_some(index))
-            .collect();
-        let mut wanted = Vec::new();
-        for &unit in &linear {
-            let phases = &PHASES[..bound.entry.parameters()[unit].phases()];
+        for (index, parameter) in linear.filter(|(_, p)| p.is_linear()) {
+            let unit = |record, phase| Unit {
+                parameter: index,
+                record,
+                phase,
+            };
+            let phases = &PHASES[..parameter.phases()];
             if phases.is_empty() {
-                wanted.push((unit, None, 0.0));
+                units.push(unit(None, 0.0));
             }
-            for record in self.own_size(&bound.entry.parameters()[unit]) {
-                wanted.extend(phases.iter().map(|&phase| (unit, Some(record), phase)));
+            for record in self.own_size(parameter) {
+                units.extend(phases.iter().map(|&phase| unit(Some(record), phase)));
             }
         }
-        wanted
-            .par_iter()
-            .map(|&(unit, record, phase)| {
-                let mut parameters = law_parameters(bound.entry, values);
-                for &index in &linear {
-                    parameters[index] = f64::from(u8::from(index == unit));
-                }
-                self.real_column(bound, &parameters, record, phase)
-            })
-            .collect()
+        units
+    }
+
+    fn unit_column(&self, bound: &AxisEffect, values: &[f64], unit: &Unit) -> Vec<f64> {
+        let mut parameters = law_parameters(bound.entry, values);
+        let listed = bound.entry.parameters().iter().zip(&mut parameters);
+        for (index, (_, value)) in listed.enumerate().filter(|(_, (p, _))| p.is_linear()) {
+            *value = f64::from(u8::from(index == unit.parameter));
+        }
+        self.real_column(bound, &parameters, unit.record, unit.phase)
     }
 
     /// How many columns [`Records::columns`] makes of a term.
     pub(crate) fn count(&self, bound: &AxisEffect) -> usize {
-        let listed = bound.entry.parameters().iter();
-        listed.map(|p| self.columns_of(p)).sum()
+        self.units(bound).len()
     }
 
     /// How many columns it makes of one parameter.
@@ -309,7 +326,8 @@ impl<'a> Records<'a> {
 
     /// The records in which a size is found: all; of a zero beside a base with a constant, all but the first.
     fn own_size(&self, parameter: &Parameter) -> Range<usize> {
-        let relative = self.beside_constant && parameter.phases() == 1;
+        let constant = parameter.phases() == 1 && parameter.dimension == Dimension::FORCE;
+        let relative = self.beside_constant && constant;
         usize::from(relative)..self.rows.len()
     }
 
@@ -355,10 +373,14 @@ impl<'a> Records<'a> {
         if !bound.entry.is_per_record() {
             return;
         }
-        let columns = self.columns(bound, values);
-        for of_record in columns.chunks(bound.entry.phases_per_record()) {
-            let factors = per_record::least_squares(of_record, residual);
-            for (column, factor) in of_record.iter().zip(factors) {
+        let units = self.units(bound);
+        for record in 0..self.rows.len() {
+            let of_record = units.iter().filter(|unit| unit.record == Some(record));
+            let columns: Vec<Vec<f64>> = of_record
+                .map(|unit| self.unit_column(bound, values, unit))
+                .collect();
+            let factors = per_record::least_squares(&columns, residual);
+            for (column, factor) in columns.iter().zip(factors) {
                 residual
                     .iter_mut()
                     .zip(column)

@@ -153,8 +153,10 @@ pub(crate) fn assemble(
                     (found.0, found.1.or_else(|| gives.then(gives_energy)))
                 }
                 Role::SizePerRecord { .. } => {
-                    let count = problem.records.count(bound);
-                    let start = columns_before(problem, term);
+                    let count = problem.records.columns_of(parameter);
+                    let before = bound.entry.parameters()[..index].iter();
+                    let start = columns_before(problem, term)
+                        + before.map(|p| problem.records.columns_of(p)).sum::<usize>();
                     let factors = &solved.factors[start..start + count];
                     let errors: Vec<f64> = linear.by_ref().take(count).collect();
                     let records = problem.records.rows.len();

@@ -99,7 +99,8 @@ pub(crate) fn reference(bound: &AxisEffect, parameter: &Parameter, references: &
 
 /// Periods of a line in the longest record, at least.
 const PERIODS: f64 = 3.0;
-/// Frequency of a line beside the sample rate, at most: near one half any amplitude with a phase to match gives the same samples.
+/// Frequency of a line beside the rate of the rows behind the low-pass, at most: near one half any amplitude with a phase to match gives the
+/// same samples, and beyond it what is left of the line behind the low-pass looks like a slow force.
 const SAMPLED: f64 = 0.45;
 /// Friction at rest is at most so many times that in motion, for any lubricated or dry pair of materials.
 const AT_REST: f64 = 3.0;
@@ -151,12 +152,11 @@ pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<
         _ => false,
     };
     let longest_s = records.longest_s();
-    let rate_hz = records.thinned_rate_hz * records.every as f64;
     let mut listed = parameters.iter().zip(values);
     let unseen = listed.any(|(parameter, value)| match parameter.role {
         Role::Shape(_) if parameter.dimension == Dimension::TIME => *value > longest_s,
         Role::Shape(_) if parameter.dimension == Dimension::TIME.inverse() => {
-            value * longest_s < PERIODS || *value > SAMPLED * rate_hz
+            value * longest_s < PERIODS || *value > SAMPLED * records.thinned_rate_hz
         }
         _ => false,
     });

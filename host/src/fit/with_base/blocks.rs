@@ -71,7 +71,7 @@ impl Folds {
     }
 }
 
-/// Σ error² of one axis over all held-out stretches, per λ of the base.
+/// Σ error² of one axis over the held-out stretches of each fold, per λ of the base.
 ///
 /// `columns` are those of the effects on that axis, `force` is what all of it is to follow.
 pub(super) fn held_out(
@@ -81,7 +81,7 @@ pub(super) fn held_out(
     columns: &[&[f64]],
     force: &[f64],
     lambdas: &[f64],
-) -> Vec<f64> {
+) -> Vec<Vec<f64>> {
     let used = &functions.used[axis];
     let rows = force.len().max(1) as f64;
     let scaled: Vec<(&[f64], f64)> = columns
@@ -151,6 +151,6 @@ pub(super) fn held_out(
     };
     let errors: Vec<Vec<f64>> = (0..FOLDS).into_par_iter().map(per_fold).collect();
     (0..lambdas.len())
-        .map(|at| errors.iter().map(|fold| fold[at]).sum())
+        .map(|at| errors.iter().map(|fold| fold[at]).collect())
         .collect()
 }

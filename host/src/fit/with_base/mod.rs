@@ -92,6 +92,12 @@ impl<'a> OnRecords<'a> {
         })
     }
 
+    /// The measured force of each axis.
+    pub(crate) fn measured(&self) -> std::slice::ChunksExact<'_, f64> {
+        let rows = self.records.rows_per_axis().max(1);
+        self.records.measured.chunks_exact(rows)
+    }
+
     fn projections(&self, ridge: &[f64]) -> Result<Vec<NuisanceProjection>> {
         let axes = ridge.iter().enumerate();
         axes.map(|(axis, &lambda)| {
@@ -139,8 +145,8 @@ impl<'a> OnRecords<'a> {
         columns
     }
 
-    /// Σ error² on held-out stretches of an axis for every λ.
-    fn held_out(&self, axis: usize, columns: &[Vec<f64>], lambdas: &[f64]) -> Vec<f64> {
+    /// Σ error² on the held-out stretches of each fold of an axis, for every λ.
+    fn held_out(&self, axis: usize, columns: &[Vec<f64>], lambdas: &[f64]) -> Vec<Vec<f64>> {
         let rows = self.records.rows_per_axis();
         let part = axis * rows..(axis + 1) * rows;
         let own: Vec<&[f64]> = columns.iter().map(|c| &c[part.clone()]).collect();
@@ -157,6 +163,31 @@ impl<'a> OnRecords<'a> {
         terms: &[(AxisEffect, Vec<f64>)],
         ridge: &[f64],
     ) -> Result<Vec<AxisError>> {
+        let squares = self.held_out_squares(terms, ridge)?;
+        let axes = self.axes.iter().zip(self.measured()).zip(squares);
+        let error = |((axis, force), squares): ((&Axis, &[f64]), Vec<f64>)| {
+            let error: f64 = squares.iter().sum();
+            let mean = force.iter().sum::<f64>() / force.len() as f64;
+            let about_mean: f64 = force.iter().map(|f| (f - mean) * (f - mean)).sum();
+            let square: f64 = force.iter().map(|f| f * f).sum();
+            AxisError {
+                axis: axis.name.clone(),
+                nmse_percent: 100.0 * error / about_mean.max(f64::MIN_POSITIVE),
+                relative_error: (error / square.max(f64::MIN_POSITIVE)).sqrt(),
+            }
+        };
+        Ok(axes.map(error).collect())
+    }
+
+    /// Σ error² per axis and fold on stretches that were held out in turn, for effects with these values.
+    ///
+    /// # Errors
+    /// Records that leave the base undetermined.
+    pub(crate) fn held_out_squares(
+        &self,
+        terms: &[(AxisEffect, Vec<f64>)],
+        ridge: &[f64],
+    ) -> Result<Vec<Vec<f64>>> {
         let bounds: Vec<AxisEffect> = terms.iter().map(|(bound, _)| *bound).collect();
         let mut columns: Vec<Vec<f64>> = self
             .records
@@ -180,28 +211,19 @@ impl<'a> OnRecords<'a> {
             }
             columns.push(tangent);
         }
-        let rows = self.records.rows_per_axis().max(1);
-        let force = self.records.measured.chunks_exact(rows);
-        let axes = self.axes.iter().zip(force).enumerate();
-        let error = |(index, (axis, force)): (usize, (&Axis, &[f64]))| {
-            let error = self.held_out(index, &columns, &ridge[index..=index])[0];
-            let mean = force.iter().sum::<f64>() / rows as f64;
-            let about_mean: f64 = force.iter().map(|f| (f - mean) * (f - mean)).sum();
-            let square: f64 = force.iter().map(|f| f * f).sum();
-            if !error.is_finite() {
-                return Err(Error::data(format!(
-                    "the training records without one block leave the model of axis {} undetermined: record longer, or give a \
-                     record the role \"validate\"",
-                    axis.name
-                )));
+        let axes = self.axes.iter().enumerate();
+        let squares = axes.map(|(index, axis)| {
+            let squares = self.held_out(index, &columns, &ridge[index..=index]).remove(0);
+            if squares.iter().all(|square| square.is_finite()) {
+                return Ok(squares);
             }
-            Ok(AxisError {
-                axis: axis.name.clone(),
-                nmse_percent: 100.0 * error / about_mean.max(f64::MIN_POSITIVE),
-                relative_error: (error / square.max(f64::MIN_POSITIVE)).sqrt(),
-            })
-        };
-        axes.map(error).collect()
+            Err(Error::data(format!(
+                "the training records without one block leave the model of axis {} undetermined: record longer, or give a \
+                 record the role \"validate\"",
+                axis.name
+            )))
+        });
+        squares.collect()
     }
 
     /// Per axis the strength at which held-out stretches are followed best, about the one before.
@@ -212,9 +234,10 @@ impl<'a> OnRecords<'a> {
         let best = |(axis, &before): (usize, &f64)| {
             let near = |l: &f64| before <= 0.0 || (l / before).log10().abs() < REACH;
             let lambdas: Vec<f64> = ridge::candidates().filter(near).collect();
-            let errors = self.held_out(axis, columns, &lambdas);
-            let pairs = errors.iter().zip(&lambdas);
-            let best = pairs.min_by(|a, b| a.0.total_cmp(b.0).then(b.1.total_cmp(a.1)));
+            let folds = self.held_out(axis, columns, &lambdas);
+            let errors = folds.iter().map(|fold| fold.iter().sum::<f64>());
+            let pairs = errors.zip(&lambdas);
+            let best = pairs.min_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(a.1)));
             best.map_or(before, |(_, lambda)| *lambda)
         };
         before.iter().enumerate().map(best).collect()

@@ -79,6 +79,7 @@ impl Calibrated {
                 self.column
             ))),
             (Some((_, stated)), Ok(found)) if (found / stated - 1.0).abs() < 1e-9 => Ok(None),
+            (Some((stated, _)), _) if stated == unit => Ok(None),
             (Some((stated, _)), _) => Ok(Some(format!(
                 "{}: column {:?} is in {unit} as the file says and in {stated} as study.toml says; the latter was used",
                 log.file(self.place, request.file),

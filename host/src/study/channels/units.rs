@@ -27,11 +27,11 @@ const GRAVITY: f64 = 9.806_65;
 const POUND_FORCE: f64 = 0.453_592_37 * GRAVITY;
 
 /// Units without a size of their own: the channel's `scale` must say how many SI units one of them is.
-const BARE: [&str; 6] = ["V", "mV", "count", "counts", "1", "-"];
+const BARE: [&str; 8] = ["V", "mV", "A", "mA", "count", "counts", "1", "-"];
 
 /// Units of channels that no study uses, met in rows of units.
-const OTHER: [&str; 14] = [
-    "A", "mA", "W", "K", "C", "degC", "%", "Pa", "kPa", "MPa", "bar", "Hz", "kHz", "Ohm",
+const OTHER: [&str; 12] = [
+    "W", "K", "C", "degC", "%", "Pa", "kPa", "MPa", "bar", "Hz", "kHz", "Ohm",
 ];
 
 /// Units written out, in the singular and in small letters.
@@ -161,7 +161,7 @@ impl Quantity {
             return Ok(1.0);
         }
         let plain = normalised(unit);
-        if BARE.contains(&plain.as_str()) {
+        if is_bare(unit) {
             return if scaled {
                 Ok(1.0)
             } else {
@@ -178,7 +178,7 @@ impl Quantity {
         Err(format!(
             "unit {unit:?} is not one of {}; use {} with a scale",
             self.words(),
-            allowed.join(", ") + ", or V or counts"
+            allowed.join(", ") + ", or V, A or counts"
         ))
     }
 
@@ -198,6 +198,11 @@ impl Quantity {
     }
 }
 
+/// Whether a unit has no size of its own.
+pub(crate) fn is_bare(unit: &str) -> bool {
+    BARE.contains(&normalised(unit).as_str())
+}
+
 /// Whether a text is the name of any unit, or of what has none.
 pub(crate) fn is_a_unit(text: &str) -> bool {
     let plain = normalised(text);
@@ -215,7 +220,7 @@ pub(crate) fn is_a_unit(text: &str) -> bool {
     let listed = tables
         .iter()
         .any(|t| t.iter().any(|(name, _)| *name == plain));
-    listed || BARE.contains(&plain.as_str()) || OTHER.contains(&plain.as_str())
+    listed || is_bare(text) || OTHER.contains(&plain.as_str())
 }
 
 /// One spelling for the many in use: N·m, N.m and N m; µm; m/s², m/s2 and m/s**2.

@@ -2,7 +2,7 @@
 
 use super::parts::{DraftAxis, DraftChannel, Log, Said, names};
 use crate::study::channels::axis::integral;
-use crate::study::channels::units::Quantity;
+use crate::study::channels::units::{Quantity, is_bare};
 use crate::study::check::kinematics::{alike, clear_lag, derivative_likeness, motion};
 use crate::study::check::linear::{Fitted, Linear};
 use crate::study::survey::{Survey, SurveyedColumn};
@@ -29,6 +29,12 @@ pub(super) fn axes(
             return Err(Error::usage(format!(
                 "the column {column:?} cannot be the {other} and the {role}; give each a column of its own"
             )));
+        }
+        if *role == "force" && *column == "0" && survey.column("0").is_none() {
+            return Err(Error::usage(
+                "without an applied force, as in a free decay, nothing tells init the inertia: write study.toml yourself, with the time, and \
+                 in [[axis]] the displacement, force = 0 and inertia = 1 for every force per unit of it",
+            ));
         }
         let no_time = *role == "time" && said.is_timeless(survey);
         if survey.column(column).is_none() && !no_time {
@@ -59,8 +65,12 @@ pub(super) fn axes(
             true => "force",
             false => "displacement",
         };
+        let instead = match missing {
+            "force" => "; the current of a motor may stand for it",
+            _ => "",
+        };
         return Err(Error::data(format!(
-            "{}: no column can be told to be the {missing}; name it with --column {missing}=COLUMN, of {}",
+            "{}: no column can be told to be the {missing}; name it with --column {missing}=COLUMN, of {}{instead}",
             survey.file,
             names(survey)
         )));
@@ -295,11 +305,13 @@ fn trial<'a>(
 fn channel(column: &SurveyedColumn, quantity: Quantity, said: &Said) -> DraftChannel {
     let named = said.columns.iter().any(|(_, name)| *name == column.name);
     let unit = column.unit.clone();
-    let unit = unit.filter(|u| quantity.factor(u, false).is_ok());
+    let unit = unit.filter(|u| quantity.factor(u, true).is_ok());
+    let bare = unit.as_deref().is_some_and(is_bare);
     DraftChannel {
         column: column.name.clone(),
         // Volts and counts have a size that nobody has stated.
         guessed: !named && column.named.score(quantity) < 2
+            || bare
             || unit.is_none() && column.unit.is_some(),
         unit,
         scale: 1.0,
@@ -383,6 +395,17 @@ fn axis_of(
         findings.push(format!(
             "no inertia shows in {:?}, so the force is taken as the restoring force itself",
             force.name
+        ));
+    }
+    if let Some(unit) = force.unit.as_deref().filter(|unit| is_bare(unit)) {
+        let constant = match unit {
+            "A" | "mA" => " (of a motor, its torque or force constant)",
+            _ => "",
+        };
+        findings.push(format!(
+            "column {:?} is in {unit}, so forces are in {unit} too until you write how many {} one is{constant} as its scale",
+            force.name,
+            Quantity::Force(kind).si()
         ));
     }
     let logged = parts.velocity.first().copied();

@@ -1,6 +1,7 @@
 //! A draft as a study.toml that explains itself.
 
 use super::parts::{Draft, DraftAxis, DraftChannel};
+use crate::study::channels::units::is_bare;
 use crate::study::{AxisKind, Convention, Role};
 use std::fmt::Write as _;
 
@@ -252,7 +253,8 @@ fn written(channel: &DraftChannel) -> String {
     if let Some(unit) = &channel.unit {
         parts.push(format!("unit = {}", quoted(unit)));
     }
-    if channel.scale != 1.0 {
+    // What has no size of its own cannot be read without one.
+    if channel.scale != 1.0 || channel.unit.as_deref().is_some_and(is_bare) {
         parts.push(format!("scale = {:?}", channel.scale));
     }
     match parts.len() {
