@@ -56,6 +56,8 @@ pub struct Terms {
     origins: [Q; 4],
     /// See [`Terms::followed_origins`].
     followed_origins: [Q; 2],
+    /// Whether an effect follows an input.
+    follows: bool,
 }
 
 /// What moves: the internal states of every effect, and the joint at the sample before.
@@ -72,8 +74,8 @@ pub struct Memory {
 #[derive(Clone, Debug)]
 struct TermMemory {
     states: States<Q>,
-    /// The input that it follows, behind its lag.
-    lagged: Q,
+    /// The input that it follows, behind its lag; `None` before the first sample.
+    lagged: Option<Q>,
 }
 
 impl Memory {
@@ -84,7 +86,7 @@ impl Memory {
             terms: [const {
                 TermMemory {
                     states: [Q::from_raw(0); MAX_STATES],
-                    lagged: Q::from_raw(0),
+                    lagged: None,
                 }
             }; MAX_TERMS],
             at: Kinematics {
@@ -102,19 +104,14 @@ impl Memory {
 }
 
 impl TermMemory {
-    /// The force of an effect beside its input, which it goes to by a share of the way; with none it begins there.
-    #[inline(never)]
-    fn following(&mut self, force: Q, input: Q, share: Option<Q>, squared: bool) -> Q {
-        self.lagged = match share {
-            Some(share) => self.lagged.plus(input.minus(self.lagged) * share),
-            None => input,
-        };
-        let linear = force * self.lagged;
-        if squared {
-            linear * self.lagged
-        } else {
-            linear
-        }
+    /// The force of an effect beside its input, of which it goes a share of the way at every sample.
+    fn following(&mut self, force: Q, input: Q, share: Q, squared: bool) -> Q {
+        // A lag begins where its input does.
+        let before = self.lagged.unwrap_or(input);
+        let lagged = before.plus(input.minus(before) * share);
+        self.lagged = Some(lagged);
+        let linear = force * lagged;
+        if squared { linear * lagged } else { linear }
     }
 }
 
@@ -211,6 +208,7 @@ impl Terms {
         list: Vec::new(),
         origins: [Q::from_raw(0); 4],
         followed_origins: [Q::from_raw(0); 2],
+        follows: false,
     };
 
     /// The effects of a model of so many axes, with the origins of its states and of what effects follow, as they are stored.
@@ -243,6 +241,7 @@ impl Terms {
         }
         checks.done()?;
         Ok(Self {
+            follows: list.iter().any(|term: &Term| term.follows.is_some()),
             list,
             origins,
             followed_origins,
@@ -268,6 +267,21 @@ impl Terms {
     /// sample in Q31 and what effects follow, the normalised input of each axis; brings `memory` to that sample.
     #[inline]
     pub fn forces(&self, memory: &mut Memory, u: &[i32; 4], followed: &[i32; 2]) -> [Q; 2] {
+        // Where no effect follows an input, none is asked at every sample.
+        if self.follows {
+            self.sum::<true>(memory, u, followed)
+        } else {
+            self.sum::<false>(memory, u, followed)
+        }
+    }
+
+    #[inline]
+    fn sum<const FOLLOWS: bool>(
+        &self,
+        memory: &mut Memory,
+        u: &[i32; 4],
+        followed: &[i32; 2],
+    ) -> [Q; 2] {
         let zero = Q::default();
         let mut forces = [zero, zero];
         if self.list.is_empty() {
@@ -279,7 +293,6 @@ impl Terms {
         let (x, v) = (Q::from_q31(x).plus(a), Q::from_q31(v).plus(b));
         let (phi, omega) = (Q::from_q31(phi).plus(c), Q::from_q31(omega).plus(d));
         let Memory { terms, at, moved } = memory;
-        let has_moved = *moved;
         let (x_before, phi_before) = (at.displacement, at.other_displacement);
         let (mut step, mut other_step) = (Q::default(), Q::default());
         if *moved {
@@ -300,9 +313,9 @@ impl Terms {
                 forces,
                 (term.entry.device)(&term.parameters, at, &mut memory.states),
             );
-            if let Some(share) = term.follows {
+            if let (true, Some(share)) = (FOLLOWS, term.follows) {
                 let input = self.input(term.axis, followed);
-                own = memory.following(own, input, has_moved.then_some(share), term.squared);
+                own = memory.following(own, input, share, term.squared);
             }
             forces = match term.entry.acts {
                 Acts::OwnAxis => [f + own, g],
