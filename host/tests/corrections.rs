@@ -323,6 +323,15 @@ fn a_zero_that_differs_from_record_to_record_is_named_and_taken_out_of_every_rec
     assert_eq!(found, ["force_zero@x"]);
     let probabilities = &diagnosis.probabilities;
     assert!(probabilities["force_zero@x"] > 0.95 && probabilities["none"] < 0.05);
+    let first = &diagnosis.ranked[0];
+    assert_eq!(
+        (first.effect.as_str(), first.axis.as_str()),
+        ("force_zero", "x")
+    );
+    assert!(first.error_drop_interval[0] > 1.5, "{first:?}");
+    let truth = (zeros[..3].iter().map(|z| z * z).sum::<f64>() / 3.0).sqrt();
+    let [low, high] = first.parameters[0].interval.unwrap();
+    assert!(low < truth && truth < high, "{low} to {high}");
 
     let with = learnt(&wrong, &[&JOINT[..], &["force_zero@x"]].concat());
     let best = learnt(&right, &JOINT);

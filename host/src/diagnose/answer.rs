@@ -1,9 +1,10 @@
 //! What a diagnosis answers, as it is printed and as scripts read it (`diagnose --json`).
 
-use super::decide::Decision;
+use super::decide::{Decision, drop_interval};
 use super::errors::shapes_of;
 use super::learner::Knows;
 use super::rank::Looked as LookedAt;
+use super::search::Model;
 use super::zeros::Zeros;
 use crate::assess::where_it_fails::FailingRegion;
 use crate::fit::effects::columns::Records;
@@ -11,6 +12,7 @@ use crate::fit::effects::{assemble, solved_at};
 use crate::model::effects::AxisEffect;
 use crate::model::file::JudgedOn;
 use crate::study::Study;
+use crate::text::error::Result;
 use jointwatch_shared::effect::Acts;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -182,14 +184,15 @@ pub(super) fn in_words_found(added: &[AxisEffect], axes: &[&str]) -> Vec<Found> 
     found
 }
 
-/// Candidates for the first missing effect, best first; one that is missing on each axis stands once, for both.
+/// Candidates for the first missing effect, best first; one that is missing on each axis stands once, for both. `zeros` were found as well.
 pub(super) fn in_words_ranked(
     decisions: &[Decision],
     first: (&Records<'_>, &[AxisEffect], &[Vec<f64>]),
     found: &[Found],
+    zeros: Vec<Ranked>,
     study: &Study,
 ) -> Vec<Ranked> {
-    let mut all: Vec<(f64, Ranked)> = Vec::new();
+    let mut all: Vec<(f64, Ranked)> = zeros.into_iter().map(|zero| (0.0, zero)).collect();
     for decision in decisions {
         for (looked, equivalent) in &decision.singles {
             let ranked = ranked(decision, looked, equivalent, first, study);
@@ -229,20 +232,7 @@ fn ranked(
     let bound = looked.hypothesis.added()[0];
     let own = &looked.hypothesis.values[looked.hypothesis.base];
     let both = bound.entry.acts == Acts::BothAxes;
-    let kind = |axis: usize| {
-        let axis = study.axes.get(axis).or(study.axes.first());
-        axis.map_or(jointwatch_shared::base::axis::AxisKind::Translation, |a| {
-            a.kind.into()
-        })
-    };
     let intervals = intervals(records, base, values, (&bound, own), study);
-    let listed = bound.entry.parameters().iter().zip(own).enumerate();
-    let parameters = listed.map(|(index, (parameter, value))| CandidateParameter {
-        name: parameter.name.into(),
-        value: *value,
-        unit: bound.unit(parameter, kind(bound.axis), kind(1 - bound.axis)),
-        interval: intervals.get(index).copied().flatten(),
-    });
     let (before, after) = (decision.errors[0], looked.score.error);
     let like = |other: &&LookedAt| equivalent.contains(&other.hypothesis.added()[0].effect());
     let singles = decision.singles.iter().map(|(single, _)| single);
@@ -265,9 +255,71 @@ fn ranked(
         error_before: before,
         error_after: after,
         error_drop_interval: decision.drop_interval(looked),
-        parameters: parameters.collect(),
+        parameters: parameters(&bound, own, &intervals, study),
         separating_experiment: bound.entry.about.separated_by.into(),
     }
+}
+
+/// A candidate's parameters in words.
+fn parameters(
+    bound: &AxisEffect,
+    values: &[f64],
+    intervals: &[Option<[f64; 2]>],
+    study: &Study,
+) -> Vec<CandidateParameter> {
+    let kind = |axis: usize| {
+        let axis = study.axes.get(axis).or(study.axes.first());
+        axis.map_or(jointwatch_shared::base::axis::AxisKind::Translation, |a| {
+            a.kind.into()
+        })
+    };
+    let listed = bound.entry.parameters().iter().zip(values).enumerate();
+    let parameters = listed.map(|(index, (parameter, value))| CandidateParameter {
+        name: parameter.name.into(),
+        value: *value,
+        unit: bound.unit(parameter, kind(bound.axis), kind(1 - bound.axis)),
+        interval: intervals.get(index).copied().flatten(),
+    });
+    parameters.collect()
+}
+
+/// Zeros of force that were found, with their values beside everything else of the last model.
+pub(super) fn in_words_zeros(
+    zeros: &[&Zeros],
+    last: &Model,
+    records: &Records<'_>,
+    study: &Study,
+) -> Result<Vec<Ranked>> {
+    if zeros.is_empty() {
+        return Ok(Vec::new());
+    }
+    let solution = &last.solution;
+    let problem = solution.problem(records, &last.terms);
+    let fit = assemble(
+        &study.axes,
+        &problem,
+        solution.solved.clone(),
+        solution.stopped,
+    )?;
+    let rows = records.rows_per_axis() as f64;
+    let of = |zeros: &&Zeros| {
+        let term = fit.terms.iter().find(|term| term.bound == zeros.own)?;
+        let [before, after] = zeros.errors;
+        Some(Ranked {
+            effect: zeros.own.effect(),
+            axis: study.axes[zeros.own.axis].name.clone(),
+            equivalent: Vec::new(),
+            probability: zeros.chance(),
+            group_probability: zeros.chance(),
+            score: rows * (1.0 - (after / before).powi(2)),
+            error_before: before,
+            error_after: after,
+            error_drop_interval: drop_interval(&zeros.gains),
+            parameters: parameters(&zeros.own, &term.values, &term.intervals, study),
+            separating_experiment: zeros.own.entry.about.separated_by.into(),
+        })
+    };
+    Ok(zeros.iter().filter_map(of).collect())
 }
 
 /// Intervals of a candidate's parameters beside the base.

@@ -56,12 +56,7 @@ impl Decision {
 
     /// Interval, at 95 %, of the factor by which a hypothesis brings the error down, block by block.
     pub(super) fn drop_interval(&self, looked: &Looked) -> [f64; 2] {
-        let pairs = self.base_errors.iter().zip(&looked.score.log_errors);
-        let fell: Vec<f64> = pairs
-            .map(|(before, after)| 0.5 * (before - after))
-            .collect();
-        let (mean, error) = mean_and_error(&fell);
-        [(mean - 1.96 * error).exp(), (mean + 1.96 * error).exp()]
+        drop_interval(&falls(&self.base_errors, &looked.score.log_errors))
     }
 
     /// Power that effects take away which are more than pieces of a shape without a name.
@@ -74,6 +69,12 @@ impl Decision {
         let pieces = self.laws.score.error.powi(2) - self.errors[1].powi(2);
         self.unnamed() + pieces.max(0.0)
     }
+}
+
+/// The same from the log error power that every block gains.
+pub(super) fn drop_interval(gains: &[f64]) -> [f64; 2] {
+    let (mean, error) = mean_and_error(gains);
+    [-1.96, 1.96].map(|errors| (0.5 * (mean + errors * error)).exp())
 }
 
 impl Taken {

@@ -8,7 +8,7 @@ use super::decide::{Decision, decide};
 use super::errors::{Unseen, relative_errors, shapes_of};
 use super::hypothesis::Hypothesis;
 use super::rank::Field;
-use super::zeros::{OWN_ZEROS, Zeros, beside, in_turn, own_zero};
+use super::zeros::{OWN_ZEROS, Zeros, beside, judged, own_zero};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{Solution, solve, solved_at};
 use crate::model::effects::AxisEffect;
@@ -321,7 +321,8 @@ fn decided(
         .flatten();
     if let Some(drift) = drift {
         let beside_it = on_axis(given, records, excerpt, axis, known, Some(drift));
-        let errors = |decision: &Decision, own| in_turn(records, axis, &decision.hypothesis, own);
+        let errors =
+            |decision: &Decision, own| judged(records, axis, &decision.hypothesis, own).log_errors;
         let falls = falls(&errors(&decision, first), &errors(&beside_it, Some(drift)));
         if is_gained(&falls) && Zeros::of(records, &beside_it.hypothesis, drift).stand() {
             return (beside_it, Some(drift));

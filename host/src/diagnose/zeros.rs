@@ -8,6 +8,7 @@ use super::chances::{chance_of_gain, falls, is_gained, mean_and_error};
 use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use super::rank::look;
+use super::score::Score;
 use crate::fit::effects::columns::Records;
 use crate::model::effects::AxisEffect;
 use jointwatch_shared::effect::Entry;
@@ -43,18 +44,18 @@ pub(super) fn beside(own: Option<AxisEffect>, hypothesis: &Hypothesis) -> Hypoth
     rest
 }
 
-/// Log errors of a hypothesis on blocks in turn, every record with a zero of its own where that is given.
-pub(super) fn in_turn(
+/// What a hypothesis is worth, its log errors those on blocks in turn, every record with a zero of its own where that is given.
+pub(super) fn judged(
     records: &Records<'_>,
     axis: usize,
     hypothesis: &Hypothesis,
     own: Option<AxisEffect>,
-) -> Vec<f64> {
+) -> Score {
     let hypothesis = beside(own, hypothesis);
     let bench = Bench::new(records, axis, &hypothesis, own);
-    let mut errors = look(&bench, &hypothesis, &[]).score.log_errors;
-    errors.truncate(bench.blocks.dealt());
-    errors
+    let mut score = look(&bench, &hypothesis, &[]).score;
+    score.log_errors.truncate(bench.blocks.dealt());
+    score
 }
 
 /// A hypothesis with one zero for all records.
@@ -80,7 +81,7 @@ pub(super) fn own_zero(
         let mut members = hypothesis.members.iter();
         members.any(|member| member == own || member.replaces(own))
     };
-    let mut errors = in_turn(records, axis, &with_one_zero(axis, hypothesis), None);
+    let mut errors = judged(records, axis, &with_one_zero(axis, hypothesis), None).log_errors;
     let mut found = None;
     let possible = names.iter().filter_map(|name| on(axis, name));
     for own in possible.filter(|own| !is_known(own)) {
@@ -88,7 +89,7 @@ pub(super) fn own_zero(
         if own.entry.parameters().len() == 1 && records.rows.len() < 2 {
             continue;
         }
-        let better = in_turn(records, axis, hypothesis, Some(own));
+        let better = judged(records, axis, hypothesis, Some(own)).log_errors;
         let applied = records.applied_rms(axis);
         if is_gained(&falls(&errors, &better))
             && Zeros::of(records, hypothesis, own).size() > CRITERIA.zero * applied
@@ -112,16 +113,16 @@ pub(super) struct Zeros {
     lengths_s: Vec<f64>,
     /// Log error power that they gain on every block in turn.
     pub(super) gains: Vec<f64>,
+    /// RMS error over RMS force on these blocks with one zero for all records, and with these.
+    pub(super) errors: [f64; 2],
 }
 
 impl Zeros {
     /// Those of records.
     pub(super) fn of(records: &Records<'_>, hypothesis: &Hypothesis, own: AxisEffect) -> Self {
         let with_one = with_one_zero(own.axis, hypothesis);
-        let gains = falls(
-            &in_turn(records, own.axis, &with_one, None),
-            &in_turn(records, own.axis, hypothesis, Some(own)),
-        );
+        let [before, after] = [(&with_one, None), (hypothesis, Some(own))]
+            .map(|(hypothesis, own_zero)| judged(records, own.axis, hypothesis, own_zero));
         let hypothesis = beside(Some(own), hypothesis);
         let bench = Bench::new(records, own.axis, &hypothesis, Some(own));
         let parts = bench.parts(&hypothesis, &[]);
@@ -142,7 +143,8 @@ impl Zeros {
         let lengths_s = records.rows.iter();
         Self {
             own,
-            gains,
+            gains: falls(&before.log_errors, &after.log_errors),
+            errors: [before.error, after.error],
             of_halves: halves.collect(),
             of_records: factors.split_off(factors.len() - records.rows.len()),
             lengths_s: lengths_s
@@ -223,6 +225,7 @@ mod tests {
             of_halves: of_halves.to_vec(),
             lengths_s: vec![2.0; 3],
             gains: Vec::new(),
+            errors: [0.0; 2],
         };
         // Variance between the records: 0.09.
         assert!((zeros("force_zero", [0.0; 3]).size() - 0.6).abs() < 1e-12);
