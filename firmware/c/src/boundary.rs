@@ -46,10 +46,20 @@ unsafe fn read<'a, T>(at: *const T) -> Result<&'a T, jw_error> {
 /// A pointer that is neither null nor misaligned is to room for a `T`.
 #[inline(always)]
 unsafe fn hand<T>(at: *mut T, value: T) -> Result<(), jw_error> {
+    // SAFETY: the caller vouches for the pointer.
+    unsafe { room(at) }?.write(value);
+    Ok(())
+}
+
+/// Room for a value that C gets.
+///
+/// # Safety
+/// As [`hand`]; nothing else uses it during the call.
+#[inline(always)]
+unsafe fn room<'a, T>(at: *mut T) -> Result<&'a mut MaybeUninit<T>, jw_error> {
     usable(at)?;
     // SAFETY: it is neither null nor misaligned, and the caller vouches for the rest.
-    unsafe { at.write(value) };
-    Ok(())
+    Ok(unsafe { &mut *at.cast() })
 }
 
 /// The bytes of a model blob or a rig block.
@@ -289,8 +299,10 @@ pub unsafe extern "C" fn jw_chain_step(
     code(unsafe {
         object_mut(chain).and_then(|chain| {
             let wrong = faults(wrong)?;
-            usable(output)?;
-            hand(output, chain.step(sample(counts)?, wrong))
+            // Nothing is taken in that could not be handed out.
+            let output = room(output)?;
+            output.write(chain.step(sample(counts)?, wrong));
+            Ok(())
         })
     })
 }
@@ -326,9 +338,10 @@ pub unsafe extern "C" fn jw_monitor_step(
     code(unsafe {
         object_mut(monitor).and_then(|monitor| {
             let wrong = faults(wrong)?;
-            usable(verdict)?;
+            let verdict = room(verdict)?;
             let said = monitor.step(sample(counts)?, read(output)?, wrong);
-            hand(verdict, said.into())
+            verdict.write(said.into());
+            Ok(())
         })
     })
 }

@@ -17,9 +17,6 @@ use heapless::Vec;
 /// The largest origin of an input, in 2⁻³²: 2²⁸ times half the input's range. Sums and differences of inputs then stay far from 2⁶³.
 const MAX_ORIGIN: u64 = 1 << 60;
 
-/// The least share that a lag goes to its input per sample, in 2⁻³²: one less stands in the blob, where 0 is an effect of the motion alone.
-pub(super) const MIN_SHARE: u64 = 2;
-
 /// The most effects that a model holds on the device.
 pub const MAX_TERMS: usize = 8;
 
@@ -28,8 +25,9 @@ pub const MAX_TERMS: usize = 8;
 pub struct Term {
     pub(super) entry: &'static Entry,
     pub(super) axis: u8,
-    pub(super) follows: Option<Q>,
     pub(super) squared: bool,
+    /// See [`StoredTerm::follows`].
+    pub(super) follows: u32,
     pub(super) parameters: Parameters<Q>,
 }
 
@@ -40,10 +38,10 @@ pub struct StoredTerm {
     pub tag: u8,
     /// See [`Term::axis`].
     pub axis: u8,
-    /// See [`Term::follows`].
-    pub follows: Option<Q>,
     /// See [`Term::squared`].
     pub squared: bool,
+    /// What [`Term::follows`] says, one unit of 2⁻³² less; 0 for an effect of the motion alone.
+    pub follows: u32,
     /// See [`Term::parameters`].
     pub parameters: Parameters<Q>,
 }
@@ -125,8 +123,7 @@ impl Term {
     /// Puts an effect together from its stored numbers, and checks that it belongs where it is.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for an axis that the model or the effect has not, and for a share outside 0 to 1; [`Error::Effect`] for
-    /// a tag that is not known, a number where the effect has no parameter, and an input that an effect on both axes follows.
+    /// [`Error::OutOfRange`] for an axis that the model or the effect has not; [`Error::Effect`] for a tag that is not known, a number where the effect has no parameter, and an input that an effect on both axes follows.
     pub fn new(stored: &StoredTerm, axes: usize) -> Result<Self, Error> {
         let StoredTerm {
             tag,
@@ -147,24 +144,17 @@ impl Term {
                 fault: "has a number where it has no parameter",
             });
         }
-        if squared && follows.is_none() {
+        if squared && follows == 0 {
             return Err(Error::Effect {
                 tag,
                 fault: "goes with the square of an input and follows none",
             });
         }
-        if let Some(share) = follows {
-            if entry.acts == Acts::BothAxes {
-                return Err(Error::Effect {
-                    tag,
-                    fault: "acts on both axes and follows an input",
-                });
-            }
-            let mut checks = Checks::new();
-            let (most, seen) = (Q::ONE.raw().unsigned_abs(), share.raw());
-            let seen = u64::try_from(seen).unwrap_or_default();
-            checks.long("share of an input's lag, in 2⁻³²", seen, MIN_SHARE, most);
-            checks.done()?;
+        if follows != 0 && entry.acts == Acts::BothAxes {
+            return Err(Error::Effect {
+                tag,
+                fault: "acts on both axes and follows an input",
+            });
         }
         Ok(Self {
             entry,
@@ -188,7 +178,7 @@ impl Term {
     /// By what share of the way a factor of its force goes to the input of its axis at every sample, 1 without a lag; `None` for an
     /// effect of the motion alone.
     pub fn follows(&self) -> Option<Q> {
-        self.follows
+        (self.follows != 0).then(|| Q::from_raw(i64::from(self.follows) + 1))
     }
 
     /// Whether its force goes with the square of the input.
@@ -241,7 +231,7 @@ impl Terms {
         }
         checks.done()?;
         Ok(Self {
-            follows: list.iter().any(|term: &Term| term.follows.is_some()),
+            follows: list.iter().any(|term: &Term| term.follows != 0),
             list,
             origins,
             followed_origins,
@@ -313,7 +303,7 @@ impl Terms {
                 forces,
                 (term.entry.device)(&term.parameters, at, &mut memory.states),
             );
-            if let (true, Some(share)) = (FOLLOWS, term.follows) {
+            if let (true, Some(share)) = (FOLLOWS, term.follows()) {
                 let input = self.input(term.axis, followed);
                 own = memory.following(own, input, share, term.squared);
             }

@@ -3,7 +3,7 @@
 use super::axis::{Axis, InputRange};
 use super::followed::{Follows, kept, lag_s, share};
 use super::header::{Header, Output};
-use super::terms::{MIN_SHARE, StoredTerm, Terms, check_place};
+use super::terms::{StoredTerm, Terms, check_place};
 use crate::effect::{
     Entry, ErrorPropagation, Instrument, Kinematics, MAX_STATES, Parameters, StateBound, States,
 };
@@ -258,7 +258,6 @@ impl Terms {
         let mut errors = [0.0; 2];
         let mut stored = Vec::new();
         let mut followed_origins = [Q::default(); 2];
-        let least = Q::from_raw(MIN_SHARE.cast_signed());
         for term in terms {
             check_place(term.entry, term.axis, header.axes.len())?;
             if term.entry.needs_two_axes() && header.axes.len() != 2 {
@@ -286,8 +285,9 @@ impl Terms {
             stored.push(StoredTerm {
                 tag: term.entry.tag,
                 axis: term.axis,
-                follows: share.map(|share| Ord::max(Q::from_f64(share), least)),
                 squared: follows.is_some_and(|f| f.squared),
+                // At least the first unit that is told from none.
+                follows: share.map_or(0, |share| (Q::from_f64(share).raw() - 1).max(1) as u32),
                 parameters,
             });
             if let (Some(range), Some(place)) = (followed, followed_origins.get_mut(own)) {
@@ -314,7 +314,7 @@ impl Terms {
         let terms = self.list.iter().map(|term| {
             let own = header.axes.get(term.axis());
             let followed = own.and_then(|axis| axis.input.as_ref());
-            let followed = followed.zip(term.follows);
+            let followed = followed.zip(term.follows());
             let range = followed.map(|(input, _)| (&input.range, term.squared()));
             let references = references(header, full_scale, term.axis(), range);
             let input = followed.map(|(input, share)| {

@@ -401,14 +401,15 @@ fn the_monitor_hears_of_the_channels_that_a_chip_feeds() {
             bits | Faults::bit(axis, channel)
         })
     };
-    // Counter 1 is the near side and the body of x; accelerometer 1 feeds both axes; channel 1 is the torque.
+    // Counter 1 is the near side and the body of x; accelerometer 1 feeds both axes; channel 1 is the torque, 2 what
+    // effects of x follow.
     acquired.health[1] = Health::Restarted;
     acquired.health[CONVERTER] = Health::Saturated;
     acquired.saturated_channels = 0b0110;
     acquired.health[CONVERTER + 2] = Health::Crc;
     let faults = acquired.faults(&wiring);
     assert_eq!(faults.time_out, bits(&[(0, 1), (0, 2)]));
-    assert_eq!(faults.saturated, bits(&[(1, 4)]));
+    assert_eq!(faults.saturated, bits(&[(0, 5), (1, 4)]));
     assert_eq!(faults.checksum, bits(&[(0, 3), (1, 3)]));
     assert_eq!((faults.missing, faults.out_of_range), (0, 0));
     // A direction at its rail concerns who uses it: z of chip 0 the rotation, x of chip 0 nobody.

@@ -136,13 +136,12 @@ pub(super) fn read(
         }
         let message = EffectMessage::read(&mut Reader::new(place));
         unless_zero(offset + 2, &[message.squared & !1, message.reserved])?;
-        let follows = i64::from(message.follows);
         // As many places as the list holds.
         let _ = stored.push(StoredTerm {
             tag: message.tag,
             axis: message.axis,
             squared: message.squared != 0,
-            follows: (follows != 0).then(|| Q::from_raw(follows + 1)),
+            follows: message.follows,
             parameters: message.parameters.map(Q::from_raw),
         });
     }
