@@ -334,8 +334,9 @@ fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
     // The points count as one motion on both sides, for the sake of effects with memory.
     let mut memory = Memory::default();
     for (at, u) in inputs.iter().enumerate() {
+        memory.follow(OTHER.map(|other| u[other]));
         for (axis, raw) in model
-            .step(&mut memory, u, &OTHER.map(|other| u[other]))
+            .step(&mut memory, u)
             .into_iter()
             .enumerate()
             .take(largest.len())

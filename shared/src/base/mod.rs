@@ -271,29 +271,24 @@ impl Model {
         if self.terms.list().is_empty() {
             return self.of_base::<K>(u);
         }
-        self.step_by::<K>(&mut Memory::default(), u, &[0; 2])
+        self.step_by::<K>(&mut Memory::default(), u)
     }
 
     /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go on from `memory`, and those that
-    /// follow an input take it from `followed`: the normalised input of each axis, in Q31.
+    /// follow an input take the one that [`Memory::follow`] was told.
     #[inline]
-    pub fn step(&self, memory: &mut Memory, u: &[i32; 4], followed: &[i32; 2]) -> [i32; 2] {
-        self.step_by::<Portable>(memory, u, followed)
+    pub fn step(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
+        self.step_by::<Portable>(memory, u)
     }
 
     /// [`Self::step`] with a board's kernels.
     #[inline]
-    pub fn step_by<K: Kernels>(
-        &self,
-        memory: &mut Memory,
-        u: &[i32; 4],
-        followed: &[i32; 2],
-    ) -> [i32; 2] {
+    pub fn step_by<K: Kernels>(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
         let base = self.of_base::<K>(u);
         if self.terms.list().is_empty() {
             return base;
         }
-        let [f, g] = self.terms.forces(memory, u, followed);
+        let [f, g] = self.terms.forces(memory, u);
         let [first, second] = base;
         let [s, t] = self.base_shifts;
         [with_effect(first, s, f), with_effect(second, t, g)]

@@ -61,19 +61,15 @@ pub struct Terms {
 /// What moves: the internal states of every effect, and the joint at the sample before.
 #[derive(Clone, Debug)]
 pub struct Memory {
-    terms: [TermMemory; MAX_TERMS],
+    states: [States<Q>; MAX_TERMS],
     /// As the first axis sees it. Kept, so that what no sample changes need not be written anew.
     at: Kinematics<Q>,
     /// Whether there was a sample.
     moved: bool,
-}
-
-/// What moves of one effect.
-#[derive(Clone, Debug)]
-struct TermMemory {
-    states: States<Q>,
-    /// The input that it follows, behind its lag; `None` before the first sample.
-    lagged: Option<Q>,
+    /// The input that an effect follows, behind its lag; `None` before the first sample.
+    lagged: [Option<Q>; MAX_TERMS],
+    /// The normalised input of each axis, in Q31.
+    followed: [i32; 2],
 }
 
 impl Memory {
@@ -81,12 +77,7 @@ impl Memory {
     pub const NEW: Self = {
         let zero = Q::from_raw(0);
         Self {
-            terms: [const {
-                TermMemory {
-                    states: [Q::from_raw(0); MAX_STATES],
-                    lagged: None,
-                }
-            }; MAX_TERMS],
+            states: [[zero; MAX_STATES]; MAX_TERMS],
             at: Kinematics {
                 displacement: zero,
                 velocity: zero,
@@ -97,19 +88,26 @@ impl Memory {
                 instrument: Instrument::of(zero),
             },
             moved: false,
+            lagged: [None; MAX_TERMS],
+            followed: [0; 2],
         }
     };
 }
 
-impl TermMemory {
-    /// The force of an effect beside its input, of which it goes a share of the way at every sample.
-    fn following(&mut self, force: Q, input: Q, share: Q, squared: bool) -> Q {
-        // A lag begins where its input does.
-        let before = self.lagged.unwrap_or(input);
-        let lagged = before.plus(input.minus(before) * share);
-        self.lagged = Some(lagged);
-        let linear = force * lagged;
-        if squared { linear * lagged } else { linear }
+/// The force of an effect beside its input, of which it goes a share of the way at every sample.
+fn following(place: &mut Option<Q>, force: Q, input: Q, share: Q, squared: bool) -> Q {
+    // A lag begins where its input does.
+    let before = place.unwrap_or(input);
+    let lagged = before.plus(input.minus(before) * share);
+    *place = Some(lagged);
+    let linear = force * lagged;
+    if squared { linear * lagged } else { linear }
+}
+
+impl Memory {
+    /// What effects of each axis follow from the next sample on: its normalised input, in Q31.
+    pub fn follow(&mut self, inputs: [i32; 2]) {
+        self.followed = inputs;
     }
 }
 
@@ -254,24 +252,24 @@ impl Terms {
     }
 
     /// The sum of all effects on each axis, relative to the full scale of its output, for the normalised states of one
-    /// sample in Q31 and what effects follow, the normalised input of each axis; brings `memory` to that sample.
+    /// sample in Q31; brings `memory` to that sample.
     #[inline]
-    pub fn forces(&self, memory: &mut Memory, u: &[i32; 4], followed: &[i32; 2]) -> [Q; 2] {
+    pub fn forces(&self, memory: &mut Memory, u: &[i32; 4]) -> [Q; 2] {
         // Where no effect follows an input, none is asked at every sample.
         if self.follows {
-            self.sum::<true>(memory, u, followed)
+            self.sum_with_inputs(memory, u)
         } else {
-            self.sum::<false>(memory, u, followed)
+            self.sum::<false>(memory, u)
         }
     }
 
-    #[inline]
-    fn sum<const FOLLOWS: bool>(
-        &self,
-        memory: &mut Memory,
-        u: &[i32; 4],
-        followed: &[i32; 2],
-    ) -> [Q; 2] {
+    #[inline(never)]
+    fn sum_with_inputs(&self, memory: &mut Memory, u: &[i32; 4]) -> [Q; 2] {
+        self.sum::<true>(memory, u)
+    }
+
+    #[inline(always)]
+    fn sum<const FOLLOWS: bool>(&self, memory: &mut Memory, u: &[i32; 4]) -> [Q; 2] {
         let zero = Q::default();
         let mut forces = [zero, zero];
         if self.list.is_empty() {
@@ -282,30 +280,36 @@ impl Terms {
         // Nothing saturates: the origins are bounded.
         let (x, v) = (Q::from_q31(x).plus(a), Q::from_q31(v).plus(b));
         let (phi, omega) = (Q::from_q31(phi).plus(c), Q::from_q31(omega).plus(d));
-        let Memory { terms, at, moved } = memory;
+        let Memory {
+            states,
+            at,
+            moved,
+            lagged,
+            followed,
+        } = memory;
         let (x_before, phi_before) = (at.displacement, at.other_displacement);
         let (mut step, mut other_step) = (Q::default(), Q::default());
         if *moved {
             (step, other_step) = (x.minus(x_before), phi.minus(phi_before));
+        } else {
+            at.period = Q::ONE;
+            *moved = true;
         }
-        *moved = true;
         (at.displacement, at.velocity, at.step) = (x, v, step);
         (at.other_displacement, at.other_velocity) = (phi, omega);
-        at.period = Q::ONE;
         // Turned round for an effect on the second axis and back again: most models have effects on one.
         let mut turned = false;
-        for (term, memory) in self.list.iter().zip(terms) {
+        for (number, (term, states)) in self.list.iter().zip(states).enumerate() {
             if (term.axis != 0) != turned {
                 turned = !turned;
                 turn(at, &mut other_step, &mut forces);
             }
-            let ([f, g], [mut own, other]) = (
-                forces,
-                (term.entry.device)(&term.parameters, at, &mut memory.states),
-            );
-            if let (true, Some(share)) = (FOLLOWS, term.follows()) {
+            let ([f, g], [mut own, other]) =
+                (forces, (term.entry.device)(&term.parameters, at, states));
+            if FOLLOWS && let (Some(share), Some(place)) = (term.follows(), lagged.get_mut(number))
+            {
                 let input = self.input(term.axis, followed);
-                own = memory.following(own, input, share, term.squared);
+                own = following(place, own, input, share, term.squared);
             }
             forces = match term.entry.acts {
                 Acts::OwnAxis => [f + own, g],

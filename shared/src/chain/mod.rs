@@ -90,8 +90,10 @@ pub struct Chain {
     velocity: heapless::Vec<i32, MAX_STEPS>,
     acceleration: heapless::Vec<i32, MAX_STEPS>,
     band: Band,
-    /// What counters that are late or early cost.
-    settling: Settling,
+    /// See [`Chain::delay`].
+    delay: usize,
+    /// Samples with which the filters are full.
+    full: usize,
     /// Whether a damper to ground needs the slopes of the bodies.
     damped: bool,
     /// Whether an axis's acceleration is the curvature of its body's position.
@@ -174,6 +176,7 @@ impl Chain {
             )?);
         }
         let [damped, derived] = slopes(&axes);
+        let Settling { wait, before } = Settling::of(rig);
         Ok(Self {
             damped,
             derived,
@@ -186,7 +189,8 @@ impl Chain {
                 taps: rig.band.clone(),
                 every_log2: rig.band_every_log2,
             },
-            settling: Settling::of(rig),
+            delay: rig.velocity.taps.len() / 2 + wait,
+            full: rig.velocity.taps.len() + wait + before,
         })
     }
 
@@ -197,12 +201,13 @@ impl Chain {
 
     /// By how many samples an [`Output`] lags behind the newest sample: D, and what a late counter costs.
     pub fn delay(&self) -> usize {
-        self.filter_delay() + self.settling.wait
+        self.delay
     }
 
     /// The sample, counted from 0, that the first output describes.
     pub fn first_row(&self) -> usize {
-        self.filter_delay() + self.settling.before
+        // The first output comes with the sample that fills the filters.
+        self.full - 1 - self.delay()
     }
 
     /// By how many samples the derivatives lag: D.
@@ -244,20 +249,19 @@ impl Chain {
         raw: &RawSample,
     ) -> Option<Output> {
         self.take(state, raw);
-        let (mut followed, mut outside) = ([0; 2], 0);
+        let mut outside = 0;
         if self.follows {
-            (followed, outside) = self.follow(state, raw);
+            outside = self.follow(state, raw);
         }
         state.samples = state.samples.saturating_add(1);
-        let full = self.velocity.len() + 1 + self.settling.wait + self.settling.before;
-        if state.samples < full {
+        if state.samples < self.full {
             state.band.begin(&self.band);
             return None;
         }
         let mut seen = self.see::<K>(state);
         let ([a, b], [c, d]) = (seen[0].states, seen[1].states);
         let states = [a, b, c, d];
-        let predicted = model.step_by::<K>(&mut state.model, &states, &followed);
+        let predicted = model.step_by::<K>(&mut state.model, &states);
         outside |= seen[0].outside | seen[1].outside << 2;
         let mut saturated = 0;
         if self.humming {
@@ -311,9 +315,10 @@ impl Chain {
         saturated
     }
 
-    /// What effects of each axis follow at the chain's instant, in Q31, and the bits of [`Output::outside`] that are its own.
+    /// Tells the model's memory what effects of each axis follow at the chain's instant; gives the bits of [`Output::outside`] that are its
+    /// own.
     #[inline(never)]
-    fn follow(&self, state: &mut ChainState, raw: &RawSample) -> ([i32; 2], u8) {
+    fn follow(&self, state: &mut ChainState, raw: &RawSample) -> u8 {
         let (mut followed, mut outside) = ([0; 2], 0);
         for (number, axis) in self.axes.iter().enumerate() {
             // Two axes at most.
@@ -322,7 +327,8 @@ impl Chain {
             followed[own] = input;
             outside |= u8::from(is_outside) << (4 + own);
         }
-        (followed, outside)
+        state.model.follow(followed);
+        outside
     }
 
     /// Puts a sample behind those before it.

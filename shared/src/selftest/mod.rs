@@ -114,7 +114,8 @@ pub fn digest_by<K: Kernels>(model: &Model, seed: u64, n: u32) -> u64 {
     let mut add = |u: &[i32; 4]| {
         // What effects follow takes the numbers of a state of the other axis.
         let [_, v, _, omega] = *u;
-        for force in model.step_by::<K>(&mut memory, u, &[omega, v]) {
+        memory.follow([omega, v]);
+        for force in model.step_by::<K>(&mut memory, u) {
             digest.add(force);
         }
     };

@@ -43,7 +43,8 @@ fn errors(model: &Model, term: &EffectValues, rows: &[[f64; 4]]) -> Vec<[f64; 2]
     let of_row = |row: &[f64; 4]| {
         let u = row.map(fixed::q31_from_f64);
         let followed = [u[2], u[1]];
-        let seen = model.step(&mut memory, &u, &followed);
+        memory.follow(followed);
+        let seen = model.step(&mut memory, &u);
         let si = |input: usize| {
             let axis = &header.axes[input / 2];
             let range = if input.is_multiple_of(2) {

@@ -48,7 +48,7 @@ pub(crate) fn evaluate(model: &Model, shifts: [u8; 2], u: &[i32; 4]) -> [i128; 2
     if model.terms().list().is_empty() {
         return base;
     }
-    let effects = model.terms().forces(&mut Memory::default(), u, &[0; 2]);
+    let effects = model.terms().forces(&mut Memory::default(), u);
     [0, 1].map(|axis| {
         let base = round(base[axis], u32::from(shifts[axis]));
         let sum = base + round(i128::from(effects[axis].raw()), 1);
