@@ -254,6 +254,8 @@ fn refusals_of_effects_say_what_was_seen() {
             format!("byte {offset} of the blob is {value}, but has to be 0")
         );
     }
+    // Name, range and origin of what effects of the second axis follow.
+    assert!(with(2992, &[0; 40]).contains("follows an input, and its axis has none"));
     // The first effect of the table backwards, a preload, has one parameter.
     assert!(with(2392 + 8 + 40, &[1]).contains("where it has no parameter"));
     // A shift that no effect asks for.

@@ -36,10 +36,17 @@ pub enum Outcome {
 }
 
 /// The tests that have to notice a fault, by the beginning of the path of the file that has it, the longest that fits: fast ones.
-const TESTS: [(&str, &[&str]); 6] = [
+const TESTS: [(&str, &[&str]); 7] = [
     ("firmware", &["--lib", "--test", "app", "--test", "owner"]),
     ("shared", &["--lib"]),
-    ("shared/src/chain", &["--lib", "--test", "pipeline"]),
+    (
+        "shared/src/base",
+        &["--lib", "--test", "blob", "--test", "inputs"],
+    ),
+    (
+        "shared/src/chain",
+        &["--lib", "--test", "pipeline", "--test", "inputs"],
+    ),
     (
         "shared/src/monitor",
         &["--lib", "--test", "monitor_changes", "--test", "rig_block"],

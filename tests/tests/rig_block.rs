@@ -237,7 +237,7 @@ fn what_is_wrong_with_a_description_is_said_with_its_line() {
         (
             "bridge = \"+1\"",
             "bridge = \"+0\"",
-            "the same bridge channel",
+            "is given away already",
         ),
         (
             "sensitivity = 1200.0",

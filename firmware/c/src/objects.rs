@@ -101,7 +101,8 @@ impl jw_chain {
     /// Takes one sample in.
     #[inline]
     pub(crate) fn step(&mut self, sample: &RawSample, wrong: Option<&Faults>) -> jw_output {
-        if wrong.is_some_and(Faults::any) {
+        // Without a notch there is nothing to hold.
+        if self.chain.tracks_hum() && wrong.is_some_and(Faults::any) {
             self.state.hold_notches(self.chain.invalidated_by_fault());
         }
         let output = self

@@ -226,6 +226,11 @@ impl Chain {
         (2 * self.delay() + 1) as u16
     }
 
+    /// Whether it takes mains hum out of a measured force.
+    pub fn tracks_hum(&self) -> bool {
+        self.humming
+    }
+
     /// The taps of the low-pass over the residual.
     pub fn band(&self) -> &Taps<MAX_BAND_TAPS> {
         &self.band.taps
