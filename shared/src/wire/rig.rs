@@ -250,10 +250,6 @@ impl Rig {
         step("input step", axis.input_step, wired.input.is_some());
         let measured = wired.acceleration.iter().any(Option::is_some);
         step("acceleration step", axis.acceleration_step, measured);
-        let most = if wired.input.is_some() { 1e60 } else { 0.0 };
-        checks.within("input at count 0", axis.input_zero, -most, most);
-        let most = most.min(MAX_TAPS as f64);
-        checks.within("input delay in samples", axis.delays.input, -most, most);
         checks.within("inertia", axis.inertia, 0.0, 1e60);
         checks.within("ground stiffness", axis.ground_stiffness, 0.0, 1e60);
         checks.within("ground damping", axis.ground_damping, 0.0, 1e60);
@@ -272,6 +268,10 @@ impl Rig {
         let most = if wired.body.is_some() { most } else { 0.0 };
         let late = axis.delays.body;
         checks.within("body delay in samples", late, -most, most);
+        let most = if wired.input.is_some() { 1e60 } else { 0.0 };
+        checks.within("input at count 0", axis.input_zero, -most, most);
+        let most = most.min(MAX_TAPS as f64);
+        checks.within("input delay in samples", axis.delays.input, -most, most);
         let hum = &axis.hum;
         let (most, quantity) = (0.5 * self.sample_rate_hz, "frequency of a line in Hz");
         checks.within(quantity, hum.frequency_hz, 0.0, most);
