@@ -121,7 +121,8 @@ impl Term {
     /// Puts an effect together from its stored numbers, and checks that it belongs where it is.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for an axis that the model or the effect has not; [`Error::Effect`] for a tag that is not known, a number where the effect has no parameter, and an input that an effect on both axes follows.
+    /// [`Error::OutOfRange`] for an axis that the model or the effect has not; [`Error::Effect`] for a tag that is not known, a number
+    /// where the effect has no parameter, an input that an effect on both axes follows, and a square of none.
     pub fn new(stored: &StoredTerm, axes: usize) -> Result<Self, Error> {
         let StoredTerm {
             tag,
