@@ -1,7 +1,8 @@
 //! What effects of a model on the device follow beside the motion, and what a converter reads of it.
 
+use crate::model::file::check_inputs;
 use crate::study::{Record, Study};
-use crate::text::error::{Error, Result};
+use crate::text::error::Result;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::wire::rig::RigAxis;
 
@@ -25,13 +26,8 @@ impl Followed {
 
     /// Refuses a study that has not what a model follows.
     pub(super) fn check(&self, study: &Study) -> Result<()> {
-        match self.0.iter().flatten().find(|name| !study.has_input(name)) {
-            None => Ok(()),
-            Some(name) => Err(Error::data(format!(
-                "{}: the model follows the input {name:?}, which is not there: name its column with [[input]], name = {name:?}",
-                study.path.display()
-            ))),
-        }
+        let names = self.0.iter().flatten().map(String::as_str);
+        check_inputs(names, |name| study.has_input(name))
     }
 
     /// What a converter reads of an axis's input at a row; 0 without one.

@@ -7,6 +7,7 @@ mod line;
 pub mod live;
 pub mod monitor_limits;
 pub mod order;
+pub(crate) mod plain_rig;
 pub mod replay;
 pub mod rig_block;
 mod rig_file;

@@ -1,6 +1,7 @@
 //! The rig block: what a device is told about its rig, from a `rig.toml` or from a study's own records, and back in words.
 
 use crate::device::monitor_limits;
+use crate::device::plain_rig;
 use crate::device::replay::{self, SetUp};
 use crate::device::rig_file;
 use crate::signal::motion::Filters;
@@ -61,7 +62,7 @@ pub fn of_file(path: &Path, model: &Model) -> Result<Rig> {
 pub fn of_study(study: &Study, model: &Model) -> Result<Rig> {
     let header = model.header();
     let filters = Filters::for_bands(study.sample_rate_hz, header.band_hz, header.state_band_hz)?;
-    let mut converters = replay::rig(study, model, &filters)?;
+    let mut converters = plain_rig::rig(study, model, &filters)?;
     for axis in &mut converters.axes {
         axis.acceleration_step *= ACCELEROMETER_STEP;
     }

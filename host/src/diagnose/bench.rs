@@ -7,6 +7,7 @@ use super::hypothesis::{Column, Hypothesis, Part, driven, is_at_bound, mean_prod
 use crate::fit::bounded;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
+use crate::fit::effects::slopes::At;
 use crate::fit::effects::unknowns::{ShapeUnknown, column_bounds, shapes};
 use crate::model::effects::AxisEffect;
 use faer::Mat;
@@ -269,20 +270,21 @@ impl<'a> Bench<'a> {
         unknowns: &[&ShapeUnknown],
     ) -> Vec<Vec<f64>> {
         let rows = rows_of(self.records, self.axis);
-        let slope = |unknown: &&ShapeUnknown| {
-            let mut sum = vec![0.0; self.measured.len()];
-            for &(member, index) in &unknown.places {
-                let before: usize = parts[..member].iter().map(|p| p.columns.len()).sum();
-                let part = &parts[member];
-                let own = &factors[before..before + part.columns.len()];
-                let slope = self.records.slope(&part.bound, &part.values, own, index);
-                sum.iter_mut()
-                    .zip(&slope[rows.clone()])
-                    .for_each(|(s, p)| *s += p);
+        let mut rest = factors;
+        let terms = parts.iter().map(|part| {
+            let (own, others) = rest.split_at(part.columns.len());
+            rest = others;
+            At {
+                bound: &part.bound,
+                values: &part.values,
+                factors: own,
             }
-            sum
-        };
-        unknowns.iter().map(slope).collect()
+        });
+        let slopes = self.records.slopes(&terms.collect::<Vec<_>>(), unknowns);
+        slopes
+            .iter()
+            .map(|slope| slope[rows.clone()].to_vec())
+            .collect()
     }
 
     /// Products of columns with each other and with the measured force, over some rows; `more` stand before the force.

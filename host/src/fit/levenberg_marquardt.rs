@@ -4,8 +4,8 @@ use super::normal_equations;
 use crate::text::error::Result;
 use faer::Mat;
 
-/// A step that gains less than this part of the cost ends the search: chance adds far more to it.
-const SMALL_GAIN: f64 = 1e-6;
+/// A step that gains less than this part of the cost ends a search: chance adds far more to it.
+pub(crate) const SMALL_GAIN: f64 = 1e-6;
 
 /// Why a search stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,11 +49,12 @@ pub(crate) trait SumOfSquares {
     ) -> Result<Option<Self::Point>>;
 }
 
-/// Goes down from a point until it settles, with so many steps at most.
+/// Goes down from a point until a step gains less than `small_gain` of the cost, with so many steps at most.
 pub(crate) fn descend<S: SumOfSquares>(
     squares: &S,
     start: S::Point,
     steps: usize,
+    small_gain: f64,
 ) -> Result<(S::Point, Stopped)> {
     let mut best = start;
     let mut damping = 1e-3;
@@ -80,7 +81,7 @@ pub(crate) fn descend<S: SumOfSquares>(
                 best = candidate;
                 damping = (damping / 10.0).max(1e-12);
                 improved = true;
-                if gain < SMALL_GAIN {
+                if gain < small_gain {
                     return Ok((best, Stopped::Converged));
                 }
                 break;

@@ -3,21 +3,23 @@
 use crate::model::check_states;
 use crate::model::corrections::{Corrections, of_the_joint};
 use crate::model::effects::input_of;
-use crate::model::per_record;
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::model::{FollowedInput, InputRange, ModelAxis, ModelEffect, Network, Polynomial};
-use crate::signal::motion::{self, Filters, Motion};
-use crate::study::{Record, Source, Study};
-use crate::text::error::{Error, Result, in_order};
+use crate::signal::motion::{Filters, Motion};
+use crate::study::{Source, Study};
+use crate::text::error::{Error, Result};
 use crate::text::input;
 use crate::text::output;
 use crate::text::printable;
 use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::base::terms::EffectValues;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::borrow::Cow;
 use std::path::Path;
+
+/// A motion this many times as large as the one learnt from is in other units, or another joint's.
+const MAX_LARGER: f64 = 30.0;
+/// The same for a smaller one.
+const MAX_SMALLER: f64 = 300.0;
 
 /// What the first key of every model file says.
 pub const FORMAT: &str = "jointwatch-model/2";
@@ -356,7 +358,7 @@ impl ModelFile {
     ) -> Result<Vec<Vec<f64>>> {
         let mut forces = self.base.predict(states)?;
         let effects = of_the_joint(&self.effects_in_si()?);
-        check_inputs(&effects, |name| {
+        check_inputs(followed(&effects), |name| {
             inputs.iter().any(|(known, _)| known == name)
         })?;
         let period_s = 1.0 / self.filters.sample_rate_hz;
@@ -385,15 +387,23 @@ impl ModelFile {
                 study.path.display()
             )));
         }
-        check_inputs(&self.effects_in_si()?, |name| study.has_input(name))
+        check_inputs(followed(&self.effects_in_si()?), |name| {
+            study.has_input(name)
+        })
     }
 }
 
-/// Refuses effects that follow an input which is not there.
-fn check_inputs(effects: &[EffectValues], is_there: impl Fn(&str) -> bool) -> Result<()> {
-    let mut followed = effects
-        .iter()
-        .filter_map(|e| Some(Follows::parse(e.input?).name));
+/// The inputs that effects follow, by name.
+fn followed(effects: &[EffectValues]) -> impl Iterator<Item = &str> {
+    let followed = effects.iter().filter_map(|e| e.input);
+    followed.map(|input| Follows::parse(input).name)
+}
+
+/// Refuses inputs that a model follows and that are not there.
+pub(crate) fn check_inputs<'a>(
+    mut followed: impl Iterator<Item = &'a str>,
+    is_there: impl Fn(&str) -> bool,
+) -> Result<()> {
     match followed.find(|name| !is_there(name)) {
         None => Ok(()),
         Some(name) => Err(Error::data(format!(
@@ -401,64 +411,6 @@ fn check_inputs(effects: &[EffectValues], is_there: impl Fn(&str) -> bool) -> Re
         ))),
     }
 }
-
-impl ModelFile {
-    /// The study with its force channels put right, as the right instruments would have logged it; itself when they are. Its
-    /// inertias stay as they are stated.
-    ///
-    /// # Errors
-    /// As [`ModelFile::corrections`] and `ModelFile::corrected_record`.
-    pub fn corrected<'a>(&self, study: &'a Study) -> Result<Cow<'a, Study>> {
-        let corrections = self.corrections()?;
-        if corrections.is_none() {
-            return Ok(Cow::Borrowed(study));
-        }
-        let records = (0..study.records.len()).into_par_iter();
-        let records = records.map(|index| self.corrected_record(study, index, &corrections));
-        Ok(Cow::Owned(Study {
-            records: in_order(records)?,
-            ..study.clone()
-        }))
-    }
-
-    /// One record of it, the one at `index`.
-    ///
-    /// # Errors
-    /// A record that is too short to see such a part in.
-    pub(crate) fn corrected_record(
-        &self,
-        study: &Study,
-        index: usize,
-        corrections: &Corrections,
-    ) -> Result<Record> {
-        let rate = study.sample_rate_hz;
-        let mut record = corrections.record(&study.records[index], rate);
-        if corrections.per_record.is_empty() {
-            return Ok(record);
-        }
-        let motion = motion::motion(study, index, &record, &self.filters)?;
-        let predicted = self.predict_motion(&motion)?;
-        for term in &corrections.per_record {
-            let axis = usize::from(term.axis);
-            let of = &self.axes[axis];
-            let mut left = motion.restoring_force(axis, of.inertia, of.restoring_force);
-            left.iter_mut()
-                .zip(&predicted[axis])
-                .for_each(|(r, p)| *r -= p);
-            let part = per_record::part_of(term, &left, motion.first_row, record.rows, 1.0 / rate);
-            let sign = of.restoring_force.sign();
-            for (f, p) in record.axes[axis].force.iter_mut().zip(part) {
-                *f -= sign * p;
-            }
-        }
-        Ok(record)
-    }
-}
-
-/// A motion this many times as large as the one learnt from is in other units, or another joint's.
-const MAX_LARGER: f64 = 30.0;
-/// The same for a smaller one.
-const MAX_SMALLER: f64 = 300.0;
 
 impl ModelFile {
     /// Refuses a study whose motion or sign of the force cannot be that of the joint that the model was learnt from.

@@ -1,5 +1,6 @@
 //! A learnt model as the host keeps it: `model.json`.
 
+mod corrected;
 pub mod corrections;
 pub mod effects;
 pub(crate) mod evaluator;

@@ -1,6 +1,6 @@
 //! The kinds of number in which the host simulates a model.
 
-use jointwatch_shared::effect::{Entry, Law as EffectLaw};
+use jointwatch_shared::effect::{Entry, Law as EffectLaw, SLOPES};
 use jointwatch_shared::scalar::Scalar;
 use jointwatch_shared::scalar::dual::Dual;
 
@@ -31,21 +31,29 @@ impl HostScalar for f64 {
     }
 }
 
-impl HostScalar for Dual {
-    fn constant(value: f64) -> Self {
-        Dual::constant(value)
-    }
-    fn value(self) -> f64 {
-        self.value
-    }
-    fn over(self, other: Self) -> Self {
-        let value = self.value / other.value;
-        Self {
-            value,
-            slope: (self.slope - value * other.slope) / other.value,
+/// The law of an effect for a dual number: which it is depends on how many slopes the number carries.
+macro_rules! dual {
+    ($slopes:expr, $law:ident) => {
+        impl HostScalar for Dual<{ $slopes }> {
+            fn constant(value: f64) -> Self {
+                Dual::constant(value)
+            }
+            fn value(self) -> f64 {
+                self.value
+            }
+            fn over(self, other: Self) -> Self {
+                let value = self.value / other.value;
+                let slope = |k: usize| (self.slopes[k] - value * other.slopes[k]) / other.value;
+                Self {
+                    value,
+                    slopes: std::array::from_fn(slope),
+                }
+            }
+            fn law_of(entry: &Entry) -> EffectLaw<Self> {
+                entry.$law
+            }
         }
-    }
-    fn law_of(entry: &Entry) -> EffectLaw<Self> {
-        entry.dual
-    }
+    };
 }
+dual!(1, dual);
+dual!(SLOPES, gradient);

@@ -10,6 +10,9 @@ use crate::scalar::{dual::Dual, interval::Interval};
 
 /// The most parameters that an effect may have.
 pub const MAX_PARAMETERS: usize = 6;
+/// Quantities by which [`Entry::gradient`] differentiates: few laws have more shapes to find.
+#[cfg(feature = "fit")]
+pub const SLOPES: usize = 3;
 /// The most internal states that an effect may have.
 pub const MAX_STATES: usize = 5;
 
@@ -194,9 +197,12 @@ pub struct Entry {
     /// The law that predicts.
     #[cfg(feature = "fit")]
     pub real: Law<f64>,
-    /// The law that differentiates.
+    /// The law that differentiates by one quantity.
     #[cfg(feature = "fit")]
     pub dual: Law<Dual>,
+    /// The law that differentiates by several at once.
+    #[cfg(feature = "fit")]
+    pub gradient: Law<Dual<SLOPES>>,
     /// The law that bounds.
     #[cfg(feature = "fit")]
     pub interval: Law<Interval>,
@@ -250,6 +256,8 @@ impl Entry {
             real: E::law::<f64>,
             #[cfg(feature = "fit")]
             dual: E::law::<Dual>,
+            #[cfg(feature = "fit")]
+            gradient: E::law::<Dual<SLOPES>>,
             #[cfg(feature = "fit")]
             interval: E::law::<Interval>,
             #[cfg(feature = "fit")]

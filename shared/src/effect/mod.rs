@@ -61,6 +61,8 @@ mod time_delay;
 mod viscous;
 mod viscous_by_direction;
 
+#[cfg(feature = "fit")]
+pub use law::SLOPES;
 pub use law::{
     Acts, Effect, Entry, ErrorPropagation, Instrument, Kinematics, Law, MAX_PARAMETERS, MAX_STATES,
     Parameters, StateBound, States, Subsystem,

@@ -1,48 +1,72 @@
-//! A number that carries its derivative, so that a force law can be differentiated by a parameter without a second text.
+//! A number that carries its derivatives, so that a force law can be differentiated by its parameters without a second text.
 
 use super::{Number, Powers, Scalar};
 use core::ops::{Add, Mul, Neg, Sub};
 
-/// A value and its derivative by one chosen quantity.
+/// A value and its derivatives by N chosen quantities.
 ///
 /// ```
 /// use jointwatch_shared::scalar::dual::Dual;
 /// let x = Dual::variable(3.0);
-/// assert_eq!(x * x + x, Dual { value: 12.0, slope: 7.0 });
+/// assert_eq!(x * x + x, Dual { value: 12.0, slopes: [7.0] });
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dual {
+pub struct Dual<const N: usize = 1> {
     /// The value of the function.
     pub value: f64,
-    /// d value / d (the chosen quantity).
-    pub slope: f64,
+    /// d value / d (each of the chosen quantities).
+    pub slopes: [f64; N],
+}
+
+impl<const N: usize> Dual<N> {
+    /// A number that does not depend on the chosen quantities.
+    #[inline]
+    pub const fn constant(value: f64) -> Self {
+        Self {
+            value,
+            slopes: [0.0; N],
+        }
+    }
+
+    /// A function of this number alone, from its value and its derivative there.
+    #[inline]
+    fn through(self, value: f64, steepness: f64) -> Self {
+        Self {
+            value,
+            slopes: self.slopes.map(|slope| steepness * slope),
+        }
+    }
+
+    /// Slopes of two numbers, put together one by one.
+    #[inline]
+    fn slopes_with(self, other: Self, sum: impl Fn(f64, f64) -> f64) -> [f64; N] {
+        core::array::from_fn(|k| sum(self.slopes[k], other.slopes[k]))
+    }
 }
 
 impl Dual {
-    /// A number that does not depend on the chosen quantity.
-    #[inline]
-    pub const fn constant(value: f64) -> Self {
-        Self { value, slope: 0.0 }
-    }
     /// The chosen quantity itself.
     #[inline]
     pub const fn variable(value: f64) -> Self {
-        Self { value, slope: 1.0 }
+        Self {
+            value,
+            slopes: [1.0],
+        }
     }
 }
 
-impl Add for Dual {
+impl<const N: usize> Add for Dual<N> {
     type Output = Self;
     #[inline]
     fn add(self, other: Self) -> Self {
         Self {
             value: self.value + other.value,
-            slope: self.slope + other.slope,
+            slopes: self.slopes_with(other, |a, b| a + b),
         }
     }
 }
 
-impl Sub for Dual {
+impl<const N: usize> Sub for Dual<N> {
     type Output = Self;
     #[inline]
     fn sub(self, other: Self) -> Self {
@@ -50,29 +74,29 @@ impl Sub for Dual {
     }
 }
 
-impl Mul for Dual {
+impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
     #[inline]
     fn mul(self, other: Self) -> Self {
         Self {
             value: self.value * other.value,
-            slope: self.slope * other.value + self.value * other.slope,
+            slopes: self.slopes_with(other, |a, b| a * other.value + self.value * b),
         }
     }
 }
 
-impl Neg for Dual {
+impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
     #[inline]
     fn neg(self) -> Self {
         Self {
             value: -self.value,
-            slope: -self.slope,
+            slopes: self.slopes.map(|slope| -slope),
         }
     }
 }
 
-impl Number for Dual {
+impl<const N: usize> Number for Dual<N> {
     #[inline]
     fn ratio(numerator: i32, denominator: i32) -> Self {
         Self::constant(f64::ratio(numerator, denominator))
@@ -107,57 +131,47 @@ impl Number for Dual {
     }
     #[inline]
     fn half(self) -> Self {
-        Self {
-            value: self.value.half(),
-            slope: self.slope.half(),
-        }
+        self.through(self.value.half(), 0.5)
     }
 }
 
-impl Dual {
-    /// aⁿ, its slope by a, and its slope along with the exponent. Most of a fit's time goes into these powers, so there is one of them, and a
-    /// logarithm only where the exponent moves.
+impl<const N: usize> Dual<N> {
+    /// aⁿ, where a moves with this number or, below a bound, not at all. Most of a fit's time goes into these powers, so there is one of them,
+    /// and a logarithm only where the exponent moves.
     #[inline]
-    fn powered(a: f64, exponent: Self) -> (f64, f64, f64) {
+    fn powered(self, a: f64, moves: bool, exponent: Self) -> Self {
         let n = exponent.value;
         let value = a.powf(n);
-        let steepness = if a > 0.0 {
-            n * (value / a)
-        } else {
-            n * a.powf(n - 1.0)
+        let steepness = match (moves, a > 0.0) {
+            (false, _) => 0.0,
+            (true, true) => n * (value / a),
+            (true, false) => n * a.powf(n - 1.0),
         };
-        let by_exponent = if exponent.slope == 0.0 {
-            0.0
-        } else {
-            // aⁿ·ln a goes to 0 with a.
-            value * a.max(f64::MIN_POSITIVE).ln() * exponent.slope
-        };
-        (value, steepness, by_exponent)
+        if exponent.slopes.iter().all(|slope| *slope == 0.0) {
+            return self.through(value, steepness);
+        }
+        // aⁿ·ln a goes to 0 with a.
+        let by_exponent = value * a.max(f64::MIN_POSITIVE).ln();
+        Self {
+            value,
+            slopes: self.slopes_with(exponent, |own, by| steepness * own + by_exponent * by),
+        }
     }
 }
 
-impl Powers for Dual {
+impl<const N: usize> Powers for Dual<N> {
     #[inline]
     fn power(self, exponent: Self) -> Self {
-        let (value, steepness, by_exponent) = Self::powered(self.value.clamp(0.0, 1.0), exponent);
-        Self {
-            value,
-            slope: steepness * self.slope + by_exponent,
-        }
+        self.powered(self.value.clamp(0.0, 1.0), true, exponent)
     }
     #[inline]
     fn raised(self, exponent: Self) -> Self {
-        let (value, steepness, by_exponent) = Self::powered(self.value.max(0.0), exponent);
         // Below 0 the power stays 0, and with it its slope.
-        let steepness = if self.value < 0.0 { 0.0 } else { steepness };
-        Self {
-            value,
-            slope: steepness * self.slope + by_exponent,
-        }
+        self.powered(self.value.max(0.0), self.value >= 0.0, exponent)
     }
 }
 
-impl Scalar for Dual {
+impl<const N: usize> Scalar for Dual<N> {
     type Short = Self;
 
     #[inline]
@@ -171,26 +185,17 @@ impl Scalar for Dual {
     #[inline]
     fn tanh(self) -> Self {
         let value = self.value.tanh();
-        Self {
-            value,
-            slope: (1.0 - value * value) * self.slope,
-        }
+        self.through(value, 1.0 - value * value)
     }
     #[inline]
     fn decay(self) -> Self {
         let value = self.value.decay();
         let falls = self.value.heaviside(0.0);
-        Self {
-            value,
-            slope: -falls * value * self.slope,
-        }
+        self.through(value, -falls * value)
     }
     #[inline]
     fn sine(self) -> Self {
         let cosine = (self.value + 0.25).sine();
-        Self {
-            value: self.value.sine(),
-            slope: core::f64::consts::TAU * cosine * self.slope,
-        }
+        self.through(self.value.sine(), core::f64::consts::TAU * cosine)
     }
 }

@@ -1,7 +1,7 @@
 //! The derivative by a parameter that a law's dual numbers give, against differences of its real ones.
 
 use super::{SCALES, largest, motion, parameters, run, taken};
-use jointwatch_shared::effect::{EFFECTS, Entry, MAX_PARAMETERS};
+use jointwatch_shared::effect::{EFFECTS, Entry, MAX_PARAMETERS, SLOPES};
 use jointwatch_shared::scalar::dual::Dual;
 use proptest::prelude::*;
 
@@ -29,7 +29,7 @@ fn rows_that_differ(
     for (slope, (a, b)) in slopes.iter().zip(above.iter().zip(&below)) {
         for axis in 0..2 {
             let difference = (a[axis] - b[axis]) / (2.0 * step);
-            wrong += usize::from((slope[axis].slope - difference).abs() > 1e-5 * scale);
+            wrong += usize::from((slope[axis].slopes[0] - difference).abs() > 1e-5 * scale);
         }
     }
     wrong
@@ -47,6 +47,30 @@ fn derivative_agrees(
 ) -> bool {
     let mut steps = [1e-6, 1e-7, 1e-8].into_iter();
     steps.any(|step| rows_that_differ(entry, values, at, rows, step) <= 4)
+}
+
+/// Whether the slopes that come of one run are those that come one by one, to the last bit.
+fn gradient_agrees(entry: &Entry, values: [f64; MAX_PARAMETERS], rows: &[[f64; 4]]) -> bool {
+    (0..entry.parameter_count as usize).all(|first| {
+        let by: [usize; SLOPES] =
+            core::array::from_fn(|k| (first + k) % entry.parameter_count as usize);
+        let mut duals = values.map(Dual::constant);
+        for (slot, &index) in by.iter().enumerate() {
+            duals[index].slopes[slot] = 1.0;
+        }
+        let together = run(entry.gradient, duals, rows, &SCALES, Dual::constant);
+        by.iter().enumerate().all(|(slot, &index)| {
+            let mut dual = values.map(Dual::constant);
+            dual[index] = Dual::variable(values[index]);
+            let alone = run(entry.dual, dual, rows, &SCALES, Dual::constant);
+            together.iter().zip(&alone).all(|(all, one)| {
+                (0..2).all(|axis| {
+                    let (all, one) = (all[axis].slopes[slot], one[axis].slopes[0]);
+                    all == one || (all.is_nan() && one.is_nan())
+                })
+            })
+        })
+    })
 }
 
 #[test]
@@ -80,6 +104,7 @@ proptest! {
             for at in 0..relative.len() {
                 prop_assert!(derivative_agrees(entry, values, at, &rows), "{} parameter {at}", entry.about.name);
             }
+            prop_assert!(gradient_agrees(entry, values, &rows), "{}", entry.about.name);
         }
     }
 }

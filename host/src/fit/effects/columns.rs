@@ -14,8 +14,7 @@ use crate::signal::motion::Motion;
 use crate::study::{Axis, Convention};
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
-use jointwatch_shared::effect::{Acts, MAX_PARAMETERS, Parameters};
-use jointwatch_shared::scalar::dual::Dual;
+use jointwatch_shared::effect::{Acts, Parameters};
 use jointwatch_shared::units::{Dimension, References};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -261,9 +260,14 @@ impl<'a> Records<'a> {
         self.rows.iter().sum()
     }
 
+    /// A column of zeros.
+    pub(super) fn nothing(&self) -> Vec<f64> {
+        vec![0.0; self.axes * self.rows_per_axis()]
+    }
+
     /// A column that is 0 on every axis but one.
     fn on_axis(&self, axis: usize, column: Vec<f64>) -> Vec<f64> {
-        let mut whole = vec![0.0; self.axes * self.rows_per_axis()];
+        let mut whole = self.nothing();
         let start = axis * self.rows_per_axis();
         whole[start..start + column.len()].copy_from_slice(&column);
         whole
@@ -363,7 +367,7 @@ impl<'a> Records<'a> {
     /// The force of a term with all of its parameters, SI; of one with a size of its own in every record, nothing.
     pub(crate) fn force(&self, bound: &AxisEffect, values: &[f64]) -> Vec<f64> {
         if bound.entry.is_per_record() {
-            return vec![0.0; self.axes * self.rows_per_axis()];
+            return self.nothing();
         }
         self.real_column(bound, &law_parameters(bound.entry, values), None, 0.0)
     }
@@ -408,83 +412,46 @@ impl<'a> Records<'a> {
         only: Option<usize>,
         phase: f64,
     ) -> Vec<f64> {
-        self.column(bound, parameters, (only, phase), |force| force)
+        let [column] = self.column(bound, parameters, (only, phase), |force: f64| [force]);
+        column
     }
 
-    /// How the force of a term changes with the logarithm of one of its shape parameters; `factors` are those of its columns.
-    pub(crate) fn slope(
-        &self,
-        bound: &AxisEffect,
-        values: &[f64],
-        factors: &[f64],
-        parameter: usize,
-    ) -> Vec<f64> {
-        if bound.entry.parameters()[parameter].is_given() {
-            return vec![0.0; self.axes * self.rows_per_axis()];
-        }
-        let taken = law_parameters(bound.entry, values);
-        let mut parameters: Parameters<Dual> = [Dual::constant(0.0); MAX_PARAMETERS];
-        for (place, value) in parameters.iter_mut().zip(taken) {
-            *place = Dual::constant(value);
-        }
-        let reciprocal = matches!(
-            bound.entry.parameters()[parameter].role,
-            Role::Shape(shape) if shape.reciprocal
-        );
-        // d v/d ln v = v, and d (1/v)/d ln v = −1/v.
-        let value = taken[parameter];
-        parameters[parameter] = Dual {
-            value,
-            slope: if reciprocal { -value } else { value },
-        };
-        let along = |parameters: &Parameters<Dual>, only: Option<usize>, phase: f64| {
-            self.column(bound, parameters, (only, phase), |force| force.slope)
-        };
-        let own_size = bound.entry.parameters().iter();
-        let Some(size) = own_size.clone().position(Parameter::is_per_record) else {
-            return along(&parameters, None, 0.0);
-        };
-        let mut sum = vec![0.0; self.axes * self.rows_per_axis()];
-        let phases = bound.entry.phases_per_record();
-        for (record, factors) in factors.chunks_exact(phases).enumerate() {
-            let quarter = factors.get(1).copied().unwrap_or(0.0);
-            parameters[size] = Dual::constant(factors[0].hypot(quarter));
-            let phase = quarter.atan2(factors[0]) / std::f64::consts::TAU;
-            for (s, part) in sum.iter_mut().zip(along(&parameters, Some(record), phase)) {
-                *s += part;
-            }
-        }
-        sum
-    }
-
-    /// Evaluates a law on every record, or on one alone, then low-passes and thins out; `part` is what of its force is wanted.
-    fn column<S: HostScalar>(
+    /// Evaluates a law on every record, or on one alone, then low-passes and thins out; `part` is what of its force is wanted, one
+    /// column each.
+    pub(super) fn column<S: HostScalar, const N: usize>(
         &self,
         bound: &AxisEffect,
         parameters: &Parameters<S>,
         (only, phase): (Option<usize>, f64),
-        part: impl Fn(S) -> f64,
-    ) -> Vec<f64> {
+        part: impl Fn(S) -> [f64; N],
+    ) -> [Vec<f64>; N] {
         let both = bound.entry.acts == Acts::BothAxes && self.axes == 2;
-        let mut whole = vec![0.0; self.axes * self.rows_per_axis()];
+        let mut whole = [(); N].map(|()| self.nothing());
         let mut start = 0;
         for (record, (history, &rows)) in self.histories.iter().zip(&self.rows).enumerate() {
             if only.is_some_and(|only| only != record) {
                 start += rows;
                 continue;
             }
-            let mut own = vec![0.0; history.rows()];
-            let mut other = vec![0.0; if both { history.rows() } else { 0 }];
+            let mut own = [(); N].map(|()| vec![0.0; history.rows()]);
+            let mut other = [(); N].map(|()| vec![0.0; if both { history.rows() } else { 0 }]);
             let factor = history.input(bound.input);
             history.along(bound.entry, parameters, bound.axis, phase, |row, [f, g]| {
-                own[row] = part(f) * factor.at(row);
-                if let Some(force) = other.get_mut(row) {
-                    *force = part(g) * factor.at(row);
+                let factor = factor.at(row);
+                for (series, value) in own.iter_mut().zip(part(f)) {
+                    series[row] = value * factor;
+                }
+                if both {
+                    for (series, value) in other.iter_mut().zip(part(g)) {
+                        series[row] = value * factor;
+                    }
                 }
             });
-            let mut put = |axis: usize, series: &[f64]| {
+            let mut put = |axis: usize, series: &[Vec<f64>; N]| {
                 let at = axis * self.rows_per_axis() + start;
-                whole[at..at + rows].copy_from_slice(&self.thinned(series));
+                for (whole, series) in whole.iter_mut().zip(series) {
+                    whole[at..at + rows].copy_from_slice(&self.thinned(series));
+                }
             };
             put(bound.axis, &own);
             if both {
@@ -493,7 +460,7 @@ impl<'a> Records<'a> {
             start += rows;
         }
         if let Some(projection) = self.projection {
-            projection(&mut whole);
+            whole.iter_mut().for_each(|column| projection(column));
         }
         whole
     }

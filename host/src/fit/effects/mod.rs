@@ -3,6 +3,7 @@
 pub(crate) mod columns;
 pub(crate) mod intervals;
 pub(crate) mod projection;
+pub(crate) mod slopes;
 mod solution;
 pub(crate) mod starts;
 pub(crate) mod unknowns;

@@ -5,6 +5,7 @@
 //! residual is that of the force at fixed linear parameters, projected off the columns (Kaufman, BIT 15 (1975) 49–57).
 
 use super::columns::Records;
+use super::slopes::At;
 use super::unknowns::{self, ShapeUnknown};
 use crate::fit::bounded;
 use crate::fit::levenberg_marquardt::{self, SumOfSquares};
@@ -13,7 +14,6 @@ use crate::model::effects::AxisEffect;
 use crate::text::error::Result;
 use crate::text::work;
 use faer::{Mat, Par};
-use rayon::prelude::*;
 
 pub use crate::fit::levenberg_marquardt::Stopped;
 
@@ -180,25 +180,23 @@ impl Problem<'_> {
 
     /// How the fitted force changes with the logarithm of each shape, at fixed linear parameters.
     pub(crate) fn slopes(&self, solved: &Solved) -> Vec<Vec<f64>> {
-        let factors = |term: usize| {
-            let before: usize = self.terms[..term]
-                .iter()
-                .map(|t| self.records.count(t))
-                .sum();
-            &solved.factors[before..before + self.records.count(&self.terms[term])]
-        };
-        let slope = |unknown: &ShapeUnknown| {
-            let mut sum = vec![0.0; self.records.measured.len()];
-            for &(term, index) in &unknown.places {
-                let (bound, values) = (&self.terms[term], &solved.values[term]);
-                let part = self.records.slope(bound, values, factors(term), index);
-                for (s, p) in sum.iter_mut().zip(part) {
-                    *s += p;
+        let mut rest = solved.factors.as_slice();
+        let terms = self
+            .terms
+            .iter()
+            .zip(&solved.values)
+            .map(|(bound, values)| {
+                let (factors, others) = rest.split_at(self.records.count(bound));
+                rest = others;
+                At {
+                    bound,
+                    values,
+                    factors,
                 }
-            }
-            sum
-        };
-        self.shapes.par_iter().map(slope).collect()
+            });
+        let terms: Vec<At<'_>> = terms.collect();
+        self.records
+            .slopes(&terms, &self.shapes.iter().collect::<Vec<_>>())
     }
 
     /// The current value of every shape.
@@ -288,18 +286,13 @@ impl Problem<'_> {
         Ok((reduced, shapes))
     }
 
-    /// Levenberg–Marquardt from the given shapes until it settles.
-    pub(crate) fn search(&self, start: &[f64]) -> Result<(Solved, Stopped)> {
-        self.descend(start, MAX_STEPS)
-    }
-
-    /// The same, with so many steps at most.
-    pub(crate) fn descend(&self, start: &[f64], steps: usize) -> Result<(Solved, Stopped)> {
+    /// Levenberg–Marquardt from the given shapes until a step gains less than `small_gain` of the cost.
+    pub(crate) fn search(&self, start: &[f64], small_gain: f64) -> Result<(Solved, Stopped)> {
         let first = self.solve(start, None)?;
         if self.shapes.is_empty() {
             return Ok((first, Stopped::Direct));
         }
-        levenberg_marquardt::descend(self, first, steps)
+        levenberg_marquardt::descend(self, first, MAX_STEPS, small_gain)
     }
 }
 

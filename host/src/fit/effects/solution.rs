@@ -4,15 +4,17 @@ use super::columns::Records;
 use super::projection::{Problem, Solved, Stopped};
 use super::starts;
 use super::unknowns::{self, ShapeUnknown, is_physical};
+use crate::fit::levenberg_marquardt::SMALL_GAIN;
 use crate::model::effects::AxisEffect;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::terms::EffectValues;
+use rayon::prelude::*;
 
 /// Thinned rows that are wanted for each parameter.
 const ROWS_PER_PARAMETER: usize = 5;
-/// How often the axes are weighed against each other anew.
-const WEIGHINGS: usize = 2;
+/// A gain below which starts are told apart: how low the search from one of them leads in the end hardly changes any more.
+const APART: f64 = 1e-3;
 /// A force that varies by less than this part of its size never changes: logs have nine digits at most.
 const UNCHANGING: f64 = 1e-7;
 /// Values that cannot be have to leave less by this factor, as power, than values that can.
@@ -155,58 +157,42 @@ fn scanned(
 /// The best that is found from any of these starts.
 ///
 /// What leaves least by values that cannot be does so with what another effect leaves over, and goes astray on other records: what
-/// leaves nearly as little by values that can is better.
+/// leaves nearly as little by values that can is better. The axes are weighed by their forces first, then by what is left of each.
 fn solve_from(
     records: &Records<'_>,
     axes: &[Axis],
     terms: &[AxisEffect],
     shapes: Vec<ShapeUnknown>,
-    mut from: Vec<Vec<f64>>,
+    from: Vec<Vec<f64>>,
 ) -> Result<Solution> {
-    let mut weights: Vec<f64> = (0..axes.len())
-        .map(|axis| 1.0 / records.references.force[axis])
-        .collect();
+    let problem = |weights: Vec<f64>| Problem {
+        records,
+        terms,
+        shapes: &shapes,
+        weights,
+    };
     let judged = |solved: &Solved| {
         let mut listed = terms.iter().zip(&solved.values);
         let physical = listed.all(|(term, values)| is_physical(term, values, records));
         let factor = if physical { 1.0 } else { UNPHYSICAL };
         factor * solved.cost
     };
-    let mut best: Option<(Solved, Stopped)> = None;
-    for weighing in 1..=WEIGHINGS {
-        let problem = Problem {
-            records,
-            terms,
-            shapes: &shapes,
-            weights: weights.clone(),
-        };
-        best = None;
-        for start in &from {
-            let found = problem.search(start)?;
-            if best
-                .as_ref()
-                .is_none_or(|(best, _)| judged(&found.0) < judged(best))
-            {
-                best = Some(found);
-            }
-        }
-        if weighing == WEIGHINGS {
-            best = match best {
-                Some((solved, stopped)) => Some((problem.settle(solved)?, stopped)),
-                None => None,
-            };
-        }
-        if let Some((solved, _)) = &best {
-            from = vec![problem.shapes_of(solved)];
-            weights = residual_weights(records, &solved.residual);
-        }
-    }
-    let Some((solved, stopped)) = best else {
+    let forces = records.references.force.iter().take(axes.len());
+    let by_force = problem(forces.map(|force| 1.0 / force).collect());
+    let ends: Result<Vec<(Solved, Stopped)>> = from
+        .par_iter()
+        .map(|start| by_force.search(start, APART))
+        .collect();
+    let ends = ends?.into_iter().map(|(solved, _)| solved);
+    let Some(lowest) = ends.min_by(|a, b| judged(a).total_cmp(&judged(b))) else {
         return Err(Error::failed("the search for the effects found no start"));
     };
+    let by_residual = problem(residual_weights(records, &lowest.residual));
+    let (solved, stopped) = by_residual.search(&by_residual.shapes_of(&lowest), SMALL_GAIN)?;
+    let solved = by_residual.settle(solved)?;
     Ok(Solution {
+        weights: residual_weights(records, &solved.residual),
         shapes,
-        weights,
         solved,
         stopped,
     })

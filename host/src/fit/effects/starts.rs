@@ -8,6 +8,7 @@ use super::unknowns::ShapeUnknown;
 use crate::model::effects::AxisEffect;
 use faer::Mat;
 use jointwatch_shared::effect::Acts;
+use rayon::prelude::*;
 
 /// Combinations that are scanned in full; with more, one term is scanned at a time.
 const MAX_COMBINATIONS: usize = 3000;
@@ -97,15 +98,20 @@ impl Scan {
                     place.map(|place| (u, place.1))
                 })
                 .collect();
-            let mut of_term = Vec::new();
-            for chosen in combinations(shapes, &owned) {
+            let all = combinations(shapes, &owned);
+            let made = all.par_iter().map(|chosen| {
                 let mut values = vec![0.0; bound.entry.parameters().len()];
-                for (&(_, index), &(_, value)) in owned.iter().zip(&chosen) {
+                for (&(_, index), &(_, value)) in owned.iter().zip(chosen) {
                     values[index] = value;
                 }
-                let made = records.columns(bound, &values);
+                let made = records.columns(bound, &values).into_iter();
+                made.map(|column| column[part.clone()].to_vec()).collect()
+            });
+            let made: Vec<Vec<Vec<f64>>> = made.collect();
+            let mut of_term = Vec::new();
+            for (chosen, made) in all.into_iter().zip(made) {
                 let start = columns.len();
-                columns.extend(made.into_iter().map(|column| column[part.clone()].to_vec()));
+                columns.extend(made);
                 of_term.push(Choice {
                     shapes: chosen,
                     columns: start..columns.len(),

@@ -10,6 +10,8 @@ mod functions;
 mod nuisance;
 
 use super::effects::columns::Records;
+use super::effects::slopes::At;
+use super::effects::unknowns::{self, ShapeUnknown};
 use super::effects::{
     AnotherStart, EffectsFit, Solution, assemble, check_inertias, solve, solve_also_from,
 };
@@ -199,18 +201,21 @@ impl<'a> OnRecords<'a> {
         for (bound, values) in terms {
             columns.extend(self.records.columns(bound, values));
         }
-        for unknown in super::effects::unknowns::shapes(&bounds, &self.records.references) {
-            let mut tangent = vec![0.0; self.records.measured.len()];
-            for &(term, index) in &unknown.places {
-                let (bound, values) = &terms[term];
-                let parameters = bound.entry.parameters().iter().zip(values);
-                let linear = parameters.filter(|(p, _)| p.is_linear());
-                let factors: Vec<f64> = linear.map(|(_, value)| *value).collect();
-                let slope = self.records.slope(bound, values, &factors, index);
-                tangent.iter_mut().zip(slope).for_each(|(t, s)| *t += s);
-            }
-            columns.push(tangent);
-        }
+        let linear = |(bound, values): &(AxisEffect, Vec<f64>)| -> Vec<f64> {
+            let parameters = bound.entry.parameters().iter().zip(values);
+            let linear = parameters.filter(|(p, _)| p.is_linear());
+            linear.map(|(_, value)| *value).collect()
+        };
+        let factors: Vec<Vec<f64>> = terms.iter().map(linear).collect();
+        let at = terms.iter().zip(&factors);
+        let at = at.map(|((bound, values), factors)| At {
+            bound,
+            values,
+            factors,
+        });
+        let unknowns = unknowns::shapes(&bounds, &self.records.references);
+        let unknowns: Vec<&ShapeUnknown> = unknowns.iter().collect();
+        columns.extend(self.records.slopes(&at.collect::<Vec<_>>(), &unknowns));
         let axes = self.axes.iter().enumerate();
         let squares = axes.map(|(index, axis)| {
             let squares = self.held_out(index, &columns, &ridge[index..=index]).remove(0);

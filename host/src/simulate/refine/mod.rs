@@ -19,7 +19,7 @@ use super::respond::measured::DrivenBody;
 use super::respond::run::{self, SETTLED};
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
-use crate::fit::levenberg_marquardt::descend;
+use crate::fit::levenberg_marquardt::{SMALL_GAIN, descend};
 use crate::model::file::ModelFile;
 use crate::signal::motion::Motion;
 use crate::study::Study;
@@ -202,7 +202,7 @@ impl<'a> Ground<'a> {
             if start.cost.is_infinite() {
                 return Ok(None);
             }
-            let (point, _) = descend(&shooting, start, MAX_STEPS)?;
+            let (point, _) = descend(&shooting, start, MAX_STEPS, SMALL_GAIN)?;
             let model = self.unknowns.with(self.model, &point.values);
             let Ok(needed) = self.settled_steps(&model) else {
                 return Ok(None);

@@ -174,7 +174,7 @@ impl Shooting<'_> {
                 let slope = |by: &Vec<Displacements>| -> Dual { by[stretch][axis][at] };
                 slopes
                     .get(column)
-                    .map_or(left[row], |by| self.weights[axis] * slope(by).slope)
+                    .map_or(left[row], |by| self.weights[axis] * slope(by).slopes[0])
             });
             let products = product(&design, &design);
             let block = |r: usize, c: usize, rows: usize, cols: usize| {

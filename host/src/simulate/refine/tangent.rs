@@ -39,12 +39,18 @@ struct Tangent<'a> {
 fn dual(y: &State) -> [Dual; 4] {
     std::array::from_fn(|i| Dual {
         value: y[i],
-        slope: y[i + 4],
+        slopes: [y[i + 4]],
     })
 }
 
 fn flat(y: [Dual; 4]) -> State {
-    State::from_fn(|i, _| if i < 4 { y[i].value } else { y[i - 4].slope })
+    State::from_fn(|i, _| {
+        if i < 4 {
+            y[i].value
+        } else {
+            y[i - 4].slopes[0]
+        }
+    })
 }
 
 impl Equations<8> for Tangent<'_> {
@@ -90,7 +96,7 @@ impl Tangent<'_> {
         let mut known = model.base.inputs().iter().zip(state);
         // Written so that a value that is no number counts as gone.
         let near = known.all(|(range, s)| range.normalise(s.value).abs() <= DIVERGED);
-        (near && state.iter().all(|s| s.slope.is_finite())).then_some(state)
+        (near && state.iter().all(|s| s.slopes[0].is_finite())).then_some(state)
     }
 }
 
@@ -119,7 +125,7 @@ pub(super) fn simulated(
         }
         let mut y = start.map(Dual::constant);
         if let By::Start(place) = by {
-            y[place].slope = 1.0;
+            y[place].slopes = [1.0];
         }
         let mut tangent = Tangent {
             driven,

@@ -195,7 +195,7 @@ impl Unknowns {
             };
             Dual {
                 value: taken,
-                slope,
+                slopes: [slope],
             }
         };
         let evaluator = Evaluator::lifted(model, lift)?;
@@ -204,7 +204,7 @@ impl Unknowns {
             let mine = unknown.is_some_and(|unknown| unknown.inertia == Some(place));
             inertia[place] = Dual {
                 value: axis.inertia,
-                slope: if mine { axis.inertia } else { 0.0 },
+                slopes: [if mine { axis.inertia } else { 0.0 }],
             };
         }
         Ok((evaluator, inertia))

@@ -397,17 +397,7 @@ fn axis_of(
             force.name
         ));
     }
-    if let Some(unit) = force.unit.as_deref().filter(|unit| is_bare(unit)) {
-        let constant = match unit {
-            "A" | "mA" => " (of a motor, its torque or force constant)",
-            _ => "",
-        };
-        findings.push(format!(
-            "column {:?} is in {unit}, so forces are in {unit} too until you write how many {} one is{constant} as its scale",
-            force.name,
-            Quantity::Force(kind).si()
-        ));
-    }
+    findings.extend(unit_to_replace(force, kind));
     let logged = parts.velocity.first().copied();
     let velocity = match parts.integrated {
         true => Some(chosen.first),
@@ -431,6 +421,20 @@ fn axis_of(
         restoring_force,
         base,
     }
+}
+
+/// What to write where the force has a unit that is none of a force.
+fn unit_to_replace(force: &SurveyedColumn, kind: AxisKind) -> Option<String> {
+    let unit = force.unit.as_deref().filter(|unit| is_bare(unit))?;
+    let constant = match unit {
+        "A" | "mA" => " (of a motor, its torque or force constant)",
+        _ => "",
+    };
+    Some(format!(
+        "column {:?} is in {unit}, so forces are in {unit} too until you write how many {} one is{constant} as its scale",
+        force.name,
+        Quantity::Force(kind).si()
+    ))
 }
 
 /// Whether a logged velocity is the derivative of the relative displacement, within a tenth.
