@@ -274,34 +274,6 @@ fn units_read_as_engineers_write_them() {
 
 proptest! {
     #[test]
-    fn a_linear_parameter_is_linear(
-        seed in prop::array::uniform4(0.0_f64..6.0), p in prop::array::uniform6(0.05_f64..0.95),
-    ) {
-        let rows = motion(seed, 100);
-        for entry in EFFECTS {
-            let values = taken(entry, &parameters(entry, &p), &SCALES);
-            let whole = run(entry.real, values, &rows, &SCALES, |v| v);
-            let mut sum = vec![[0.0; 2]; rows.len()];
-            let linear = |index: usize| entry.parameters().get(index).is_some_and(|p| p.is_linear());
-            for unit in (0..MAX_PARAMETERS).filter(|&i| linear(i)) {
-                let mut alone = values;
-                for (index, value) in alone.iter_mut().enumerate() {
-                    if linear(index) {
-                        *value = f64::from(u8::from(index == unit));
-                    }
-                }
-                let part = run(entry.real, alone, &rows, &SCALES, |v| v);
-                for (s, f) in sum.iter_mut().zip(part) {
-                    *s = [s[0] + values[unit] * f[0], s[1] + values[unit] * f[1]];
-                }
-            }
-            for (a, b) in whole.iter().flatten().zip(sum.iter().flatten()) {
-                prop_assert!((a - b).abs() <= 1e-9 * largest(&whole), "{}", entry.about.name);
-            }
-        }
-    }
-
-    #[test]
     fn a_law_knows_no_units(
         seed in prop::array::uniform4(0.0_f64..6.0), p in prop::array::uniform6(0.05_f64..0.95),
     ) {

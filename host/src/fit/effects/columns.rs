@@ -278,7 +278,11 @@ impl<'a> Records<'a> {
     ///
     /// `values` are the term's parameters in SI, of which only those that shape the law are read.
     pub(crate) fn columns(&self, bound: &AxisEffect, values: &[f64]) -> Vec<Vec<f64>> {
-        self.units(bound)
+        let units = self.units(bound);
+        if units.len() > 1 && !bound.entry.is_per_record() {
+            return self.linear_columns(bound, values);
+        }
+        units
             .par_iter()
             .map(|unit| self.unit_column(bound, values, unit))
             .collect()

@@ -6,7 +6,7 @@ use crate::model::effects::AxisEffect;
 use crate::model::scalar::HostScalar;
 use crate::model::time_history::law_parameters;
 use jointwatch_shared::effect::about::{Parameter, Role};
-use jointwatch_shared::effect::{MAX_PARAMETERS, Parameters, SLOPES};
+use jointwatch_shared::effect::{Parameters, SLOPES};
 use jointwatch_shared::scalar::dual::Dual;
 use rayon::prelude::*;
 
@@ -60,6 +60,27 @@ impl Records<'_> {
         sums
     }
 
+    /// The columns of a term with several linear parameters, from one run of its law ([`SLOPES`] at most): what is linear in a parameter
+    /// has its slope as column.
+    pub(super) fn linear_columns(&self, bound: &AxisEffect, values: &[f64]) -> Vec<Vec<f64>> {
+        let taken = law_parameters(bound.entry, values);
+        let listed = bound.entry.parameters().iter().enumerate();
+        let linear = listed.filter(|(_, p)| p.is_linear());
+        let linear: Vec<usize> = linear.map(|(index, _)| index).collect();
+        let runs = linear.par_chunks(SLOPES).flat_map_iter(|run| {
+            let mut parameters: Parameters<Dual<SLOPES>> = taken.map(Dual::constant);
+            for &index in &linear {
+                parameters[index] = Dual::constant(0.0);
+            }
+            for (slot, &index) in run.iter().enumerate() {
+                parameters[index].slopes[slot] = 1.0;
+            }
+            let columns = self.column(bound, &parameters, (None, 0.0), |force| force.slopes);
+            columns.into_iter().take(run.len())
+        });
+        runs.collect()
+    }
+
     /// How the force of a term changes with the logarithms of some of its shapes, N at most.
     fn run<const N: usize>(&self, term: At<'_>, by: &[usize]) -> Vec<Vec<f64>>
     where
@@ -69,10 +90,7 @@ impl Records<'_> {
             term.bound.entry,
             law_parameters(term.bound.entry, term.values),
         );
-        let mut parameters: Parameters<Dual<N>> = [Dual::constant(0.0); MAX_PARAMETERS];
-        for (place, value) in parameters.iter_mut().zip(taken) {
-            *place = Dual::constant(value);
-        }
+        let mut parameters: Parameters<Dual<N>> = taken.map(Dual::constant);
         for (slot, &index) in by.iter().enumerate() {
             let role = entry.parameters()[index].role;
             let reciprocal = matches!(role, Role::Shape(shape) if shape.reciprocal);

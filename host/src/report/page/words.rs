@@ -127,11 +127,17 @@ fn of_diagnosis(diagnosis: &Diagnosis, first: &Step, last: &Step, floors: &PerAx
         .collect();
     match diagnosis.verdict {
         Verdict::Effect => format!(
-            "The model lacks {}: with it added, {}.",
+            "The model lacks {}: with {} added, {}.",
             found.join(" and "),
+            if found.len() > 1 { "them" } else { "it" },
             fall(first, last, floors)
         ),
         Verdict::None => format!("Nothing is missing: the error is {} of the RMS force.", stands.join(" and ")),
+        Verdict::Unknown if !found.is_empty() => format!(
+            "Something is missing that is not in the library. A part of it has a name: with {} added, {}.",
+            found.join(" and "),
+            fall(first, last, floors)
+        ),
         Verdict::Unknown => format!(
             "Something is missing that is not in the library: the error is {} of the RMS force.",
             stands.join(" and ")

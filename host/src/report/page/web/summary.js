@@ -22,15 +22,14 @@ function drawErrors() {
 /** One axis: a bar for every step, on a logarithmic axis. */
 function staircase(axis) {
   const width = 520;
-  const row = 34;
-  const left = 170;
+  const row = 46;
   const right = 90;
   const errors = axis.steps.map((s) => s.error);
   const all = errors.concat(axis.floor > 0 ? [axis.floor] : []).filter((e) => e > 0);
   const low = 10 ** Math.floor(Math.log10(Math.min(...all) / 1.5));
   const high = Math.max(...all);
   const span = Math.log10(high / low) || 1;
-  const place = (e) => left + (width - left - right) * Math.max(0, Math.log10(Math.max(e, low) / low) / span);
+  const place = (e) => (width - right) * Math.max(0, Math.log10(Math.max(e, low) / low) / span);
   const height = axis.steps.length * row + 30;
   const said = axis.steps.map((s) => `${s.label} ${percent(s.error)}`).join(", ");
   const image = vector("svg", { viewBox: `0 0 ${width} ${height}`, role: "img",
@@ -46,11 +45,12 @@ function staircase(axis) {
   }
   axis.steps.forEach((step, i) => {
     const kind = i === axis.steps.length - 1 ? "model" : "before";
-    const label = step.label.length > 24 ? `${step.label.slice(0, 23)}…` : step.label;
-    bars.append(vector("rect", { x: left, y: i * row + 5, width: Math.max(2, place(step.error) - left), height: row - 12, rx: 2, class: `bar ${kind}` }));
+    const label = step.label.length > 68 ? `${step.label.slice(0, 67)}…` : step.label;
+    // Above its bar, where what was added together has room.
+    bars.append(vector("rect", { x: 0, y: i * row + 20, width: Math.max(2, place(step.error)), height: row - 26, rx: 2, class: `bar ${kind}` }));
     words.append(
-      vector("text", { x: left - 8, y: i * row + 20, "text-anchor": "end", class: "label" }, (i ? "+ " : "") + label),
-      vector("text", { x: place(step.error) + 6, y: i * row + 20, class: "value" }, percent(step.error)));
+      vector("text", { x: 0, y: i * row + 14, class: "label" }, (i ? "+ " : "") + label),
+      vector("text", { x: place(step.error) + 6, y: i * row + 35, class: "value" }, percent(step.error)));
   });
   image.append(words);
   return figure(`Axis ${axis.name}, logarithmic`, image);
