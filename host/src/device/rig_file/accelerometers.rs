@@ -1,7 +1,6 @@
 //! The accelerometers of a rig, and which of their directions an axis's acceleration is made of.
 
-use super::keys::{AxisEntry, WiringEntry};
-use super::positive;
+use super::keys::{AxisEntry, WiringEntry, positive};
 use crate::study::AxisKind;
 use crate::study::description::Source;
 use crate::text::error::Result;

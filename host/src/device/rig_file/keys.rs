@@ -1,6 +1,9 @@
 //! The keys of `rig.toml`.
 
+use crate::study::description::Source;
+use crate::text::error::Result;
 use serde::Deserialize;
+use std::fmt::Display;
 use toml::Spanned;
 
 /// Every key of rig.toml.
@@ -108,4 +111,27 @@ pub(super) struct Skew {
     pub(super) force: f64,
     /// As `force` where it is left out, for all channels of the converter sample together.
     pub(super) input: Option<f64>,
+}
+
+/// A number above 0.
+pub(super) fn positive(source: &Source<'_>, key: &str, stated: &Spanned<f64>) -> Result<f64> {
+    bounded(source, key, stated, f64::MIN_POSITIVE, "has to be above 0")
+}
+
+/// A number that is not below `least`.
+pub(super) fn bounded(
+    source: &Source<'_>,
+    key: &str,
+    stated: &Spanned<f64>,
+    least: f64,
+    what: impl Display,
+) -> Result<f64> {
+    let value = *stated.get_ref();
+    if value.is_finite() && value >= least {
+        return Ok(value);
+    }
+    Err(source.wrong(
+        stated,
+        format!("{key} = {value} {what}; put the number right"),
+    ))
 }

@@ -16,9 +16,8 @@ use jointwatch_shared::wire::wiring::{
     AxisWiring, CHANNELS, COUNTERS, Converter, Counter, Signed, Wiring,
 };
 pub(crate) use keys::RigFile;
-use keys::{AxisEntry, InputEntry, WiringEntry};
+use keys::{AxisEntry, InputEntry, WiringEntry, bounded, positive};
 use std::f64::consts::TAU;
-use std::fmt::Display;
 use toml::Spanned;
 
 /// Standard gravity, m/s² (CGPM 1901).
@@ -263,27 +262,6 @@ fn axis_wiring(
         acceleration,
         pair_distance_m,
     })
-}
-
-fn positive(source: &Source<'_>, key: &str, stated: &Spanned<f64>) -> Result<f64> {
-    bounded(source, key, stated, f64::MIN_POSITIVE, "has to be above 0")
-}
-
-fn bounded(
-    source: &Source<'_>,
-    key: &str,
-    stated: &Spanned<f64>,
-    least: f64,
-    what: impl Display,
-) -> Result<f64> {
-    let value = *stated.get_ref();
-    if value.is_finite() && value >= least {
-        return Ok(value);
-    }
-    Err(source.wrong(
-        stated,
-        format!("{key} = {value} {what}; put the number right"),
-    ))
 }
 
 /// Metres or radians per count.
