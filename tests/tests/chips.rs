@@ -2,7 +2,7 @@
 
 use jointwatch::emulate::board::{Board, BoardChip, DropOuts, Injection, Trouble};
 use jointwatch_firmware::sensor::acquire::{Acquired, CHIPS, CONVERTER};
-use jointwatch_firmware::sensor::presence::{BACK_WITHIN, Health};
+use jointwatch_firmware::sensor::presence::{BACK_WITHIN, ChipState};
 use jointwatch_shared::wire::wiring::{
     AxisWiring, Counter, Readings, Signed, SignedDirection, Wiring,
 };
@@ -95,7 +95,7 @@ impl Bench {
         for _ in 0..63 {
             bench.sample(&rest);
         }
-        assert_eq!(bench.sample(&rest).health, [Health::Ok; CHIPS]);
+        assert_eq!(bench.sample(&rest).health, [ChipState::Ok; CHIPS]);
         bench
     }
 }
@@ -178,10 +178,10 @@ fn every_trouble_of_every_chip_is_noticed_where_it_can_be_and_passes() {
                 Trouble::Damaged if chip > CONVERTER => true,
                 _ => false,
             };
-            let bad = seen.iter().any(|health| *health != Health::Ok);
+            let bad = seen.iter().any(|health| *health != ChipState::Ok);
             assert!(bad || unseen, "{place:?} {trouble:?}: {seen:?}");
             if place == BoardChip::Converter && trouble == Trouble::Damaged {
-                assert!(seen.contains(&Health::Crc));
+                assert!(seen.contains(&ChipState::Crc));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The first step of a sample: reads every chip at one instant and hands the frame on.
 
 use crate::sensor::acquire::{CHIPS, Sensors};
-use crate::sensor::presence::Health;
+use crate::sensor::presence::ChipState;
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use jointwatch_shared::chain::RawSample;
@@ -22,7 +22,7 @@ pub struct Frame {
     /// What was wrong, channel by channel.
     pub faults: Faults,
     /// How each chip did.
-    pub health: [Health; CHIPS],
+    pub health: [ChipState; CHIPS],
 }
 
 impl Frame {

@@ -5,7 +5,7 @@ use super::evaluation::Evaluator;
 use super::watch::{OnTrial, Watch};
 use crate::clock::{Clock, Rate, Source};
 use crate::pair::{self, Unfit};
-use crate::store::{Fault, SlotName, Started, State, Store, Trial, Verifier};
+use crate::store::{SlotFault, SlotName, Started, State, Store, Trial, Verifier};
 use core::mem::MaybeUninit;
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
@@ -280,15 +280,15 @@ fn refused(place: SlotName, state: State) -> Option<Event> {
         return None;
     };
     let fault = match why {
-        Fault::Unsigned | Fault::Signature | Fault::Class => {
+        SlotFault::Unsigned | SlotFault::Signature | SlotFault::Class => {
             return Some(Event::ModelUnsigned { slot });
         }
-        Fault::Model(fault) | Fault::Rig(fault) => fault,
-        Fault::Mismatch => ModelFault::Other,
-        Fault::Checksum => ModelFault::Checksum,
-        Fault::Seal => ModelFault::Field,
-        Fault::Unfinished => ModelFault::Length,
-        Fault::Flash | Fault::Worn => ModelFault::Other,
+        SlotFault::Model(fault) | SlotFault::Rig(fault) => fault,
+        SlotFault::Mismatch => ModelFault::Other,
+        SlotFault::Checksum => ModelFault::Checksum,
+        SlotFault::Seal => ModelFault::Field,
+        SlotFault::Unfinished => ModelFault::Length,
+        SlotFault::Flash | SlotFault::Worn => ModelFault::Other,
     };
     Some(Event::ModelRefused { slot, fault })
 }

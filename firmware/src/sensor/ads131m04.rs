@@ -4,7 +4,7 @@
 //! frame is six words of 24 bits in both directions: the command and its checksum go out while the answer to the *previous*
 //! command, the four codes and their checksum come in (section "SPI Communication Frames").
 
-use super::{Fault, Found, Reading, Sensor, at_rails};
+use super::{ChipFault, Found, Reading, Sensor, at_rails};
 use embedded_hal::spi::SpiDevice;
 use jointwatch_shared::wire::wiring::{CHANNELS, Converter};
 
@@ -104,9 +104,15 @@ impl<S: SpiDevice> Ads131m04<S> {
     }
 
     /// One frame, its checksum verified.
-    fn exchange(&mut self, command: u16, value: Option<u16>) -> Result<Answer, Fault<S::Error>> {
+    fn exchange(
+        &mut self,
+        command: u16,
+        value: Option<u16>,
+    ) -> Result<Answer, ChipFault<S::Error>> {
         let mut bytes = frame(command, value);
-        self.bus.transfer_in_place(&mut bytes).map_err(Fault::Bus)?;
+        self.bus
+            .transfer_in_place(&mut bytes)
+            .map_err(ChipFault::Bus)?;
         let wanted = checksum(&bytes, 5);
         let (words, _) = bytes.as_chunks::<WORD>();
         let mut answer = Answer {
@@ -130,11 +136,11 @@ impl<S: SpiDevice> Ads131m04<S> {
         if seen == wanted {
             Ok(answer)
         } else {
-            Err(Fault::Crc { seen, wanted })
+            Err(ChipFault::Crc { seen, wanted })
         }
     }
 
-    fn register(&mut self, address: u8) -> Result<u16, Fault<S::Error>> {
+    fn register(&mut self, address: u8) -> Result<u16, ChipFault<S::Error>> {
         self.exchange(READ_REGISTER | u16::from(address) << 7, None)?;
         Ok(self.exchange(NULL, None)?.word)
     }
@@ -160,16 +166,18 @@ impl<S: SpiDevice> Sensor for Ads131m04<S> {
     type Value = [i32; CHANNELS];
 
     /// Sends the reset command in a whole frame, as it has to be. The chip is ready 5 µs later ("t_REGACQ").
-    fn restart(&mut self) -> Result<(), Fault<S::Error>> {
+    fn restart(&mut self) -> Result<(), ChipFault<S::Error>> {
         // What comes back belongs to the time before and may be anything.
         let mut bytes = frame(RESET, None);
-        self.bus.transfer_in_place(&mut bytes).map_err(Fault::Bus)
+        self.bus
+            .transfer_in_place(&mut bytes)
+            .map_err(ChipFault::Bus)
     }
 
-    fn set_up(&mut self) -> Result<Found, Fault<S::Error>> {
+    fn set_up(&mut self) -> Result<Found, ChipFault<S::Error>> {
         let id = self.register(ID)?;
         if id >> 8 != ID_FOUR_CHANNELS {
-            return Err(Fault::WrongIdentity {
+            return Err(ChipFault::WrongIdentity {
                 seen: u32::from(id >> 8),
                 wanted: u32::from(ID_FOUR_CHANNELS),
             });
@@ -180,7 +188,7 @@ impl<S: SpiDevice> Sensor for Ads131m04<S> {
         for (register, wanted) in self.registers() {
             let seen = self.register(register)?;
             if seen != wanted {
-                return Err(Fault::ConfigNotKept {
+                return Err(ChipFault::ConfigNotKept {
                     register,
                     seen,
                     wanted,
@@ -195,15 +203,15 @@ impl<S: SpiDevice> Sensor for Ads131m04<S> {
     /// The chip keeps two samples and gives the older one first (section "Collecting Data for the First Time or After a
     /// Pause"). Whoever samples more slowly than it converts always finds both: two frames are read, and the second is kept
     /// where it is new. That also makes the time on the bus the same whatever the chip has.
-    fn read(&mut self) -> Result<Reading<[i32; CHANNELS]>, Fault<S::Error>> {
+    fn read(&mut self) -> Result<Reading<[i32; CHANNELS]>, ChipFault<S::Error>> {
         let first = self.exchange(NULL, None)?;
         let second = self.exchange(NULL, None)?;
         let status = first.word | second.word;
         if status & STATUS_RESET != 0 {
-            return Err(Fault::Restarted);
+            return Err(ChipFault::Restarted);
         }
         if status & STATUS_CRC_ERROR != 0 {
-            return Err(Fault::NotUnderstood);
+            return Err(ChipFault::NotUnderstood);
         }
         let new = |answer: &Answer| answer.word & STATUS_NEW == STATUS_NEW;
         let latest = if new(&second) || !new(&first) {
@@ -286,7 +294,7 @@ mod tests {
         script
     }
 
-    fn set_up(exchanges: &[Exchange]) -> Result<Found, Fault<embedded_hal::spi::ErrorKind>> {
+    fn set_up(exchanges: &[Exchange]) -> Result<Found, ChipFault<embedded_hal::spi::ErrorKind>> {
         let mut chip = Ads131m04::new(Scripted::new(exchanges), SETTINGS);
         let found = chip.set_up();
         chip.bus.done();
@@ -295,7 +303,7 @@ mod tests {
 
     fn read(
         frames: [Vec<u8>; 2],
-    ) -> Result<Reading<[i32; 4]>, Fault<embedded_hal::spi::ErrorKind>> {
+    ) -> Result<Reading<[i32; 4]>, ChipFault<embedded_hal::spi::ErrorKind>> {
         let script = frames.map(|frame| (sent(&[0]), frame));
         let mut chip = Ads131m04::new(Scripted::new(&script), SETTINGS);
         let reading = chip.read();
@@ -382,7 +390,7 @@ mod tests {
             bad[bit / 8] ^= 0x80 >> (bit % 8);
             let fault = read([good(), bad]);
             // The last eight bits only fill up the word of the checksum.
-            let noticed = matches!(fault, Err(Fault::Crc { .. }));
+            let noticed = matches!(fault, Err(ChipFault::Crc { .. }));
             assert_eq!(noticed, bit < 8 * 17, "bit {bit}: {fault:?}");
         }
     }
@@ -394,7 +402,7 @@ mod tests {
             script[at].1[7] ^= 1;
             script.truncate(at + 1);
             assert!(
-                matches!(set_up(&script), Err(Fault::Crc { .. })),
+                matches!(set_up(&script), Err(ChipFault::Crc { .. })),
                 "step {at}"
             );
         }
@@ -408,11 +416,14 @@ mod tests {
         let wanted = 0x24;
         assert_eq!(
             set_up(&script),
-            Err(Fault::WrongIdentity { seen: 0x22, wanted })
+            Err(ChipFault::WrongIdentity { seen: 0x22, wanted })
         );
         for line in [0x00, 0xFF] {
             let script = [(sent(&[0xA000]), vec![line; 18])];
-            assert!(matches!(set_up(&script), Err(Fault::Crc { .. })), "{line}");
+            assert!(
+                matches!(set_up(&script), Err(ChipFault::Crc { .. })),
+                "{line}"
+            );
         }
     }
 
@@ -423,7 +434,7 @@ mod tests {
             let at = 7 + 2 * place;
             script[at] = asked(&[0], wanted ^ 0x0020);
             script.truncate(at + 1);
-            let fault = Fault::ConfigNotKept {
+            let fault = ChipFault::ConfigNotKept {
                 register: register as u8,
                 seen: wanted ^ 0x0020,
                 wanted,
@@ -435,10 +446,13 @@ mod tests {
     #[test]
     fn a_chip_that_restarted_or_did_not_understand_is_told() {
         let good = || back(0x010F, [0; 4]);
-        assert_eq!(read([good(), back(0x050F, [0; 4])]), Err(Fault::Restarted));
+        assert_eq!(
+            read([good(), back(0x050F, [0; 4])]),
+            Err(ChipFault::Restarted)
+        );
         assert_eq!(
             read([back(0x110F, [0; 4]), good()]),
-            Err(Fault::NotUnderstood)
+            Err(ChipFault::NotUnderstood)
         );
     }
 }

@@ -3,7 +3,7 @@
 //! Analog Devices, "ADXL354/ADXL355 Data Sheet", section "Register Map". SPI mode 0; the first byte is the register's
 //! address times two, plus one for reading; further bytes follow at the next addresses (section "SPI Protocol").
 
-use super::{Fault, Found, Reading, Sensor, at_rails};
+use super::{ChipFault, Found, Reading, Sensor, at_rails};
 use embedded_hal::spi::SpiDevice;
 use jointwatch_shared::wire::wiring::{Accelerometer, DIRECTIONS};
 
@@ -50,20 +50,20 @@ impl<S: SpiDevice> Adxl355<S> {
     fn registers<const COUNT: usize>(
         &mut self,
         register: u8,
-    ) -> Result<[u8; COUNT], Fault<S::Error>> {
+    ) -> Result<[u8; COUNT], ChipFault<S::Error>> {
         // No more than 13 registers are read at once.
         let mut bytes = [0; 14];
         bytes[0] = register << 1 | 1;
-        let used = bytes.get_mut(..=COUNT).ok_or(Fault::NotReady)?;
-        self.bus.transfer_in_place(used).map_err(Fault::Bus)?;
+        let used = bytes.get_mut(..=COUNT).ok_or(ChipFault::NotReady)?;
+        self.bus.transfer_in_place(used).map_err(ChipFault::Bus)?;
         let [_, read @ ..] = bytes;
-        read.first_chunk().copied().ok_or(Fault::NotReady)
+        read.first_chunk().copied().ok_or(ChipFault::NotReady)
     }
 
-    fn write(&mut self, register: u8, value: u8) -> Result<(), Fault<S::Error>> {
+    fn write(&mut self, register: u8, value: u8) -> Result<(), ChipFault<S::Error>> {
         self.bus
             .transfer_in_place(&mut [register << 1, value])
-            .map_err(Fault::Bus)
+            .map_err(ChipFault::Bus)
     }
 }
 
@@ -71,22 +71,22 @@ impl<S: SpiDevice> Sensor for Adxl355<S> {
     type Error = S::Error;
     type Value = [i32; DIRECTIONS];
 
-    fn restart(&mut self) -> Result<(), Fault<S::Error>> {
+    fn restart(&mut self) -> Result<(), ChipFault<S::Error>> {
         self.write(RESET, RESET_CODE)
     }
 
-    fn set_up(&mut self) -> Result<Found, Fault<S::Error>> {
+    fn set_up(&mut self) -> Result<Found, ChipFault<S::Error>> {
         let seen: [u8; 3] = self.registers(DEVID_AD)?;
         if seen != IDENTITY {
             let number = |[a, b, c]: [u8; 3]| u32::from_be_bytes([0, a, b, c]);
-            return Err(Fault::WrongIdentity {
+            return Err(ChipFault::WrongIdentity {
                 seen: number(seen),
                 wanted: number(IDENTITY),
             });
         }
         let [status] = self.registers(STATUS)?;
         if status & NVM_BUSY != 0 {
-            return Err(Fault::NotReady);
+            return Err(ChipFault::NotReady);
         }
         let sync = if self.settings.external_sync {
             SYNC_EXTERNAL
@@ -107,7 +107,7 @@ impl<S: SpiDevice> Sensor for Adxl355<S> {
         for (register, wanted) in settings {
             let [seen] = self.registers(register)?;
             if seen != wanted {
-                return Err(Fault::ConfigNotKept {
+                return Err(ChipFault::ConfigNotKept {
                     register,
                     seen: seen.into(),
                     wanted: wanted.into(),
@@ -120,11 +120,11 @@ impl<S: SpiDevice> Sensor for Adxl355<S> {
     /// Status and all three directions in one go, so that they belong to one sample.
     ///
     /// A chip that was reset stands still in standby: it has nothing new, for ever.
-    fn read(&mut self) -> Result<Reading<[i32; DIRECTIONS]>, Fault<S::Error>> {
+    fn read(&mut self) -> Result<Reading<[i32; DIRECTIONS]>, ChipFault<S::Error>> {
         // Status, FIFO entries, two bytes of temperature, then three bytes for each direction.
         let [status, _, _, _, codes @ ..]: [u8; 13] = self.registers(STATUS)?;
         if status & NVM_BUSY != 0 {
-            return Err(Fault::NotReady);
+            return Err(ChipFault::NotReady);
         }
         let (codes, _) = codes.as_chunks::<3>();
         let mut value = [0; DIRECTIONS];
@@ -173,7 +173,7 @@ mod tests {
         script
     }
 
-    fn set_up(exchanges: &[Exchange]) -> Result<Found, Fault<embedded_hal::spi::ErrorKind>> {
+    fn set_up(exchanges: &[Exchange]) -> Result<Found, ChipFault<embedded_hal::spi::ErrorKind>> {
         let mut chip = Adxl355::new(Scripted::new(exchanges), SETTINGS);
         let found = chip.set_up();
         chip.bus.done();
@@ -183,7 +183,7 @@ mod tests {
     fn read(
         status: u8,
         codes: [u8; 9],
-    ) -> Result<Reading<[i32; 3]>, Fault<embedded_hal::spi::ErrorKind>> {
+    ) -> Result<Reading<[i32; 3]>, ChipFault<embedded_hal::spi::ErrorKind>> {
         let answer = [&[status, 96, 0x07, 0x5F][..], &codes].concat();
         let mut chip = Adxl355::new(Scripted::new(&[asked(0x04, &answer)]), SETTINGS);
         let reading = chip.read();
@@ -254,7 +254,10 @@ mod tests {
         ] {
             let script = [asked(0x00, &identity)];
             let wanted = 0xAD_1DED;
-            assert_eq!(set_up(&script), Err(Fault::WrongIdentity { seen, wanted }));
+            assert_eq!(
+                set_up(&script),
+                Err(ChipFault::WrongIdentity { seen, wanted })
+            );
         }
     }
 
@@ -269,7 +272,7 @@ mod tests {
             let mut script = after_reset();
             script[at].1[1] ^= 0x04;
             script.truncate(at + 1);
-            let fault = Fault::ConfigNotKept {
+            let fault = ChipFault::ConfigNotKept {
                 register,
                 seen: wanted ^ 0x04,
                 wanted,
@@ -281,7 +284,7 @@ mod tests {
     #[test]
     fn a_chip_that_is_starting_and_a_line_of_ones_are_not_ready() {
         let script = [asked(0x00, &IDENTITY), asked(0x04, &[0x10])];
-        assert_eq!(set_up(&script), Err(Fault::NotReady));
-        assert_eq!(read(0xFF, [0xFF; 9]), Err(Fault::NotReady));
+        assert_eq!(set_up(&script), Err(ChipFault::NotReady));
+        assert_eq!(read(0xFF, [0xFF; 9]), Err(ChipFault::NotReady));
     }
 }

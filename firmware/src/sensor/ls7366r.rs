@@ -4,7 +4,7 @@
 //! instruction is a chip select of its own. The chip has no identity register: a count that is written through its data
 //! register and comes back through its latch takes the place of one.
 
-use super::{Fault, Found, Reading, Sensor};
+use super::{ChipFault, Found, Reading, Sensor};
 use embedded_hal::spi::SpiDevice;
 use jointwatch_shared::wire::wiring::Counter;
 
@@ -58,31 +58,33 @@ impl<S: SpiDevice> Ls7366r<S> {
         }
     }
 
-    fn instruct(&mut self, instruction: u8) -> Result<(), Fault<S::Error>> {
+    fn instruct(&mut self, instruction: u8) -> Result<(), ChipFault<S::Error>> {
         self.bus
             .transfer_in_place(&mut [instruction])
-            .map_err(Fault::Bus)
+            .map_err(ChipFault::Bus)
     }
 
-    fn read_byte(&mut self, instruction: u8) -> Result<u8, Fault<S::Error>> {
+    fn read_byte(&mut self, instruction: u8) -> Result<u8, ChipFault<S::Error>> {
         let mut bytes = [instruction, 0];
-        self.bus.transfer_in_place(&mut bytes).map_err(Fault::Bus)?;
+        self.bus
+            .transfer_in_place(&mut bytes)
+            .map_err(ChipFault::Bus)?;
         let [_, value] = bytes;
         Ok(value)
     }
 
-    fn write_byte(&mut self, instruction: u8, value: u8) -> Result<(), Fault<S::Error>> {
+    fn write_byte(&mut self, instruction: u8, value: u8) -> Result<(), ChipFault<S::Error>> {
         self.bus
             .transfer_in_place(&mut [instruction, value])
-            .map_err(Fault::Bus)
+            .map_err(ChipFault::Bus)
     }
 
     /// Sets the count, and sees whether it comes back through the latch. The counter must stand still.
-    fn load(&mut self, count: i32) -> Result<(), Fault<S::Error>> {
+    fn load(&mut self, count: i32) -> Result<(), ChipFault<S::Error>> {
         let [a, b, c, d] = count.to_be_bytes();
         self.bus
             .transfer_in_place(&mut [WRITE_DTR, a, b, c, d])
-            .map_err(Fault::Bus)?;
+            .map_err(ChipFault::Bus)?;
         self.instruct(LOAD_CNTR)?;
         self.instruct(LOAD_OTR)?;
         let seen = self.latched()?;
@@ -93,9 +95,11 @@ impl<S: SpiDevice> Ls7366r<S> {
         }
     }
 
-    fn latched(&mut self) -> Result<i32, Fault<S::Error>> {
+    fn latched(&mut self) -> Result<i32, ChipFault<S::Error>> {
         let mut bytes = [READ_OTR, 0, 0, 0, 0];
-        self.bus.transfer_in_place(&mut bytes).map_err(Fault::Bus)?;
+        self.bus
+            .transfer_in_place(&mut bytes)
+            .map_err(ChipFault::Bus)?;
         let [_, count @ ..] = bytes;
         Ok(i32::from_be_bytes(count))
     }
@@ -115,12 +119,12 @@ impl<S: SpiDevice> Ls7366r<S> {
         counts | index
     }
 
-    fn expect(&mut self, register: u8, wanted: u8) -> Result<(), Fault<S::Error>> {
+    fn expect(&mut self, register: u8, wanted: u8) -> Result<(), ChipFault<S::Error>> {
         let seen = self.read_byte(register)?;
         if seen == wanted {
             Ok(())
         } else {
-            Err(Fault::ConfigNotKept {
+            Err(ChipFault::ConfigNotKept {
                 register,
                 seen: seen.into(),
                 wanted: wanted.into(),
@@ -129,13 +133,13 @@ impl<S: SpiDevice> Ls7366r<S> {
     }
 
     /// Writes a register and reads it back.
-    fn set(&mut self, [write, read]: [u8; 2], value: u8) -> Result<(), Fault<S::Error>> {
+    fn set(&mut self, [write, read]: [u8; 2], value: u8) -> Result<(), ChipFault<S::Error>> {
         self.write_byte(write, value)?;
         self.expect(read, value)
     }
 
     /// Both modes, and of the status whether it counts and kept its supply.
-    fn registers(&mut self) -> Result<[u8; 3], Fault<S::Error>> {
+    fn registers(&mut self) -> Result<[u8; 3], ChipFault<S::Error>> {
         let (mdr0, mdr1) = (self.read_byte(READ_MDR0)?, self.read_byte(READ_MDR1)?);
         let status = self.read_byte(READ_STR)?;
         let undriven = [mdr0, mdr1, status].contains(&UNDRIVEN);
@@ -149,18 +153,18 @@ impl<S: SpiDevice> Ls7366r<S> {
     /// the start count.
     ///
     /// # Errors
-    /// [`Fault::WrongIdentity`] when nothing answers, [`Fault::Restarted`] when it lost its supply, [`Fault::ConfigNotKept`] when it
+    /// [`ChipFault::WrongIdentity`] when nothing answers, [`ChipFault::Restarted`] when it lost its supply, [`ChipFault::ConfigNotKept`] when it
     /// does not count.
-    pub fn check_status(&mut self) -> Result<bool, Fault<S::Error>> {
+    pub fn check_status(&mut self) -> Result<bool, ChipFault<S::Error>> {
         let status = self.read_byte(READ_STR)?;
         if status == UNDRIVEN || status == 0 {
             return Err(nobody(status.into()));
         }
         if status & STR_POWER_LOST != 0 {
-            return Err(Fault::Restarted);
+            return Err(ChipFault::Restarted);
         }
         if status & STR_ENABLED == 0 {
-            return Err(Fault::ConfigNotKept {
+            return Err(ChipFault::ConfigNotKept {
                 register: READ_STR,
                 seen: status.into(),
                 wanted: (status | STR_ENABLED).into(),
@@ -171,8 +175,8 @@ impl<S: SpiDevice> Ls7366r<S> {
 }
 
 /// What comes instead of a count when no counter is there, or does not hear.
-fn nobody<E>(seen: u32) -> Fault<E> {
-    Fault::WrongIdentity {
+fn nobody<E>(seen: u32) -> ChipFault<E> {
+    ChipFault::WrongIdentity {
         seen,
         wanted: PATTERN as u32,
     }
@@ -183,18 +187,18 @@ impl<S: SpiDevice> Sensor for Ls7366r<S> {
     type Value = i32;
 
     /// The chip has no reset; there is nothing to send.
-    fn restart(&mut self) -> Result<(), Fault<S::Error>> {
+    fn restart(&mut self) -> Result<(), ChipFault<S::Error>> {
         Ok(())
     }
 
     /// A counter that has its settings and never lost its supply keeps its count: only the bus was at fault then. So its count is
     /// written over only when two looks agree that it is not so, and what was written to a mode register comes back; a transfer
     /// that is lost or damaged costs a try, and never a count.
-    fn set_up(&mut self) -> Result<Found, Fault<S::Error>> {
+    fn set_up(&mut self) -> Result<Found, ChipFault<S::Error>> {
         let mode = self.mode();
         let seen = self.registers()?;
         if self.registers()? != seen {
-            return Err(Fault::NotUnderstood);
+            return Err(ChipFault::NotUnderstood);
         }
         if seen != [mode, MDR1_FOUR_BYTES, STR_ENABLED] {
             self.set([WRITE_MDR0, READ_MDR0], mode)?;
@@ -204,7 +208,7 @@ impl<S: SpiDevice> Sensor for Ls7366r<S> {
             self.load(self.settings.start)?;
             self.instruct(CLEAR_STR)?;
             if self.read_byte(READ_STR)? & STR_POWER_LOST != 0 {
-                return Err(Fault::Restarted);
+                return Err(ChipFault::Restarted);
             }
             self.set([WRITE_MDR1, READ_MDR1], MDR1_FOUR_BYTES)?;
             self.check_status()?;
@@ -217,7 +221,7 @@ impl<S: SpiDevice> Sensor for Ls7366r<S> {
     }
 
     /// The count at the last latch ([`LOAD_OTR`]); a free-running counter wraps, so it is never at a rail.
-    fn read(&mut self) -> Result<Reading<i32>, Fault<S::Error>> {
+    fn read(&mut self) -> Result<Reading<i32>, ChipFault<S::Error>> {
         let mut value = self.latched()?;
         if value == 0 || value == -1 {
             // So does a line read that nothing drives.
@@ -284,7 +288,7 @@ mod tests {
         [look.clone().to_vec(), look.to_vec(), anew.to_vec()].concat()
     }
 
-    fn set_up(exchanges: &[Exchange]) -> Result<Found, Fault<embedded_hal::spi::ErrorKind>> {
+    fn set_up(exchanges: &[Exchange]) -> Result<Found, ChipFault<embedded_hal::spi::ErrorKind>> {
         let mut chip = Ls7366r::new(Scripted::new(exchanges), SETTINGS);
         let found = chip.set_up();
         chip.bus.done();
@@ -378,14 +382,14 @@ mod tests {
             let mut script = power_on();
             script[at].1[1] ^= 0x04;
             script.truncate(6);
-            assert_eq!(set_up(&script), Err(Fault::NotUnderstood), "{at}");
+            assert_eq!(set_up(&script), Err(ChipFault::NotUnderstood), "{at}");
         }
     }
 
     #[test]
     fn whatever_does_not_come_back_ends_the_set_up_where_it_is() {
         let kept = |register, seen, wanted| {
-            Err(Fault::ConfigNotKept {
+            Err(ChipFault::ConfigNotKept {
                 register,
                 seen,
                 wanted,
@@ -404,8 +408,8 @@ mod tests {
             assert_eq!(set_up(&script), outcome, "{at}");
         }
         for (at, status, outcome) in [
-            (19, 0x04, Err(Fault::Restarted)),
-            (22, 0x0C, Err(Fault::Restarted)),
+            (19, 0x04, Err(ChipFault::Restarted)),
+            (22, 0x0C, Err(ChipFault::Restarted)),
             (22, 0x01, kept(READ_STR, 0x01, 0x09)),
         ] {
             let mut script = power_on();

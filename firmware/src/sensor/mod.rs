@@ -13,7 +13,7 @@ pub(crate) mod script;
 
 /// Why a chip could not be set up or read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault<E> {
+pub enum ChipFault<E> {
     /// A transfer on the bus failed.
     Bus(E),
     /// Another chip answers, or none: a line that nothing drives reads 0x00 or 0xFF.
@@ -77,20 +77,20 @@ pub trait Sensor {
     /// Brings the chip to a known state; [`Sensor::set_up`] follows when it had time to start.
     ///
     /// # Errors
-    /// [`Fault::Bus`].
-    fn restart(&mut self) -> Result<(), Fault<Self::Error>>;
+    /// [`ChipFault::Bus`].
+    fn restart(&mut self) -> Result<(), ChipFault<Self::Error>>;
 
     /// Checks that the chip is the right one, writes its settings and reads them back.
     ///
     /// # Errors
-    /// [`Fault`], the first that is found.
-    fn set_up(&mut self) -> Result<Found, Fault<Self::Error>>;
+    /// [`ChipFault`], the first that is found.
+    fn set_up(&mut self) -> Result<Found, ChipFault<Self::Error>>;
 
     /// Reads the chip.
     ///
     /// # Errors
-    /// [`Fault`].
-    fn read(&mut self) -> Result<Reading<Self::Value>, Fault<Self::Error>>;
+    /// [`ChipFault`].
+    fn read(&mut self) -> Result<Reading<Self::Value>, ChipFault<Self::Error>>;
 }
 
 /// A mask of the codes that stand at `least` or `most`, bit i for code i.

@@ -10,7 +10,7 @@
 //! a reading: a reset in one sample, and in another a converter's two frames, an accelerometer's four bytes, or three times two bytes of
 //! a counter. So waiting for long saves little, and keeps a chip that is back from being heard.
 
-use super::{Fault, Found, Sensor};
+use super::{ChipFault, Found, Sensor};
 
 /// Samples from the first failed attempt to the next; doubled with each that follows.
 pub const FIRST_WAIT: u16 = 16;
@@ -29,7 +29,7 @@ pub const BACK_WITHIN: u16 = 2 * (TIME_TO_START + 1) + LONGEST_WAIT + 1 + STALE_
 /// How a sensor did at one instant; what a user is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Health {
+pub enum ChipState {
     /// Not part of this rig.
     #[default]
     NotFitted = 0,
@@ -53,7 +53,7 @@ pub enum Health {
     Restarted = 9,
 }
 
-impl Health {
+impl ChipState {
     /// Every state, in the order of their numbers.
     pub const ALL: [Self; 10] = [
         Self::NotFitted,
@@ -90,14 +90,14 @@ impl Health {
     }
 
     /// What a fault looks like from outside.
-    pub fn of<E>(fault: &Fault<E>) -> Self {
+    pub fn of<E>(fault: &ChipFault<E>) -> Self {
         match fault {
-            Fault::Bus(_) => Self::Bus,
-            Fault::WrongIdentity { .. } => Self::Identity,
-            Fault::Crc { .. } | Fault::NotUnderstood => Self::Crc,
-            Fault::ConfigNotKept { .. } => Self::Settings,
-            Fault::Restarted => Self::Restarted,
-            Fault::NotReady => Self::TimedOut,
+            ChipFault::Bus(_) => Self::Bus,
+            ChipFault::WrongIdentity { .. } => Self::Identity,
+            ChipFault::Crc { .. } | ChipFault::NotUnderstood => Self::Crc,
+            ChipFault::ConfigNotKept { .. } => Self::Settings,
+            ChipFault::Restarted => Self::Restarted,
+            ChipFault::NotReady => Self::TimedOut,
         }
     }
 }
@@ -119,7 +119,7 @@ pub struct Visit<T> {
     /// The code, or the codes: the last good ones where there are no new ones.
     pub value: T,
     /// How the chip did.
-    pub health: Health,
+    pub health: ChipState,
     /// Bit i is set when code i stands at a rail.
     pub saturated: u8,
 }
@@ -131,7 +131,7 @@ pub struct Watched<S: Sensor> {
     /// The wait after the next refusal.
     wait: u16,
     /// What was wrong last; shown until the chip gives something new.
-    health: Health,
+    health: ChipState,
     value: S::Value,
     restarts: u32,
 }
@@ -143,7 +143,7 @@ impl<S: Sensor> Watched<S> {
             sensor,
             phase: Phase::Waiting(0),
             wait: FIRST_WAIT,
-            health: Health::Starting,
+            health: ChipState::Starting,
             value: S::Value::default(),
             restarts: 0,
         }
@@ -169,7 +169,7 @@ impl<S: Sensor> Watched<S> {
         self.restarts
     }
 
-    fn visit_result(&self, health: Health, saturated: u8) -> Visit<S::Value> {
+    fn visit_result(&self, health: ChipState, saturated: u8) -> Visit<S::Value> {
         Visit {
             value: self.value,
             health,
@@ -178,7 +178,7 @@ impl<S: Sensor> Watched<S> {
     }
 
     /// Gives the chip up for a while.
-    fn refuse(&mut self, health: Health) {
+    fn refuse(&mut self, health: ChipState) {
         self.health = health;
         self.phase = Phase::Waiting(self.wait);
         self.wait = self.wait.saturating_mul(2).min(LONGEST_WAIT);
@@ -189,7 +189,7 @@ impl<S: Sensor> Watched<S> {
         match self.phase {
             Phase::Waiting(0) => match self.sensor.restart() {
                 Ok(()) => self.phase = Phase::Starting(TIME_TO_START),
-                Err(fault) => self.refuse(Health::of(&fault)),
+                Err(fault) => self.refuse(ChipState::of(&fault)),
             },
             Phase::Starting(0) => match self.sensor.set_up() {
                 Ok(found) => {
@@ -201,7 +201,7 @@ impl<S: Sensor> Watched<S> {
                         stale: 0,
                     };
                 }
-                Err(fault) => self.refuse(Health::of(&fault)),
+                Err(fault) => self.refuse(ChipState::of(&fault)),
             },
             Phase::Waiting(left) => self.phase = Phase::Waiting(left - 1),
             Phase::Starting(left) => self.phase = Phase::Starting(left - 1),
@@ -220,24 +220,24 @@ impl<S: Sensor> Watched<S> {
                     stale.saturating_add(1)
                 };
                 if stale > STALE_ALLOWED {
-                    self.refuse(Health::TimedOut);
-                    return self.visit_result(Health::TimedOut, 0);
+                    self.refuse(ChipState::TimedOut);
+                    return self.visit_result(ChipState::TimedOut, 0);
                 }
                 self.phase = Phase::Running { failures: 0, stale };
                 if reading.fresh {
                     // It works: the next trouble is a new one.
                     self.wait = FIRST_WAIT;
-                    self.health = Health::Ok;
+                    self.health = ChipState::Ok;
                 }
                 // Until something new came, a chip that was set up again is no better than before.
                 let health = match self.health {
-                    Health::Ok if reading.saturated != 0 => Health::Saturated,
+                    ChipState::Ok if reading.saturated != 0 => ChipState::Saturated,
                     health => health,
                 };
                 self.visit_result(health, reading.saturated)
             }
             Err(fault) => {
-                let health = Health::of(&fault);
+                let health = ChipState::of(&fault);
                 self.failed(health, failures, stale);
                 self.visit_result(health, 0)
             }
@@ -245,9 +245,9 @@ impl<S: Sensor> Watched<S> {
     }
 
     /// Counts a failure; a chip that lost its settings is given up at once.
-    fn failed(&mut self, health: Health, failures: u8, stale: u8) {
+    fn failed(&mut self, health: ChipState, failures: u8, stale: u8) {
         let failures = failures.saturating_add(1);
-        let lost = matches!(health, Health::Restarted | Health::Settings);
+        let lost = matches!(health, ChipState::Restarted | ChipState::Settings);
         if lost || failures > FAILURES_ALLOWED {
             self.refuse(health);
         } else {
@@ -256,7 +256,7 @@ impl<S: Sensor> Watched<S> {
     }
 
     /// Tells that the chip failed outside [`Watched::visit`].
-    pub fn report(&mut self, health: Health) {
+    pub fn report(&mut self, health: ChipState) {
         if let Phase::Running { failures, stale } = self.phase {
             self.failed(health, failures, stale);
         }

@@ -65,12 +65,12 @@ impl SpiDevice for Scripted {
 /// must not touch the bus after the failure.
 pub(crate) fn with_every_bus_failure<T: std::fmt::Debug>(
     exchanges: &[Exchange],
-    mut run: impl FnMut(&mut Scripted) -> Result<T, super::Fault<ErrorKind>>,
+    mut run: impl FnMut(&mut Scripted) -> Result<T, super::ChipFault<ErrorKind>>,
 ) {
     for at in 0..exchanges.len() {
         let mut bus = Scripted::failing(exchanges, Some(at));
         match run(&mut bus) {
-            Err(super::Fault::Bus(ErrorKind::ModeFault)) => {}
+            Err(super::ChipFault::Bus(ErrorKind::ModeFault)) => {}
             other => panic!("the bus failed at exchange {at}, and the driver said {other:?}"),
         }
         assert_eq!(bus.done, at + 1, "exchange {at} was not the last");

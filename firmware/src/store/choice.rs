@@ -5,7 +5,7 @@ use jointwatch_shared::wire::telemetry::ModelFault;
 
 /// What is wrong with what a slot holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub enum SlotFault {
     /// It was never written to its end: an upload that stopped, or whose check failed.
     Unfinished,
     /// The seal is damaged, or not of this version.
@@ -30,7 +30,7 @@ pub enum Fault {
     Flash,
 }
 
-impl Fault {
+impl SlotFault {
     /// The fault in a fixed phrase, for the log.
     pub const fn words(self) -> &'static str {
         match self {
@@ -70,7 +70,7 @@ pub enum State {
     /// Set aside: it failed its trial, or was about to be erased.
     Void,
     /// Nothing that may run.
-    Refused(Fault),
+    Refused(SlotFault),
     /// A model that may run.
     Good {
         /// Its number: the larger, the newer.
@@ -164,7 +164,7 @@ mod tests {
                 progress,
             })
         });
-        [State::Empty, State::Void, State::Refused(Fault::Seal)]
+        [State::Empty, State::Void, State::Refused(SlotFault::Seal)]
             .into_iter()
             .chain(good)
     }

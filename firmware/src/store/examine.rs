@@ -1,7 +1,7 @@
 //! What a slot holds, from all of its bytes: signature, class, digest, and the model's own checks.
 
 use super::verify::ContentDigest;
-use super::{Fault, Progress, SlotName, State, Store, Verifier, Work};
+use super::{Progress, SlotFault, SlotName, State, Store, Verifier, Work};
 use crate::pair::{self, Unfit};
 use embedded_storage::nor_flash::NorFlash;
 use jointwatch_shared::wire::blob;
@@ -18,7 +18,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         self.look(place, work).unwrap_or_else(State::Refused)
     }
 
-    fn look(&mut self, place: SlotName, work: &mut Work) -> Result<State, Fault> {
+    fn look(&mut self, place: SlotName, work: &mut Work) -> Result<State, SlotFault> {
         let mut seal = [0; SEAL_LEN];
         self.read(place, SEAL_OFFSET, &mut seal)?;
         let mut marks = [ERASED; 5 + CONFIRMED_OFFSETS.len()];
@@ -47,9 +47,9 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         }
         let confirmed_at_all = confirmed.iter().any(|&word| word != ERASED);
         if sealed == ERASED && tried == ERASED && !confirmed_at_all {
-            return Err(Fault::Unfinished);
+            return Err(SlotFault::Unfinished);
         }
-        let seal = Seal::decode(&seal).map_err(|_: SealFault| Fault::Seal)?;
+        let seal = Seal::decode(&seal).map_err(|_: SealFault| SlotFault::Seal)?;
         let signer = self.check(place, &seal, work)?;
         Ok(State::Good {
             sequence: seal.sequence,
@@ -69,14 +69,14 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// A slot without a seal: empty, or a bare blob that a debugger put there.
-    fn look_at_bare(&mut self, place: SlotName, work: &mut Work) -> Result<State, Fault> {
+    fn look_at_bare(&mut self, place: SlotName, work: &mut Work) -> Result<State, SlotFault> {
         self.read(place, MODEL_OFFSET, work)?;
         if is_blank(work) {
             return Ok(State::Empty);
         }
         self.check_model(place, work)?;
         if !self.trust.unsigned {
-            return Err(Fault::Unsigned);
+            return Err(SlotFault::Unsigned);
         }
         Ok(State::Good {
             sequence: 0,
@@ -94,10 +94,10 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         place: SlotName,
         seal: &Seal,
         work: &mut Work,
-    ) -> Result<Option<u8>, Fault> {
+    ) -> Result<Option<u8>, SlotFault> {
         let signer = self.check_header(&seal.header, seal.signature.as_ref())?;
         if self.digest(place, seal.header.rig_len)? != seal.header.digest.bytes() {
-            return Err(Fault::Checksum);
+            return Err(SlotFault::Checksum);
         }
         self.check_model(place, work)?;
         Ok(signer)
@@ -108,20 +108,20 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         &self,
         header: &Header,
         signature: Option<&[u8; SIGNATURE_LEN]>,
-    ) -> Result<Option<u8>, Fault> {
+    ) -> Result<Option<u8>, SlotFault> {
         let signer = match signature {
             Some(signature) => {
                 let message = header.signed_bytes();
                 let signer = self.trust.signer(&message, signature, self.revoked());
-                Some(signer.ok_or(Fault::Signature)?)
+                Some(signer.ok_or(SlotFault::Signature)?)
             }
             None if self.trust.unsigned => None,
-            None => return Err(Fault::Unsigned),
+            None => return Err(SlotFault::Unsigned),
         };
         if header.class.bytes() == self.trust.class {
             Ok(signer)
         } else {
-            Err(Fault::Class)
+            Err(SlotFault::Class)
         }
     }
 
@@ -131,7 +131,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         &mut self,
         place: SlotName,
         rig_len: u32,
-    ) -> Result<[u8; DIGEST_LEN], Fault> {
+    ) -> Result<[u8; DIGEST_LEN], SlotFault> {
         let mut digest = ContentDigest::new();
         let end = RIG_OFFSET as u32 + rig_len;
         let mut piece = [0; 64];
@@ -150,11 +150,15 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
 
     /// The model's own checks. Not inlined, as above.
     #[inline(never)]
-    pub(super) fn check_model(&mut self, place: SlotName, work: &mut Work) -> Result<(), Fault> {
+    pub(super) fn check_model(
+        &mut self,
+        place: SlotName,
+        work: &mut Work,
+    ) -> Result<(), SlotFault> {
         self.read(place, MODEL_OFFSET, work)?;
         match blob::decode(work) {
             Ok(_) => Ok(()),
-            Err(why) => Err(Fault::Model(ModelFault::from(&why))),
+            Err(why) => Err(SlotFault::Model(ModelFault::from(&why))),
         }
     }
 
@@ -165,7 +169,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         place: SlotName,
         rig_len: u32,
         work: &mut Work,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), SlotFault> {
         if rig_len == 0 {
             return Ok(());
         }
@@ -173,11 +177,11 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         let checksum = blob::checksum(work);
         let bytes = work
             .get_mut(..rig_len as usize)
-            .ok_or(Fault::Rig(ModelFault::Length))?;
+            .ok_or(SlotFault::Rig(ModelFault::Length))?;
         self.read(place, RIG_OFFSET, bytes)?;
         pair::check(bytes, checksum).map_err(|why| match why {
-            Unfit::Refused(why) => Fault::Rig(pair::fault(&why)),
-            Unfit::Mismatch => Fault::Mismatch,
+            Unfit::Refused(why) => SlotFault::Rig(pair::fault(&why)),
+            Unfit::Mismatch => SlotFault::Mismatch,
         })
     }
 }

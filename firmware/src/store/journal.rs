@@ -4,7 +4,7 @@
 //! Before a slot is erased, what is to be remembered is written into the other slot's journal. So the latest entry is always in
 //! one of the two, whatever power does.
 
-use super::{Fault, SlotName, Store, Verifier};
+use super::{SlotFault, SlotName, Store, Verifier};
 use embedded_storage::nor_flash::NorFlash;
 use jointwatch_shared::wire::slot::{ENTRY_LEN, ERASED, Entry, JOURNAL_OFFSET};
 use jointwatch_shared::wire::telemetry::KeptAlarm;
@@ -31,7 +31,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     ///
     /// # Errors
     /// When the flash cannot be read.
-    pub fn remembered(&mut self) -> Result<Entry, Fault> {
+    pub fn remembered(&mut self) -> Result<Entry, SlotFault> {
         if let Some(latest) = self.latest {
             return Ok(latest);
         }
@@ -59,7 +59,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         self.latest.map_or(0, |entry| entry.revoked)
     }
 
-    fn entry(&mut self, place: SlotName, number: usize) -> Result<[u8; ENTRY_LEN], Fault> {
+    fn entry(&mut self, place: SlotName, number: usize) -> Result<[u8; ENTRY_LEN], SlotFault> {
         let mut bytes = [0; ENTRY_LEN];
         self.read(place, JOURNAL_OFFSET + number * ENTRY_LEN, &mut bytes)?;
         Ok(bytes)
@@ -68,9 +68,9 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     /// Writes an entry behind the last one of a slot's journal, under the next number.
     ///
     /// # Errors
-    /// [`Fault::Worn`] when the journal is full, [`Fault::Flash`] when the entry does not read back.
-    pub(super) fn remember(&mut self, place: SlotName, entry: Entry) -> Result<(), Fault> {
-        let number = entry.number.checked_add(1).ok_or(Fault::Worn)?;
+    /// [`SlotFault::Worn`] when the journal is full, [`SlotFault::Flash`] when the entry does not read back.
+    pub(super) fn remember(&mut self, place: SlotName, entry: Entry) -> Result<(), SlotFault> {
+        let number = entry.number.checked_add(1).ok_or(SlotFault::Worn)?;
         let entry = Entry { number, ..entry };
         let bytes = entry.encode();
         // Behind the last that is not blank: power may have failed on one, which then reads as anything. Where the last of all is not blank, in
@@ -83,13 +83,13 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
                 break;
             }
         }
-        let free = free.ok_or(Fault::Worn)?;
+        let free = free.ok_or(SlotFault::Worn)?;
         self.write(place, JOURNAL_OFFSET + free * ENTRY_LEN, &bytes)?;
         if self.entry(place, free)? == bytes {
             self.latest = Some(entry);
             Ok(())
         } else {
-            Err(Fault::Flash)
+            Err(SlotFault::Flash)
         }
     }
 
@@ -97,7 +97,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     ///
     /// # Errors
     /// As `remember`; the next hour is then waited for.
-    pub fn an_hour_is_over(&mut self) -> Result<(), Fault> {
+    pub fn an_hour_is_over(&mut self) -> Result<(), SlotFault> {
         let entry = self.remembered()?;
         if entry.this_hour == 0 {
             return Ok(());
@@ -113,7 +113,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     ///
     /// # Errors
     /// As `remember`.
-    pub fn keep_alarm(&mut self, alarm: KeptAlarm) -> Result<(), Fault> {
+    pub fn keep_alarm(&mut self, alarm: KeptAlarm) -> Result<(), SlotFault> {
         let entry = self.remembered()?;
         if entry.alarm.is_some() {
             return Ok(());
@@ -125,7 +125,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// Writes an entry that no erasure follows on: into the journal of the slot that is erased next, if there is room.
-    pub(super) fn remember_anywhere(&mut self, entry: Entry) -> Result<(), Fault> {
+    pub(super) fn remember_anywhere(&mut self, entry: Entry) -> Result<(), SlotFault> {
         let active = self.active.unwrap_or(SlotName::B);
         self.remember(active.other(), entry)
             .or_else(|_| self.remember(active, entry))

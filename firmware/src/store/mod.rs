@@ -25,7 +25,7 @@ mod upload;
 mod verify;
 
 pub use blob_slot::{Slot, SlotName, choose, phrase};
-pub use choice::{Choice, Fault, Progress, State};
+pub use choice::{Choice, Progress, SlotFault, State};
 pub use journal::{ERASURES_PER_HOUR, ERASURES_PER_LIFE};
 pub use trial::{Ended, Trial};
 pub use upload::Upload;
@@ -197,7 +197,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     ///
     /// # Errors
     /// The flash's, when the mark cannot be programmed or does not read back. The trial then goes on.
-    pub fn confirm(&mut self) -> Result<(), Fault> {
+    pub fn confirm(&mut self) -> Result<(), SlotFault> {
         let Some(place) = self.active else {
             return Ok(());
         };
@@ -245,13 +245,13 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// Takes the model out of a slot.
-    fn model(&mut self, place: SlotName, work: &mut Work) -> Result<Model, Fault> {
+    fn model(&mut self, place: SlotName, work: &mut Work) -> Result<Model, SlotFault> {
         self.read(place, MODEL_OFFSET, work)?;
-        blob::decode(work).map_err(|why| Fault::Model(ModelFault::from(&why)))
+        blob::decode(work).map_err(|why| SlotFault::Model(ModelFault::from(&why)))
     }
 
     /// Programs the next word that says that a slot's model has run; none when one is sure already.
-    fn confirm_in(&mut self, place: SlotName) -> Result<(), Fault> {
+    fn confirm_in(&mut self, place: SlotName) -> Result<(), SlotFault> {
         let mut word = ERASED;
         for offset in CONFIRMED_OFFSETS {
             self.read(place, offset, &mut word)?;
@@ -262,11 +262,11 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
                 return self.mark(place, offset);
             }
         }
-        Err(Fault::Flash)
+        Err(SlotFault::Flash)
     }
 
     /// Says that a slot is not to be used. A word that power failed on counts already and is not programmed again.
-    fn set_void(&mut self, place: SlotName) -> Result<(), Fault> {
+    fn set_void(&mut self, place: SlotName) -> Result<(), SlotFault> {
         let mut word = ERASED;
         for offset in VOID_OFFSETS {
             self.read(place, offset, &mut word)?;
@@ -278,14 +278,14 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// Programs one mark and reads it back.
-    fn mark(&mut self, place: SlotName, offset: usize) -> Result<(), Fault> {
+    fn mark(&mut self, place: SlotName, offset: usize) -> Result<(), SlotFault> {
         self.write(place, offset, &MARKED)?;
         let mut seen = ERASED;
         self.read(place, offset, &mut seen)?;
         if seen == MARKED {
             Ok(())
         } else {
-            Err(Fault::Flash)
+            Err(SlotFault::Flash)
         }
     }
 
@@ -298,7 +298,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     }
 
     /// Makes a slot ready to be written: counted where it survives, void, so that nothing of it can ever run again, then erased.
-    fn clear(&mut self, place: SlotName) -> Result<(), Fault> {
+    fn clear(&mut self, place: SlotName) -> Result<(), SlotFault> {
         let entry = self.remembered()?;
         self.remember(
             place.other(),
@@ -313,7 +313,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         let start = address::<F>(place, 0);
         self.flash
             .erase(start, start + F::ERASE_SIZE as u32)
-            .map_err(|_| Fault::Flash)?;
+            .map_err(|_| SlotFault::Flash)?;
         self.mark(place, BEGUN_OFFSET)
     }
 
@@ -324,7 +324,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         header: &Header,
         signature: Option<[u8; SIGNATURE_LEN]>,
         work: &mut Work,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), SlotFault> {
         self.check_model(place, work)?;
         self.check_pair(place, header.rig_len, work)?;
         let mut bytes = [0; SEAL_LEN];
@@ -332,7 +332,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         let before = Seal::decode(&bytes).map_or(0, |seal| seal.sequence);
         let seal = Seal {
             // A flash wears out long before it has been erased 2³² times.
-            sequence: before.checked_add(1).ok_or(Fault::Flash)?,
+            sequence: before.checked_add(1).ok_or(SlotFault::Flash)?,
             header: *header,
             signature,
         };
@@ -341,24 +341,24 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         let mut seen = [0; SEAL_LEN];
         self.read(place, SEAL_OFFSET, &mut seen)?;
         if seen != bytes {
-            return Err(Fault::Flash);
+            return Err(SlotFault::Flash);
         }
         self.mark(place, SEALED_OFFSET)
     }
 
     // Not inlined, nor is `write`: which of their callers takes them in would depend on the flash.
     #[inline(never)]
-    fn read(&mut self, place: SlotName, offset: usize, into: &mut [u8]) -> Result<(), Fault> {
+    fn read(&mut self, place: SlotName, offset: usize, into: &mut [u8]) -> Result<(), SlotFault> {
         self.flash
             .read(address::<F>(place, offset), into)
-            .map_err(|_| Fault::Flash)
+            .map_err(|_| SlotFault::Flash)
     }
 
     #[inline(never)]
-    fn write(&mut self, place: SlotName, offset: usize, bytes: &[u8]) -> Result<(), Fault> {
+    fn write(&mut self, place: SlotName, offset: usize, bytes: &[u8]) -> Result<(), SlotFault> {
         self.flash
             .write(address::<F>(place, offset), bytes)
-            .map_err(|_| Fault::Flash)
+            .map_err(|_| SlotFault::Flash)
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the device does only when its owner signs for it.
 
-use super::{Fault, Progress, SlotName, State, Store, Verifier, Work};
+use super::{Progress, SlotFault, SlotName, State, Store, Verifier, Work};
 use embedded_storage::nor_flash::NorFlash;
 use jointwatch_shared::wire::slot::{CLASS_LEN, Entry, Order, SIGNATURE_LEN, signed_order};
 use jointwatch_shared::wire::telemetry::Answered;
@@ -24,7 +24,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     ///
     /// # Errors
     /// When the flash cannot be read.
-    pub fn standing(&mut self) -> Result<Entry, Fault> {
+    pub fn standing(&mut self) -> Result<Entry, SlotFault> {
         let entry = self.remembered()?;
         Ok(Entry {
             newest: self.newest(&entry),
@@ -64,7 +64,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
                 after.revoked |= self.revocable(signer).ok_or(Answered::Nothing)?;
             }
         }
-        let failed = |_: Fault| Answered::Failed;
+        let failed = |_: SlotFault| Answered::Failed;
         self.remember_anywhere(after).map_err(failed)?;
         if let Some(place) = given_up {
             // From now on the other slot holds the only model.

@@ -4,7 +4,7 @@
 //! and holds up everything on a chip that runs from the flash it writes, is the erasure in `begin` (about a second); a chunk costs
 //! some microseconds for each word.
 
-use super::{Fault, SlotName, Store, Verifier, Work};
+use super::{SlotFault, SlotName, Store, Verifier, Work};
 use embedded_storage::nor_flash::NorFlash;
 use jointwatch_shared::wire::blob::BLOB_LEN;
 use jointwatch_shared::wire::slot::{Header, RIG_OFFSET, RIG_ROOM};
@@ -173,18 +173,20 @@ impl Upload {
     }
 }
 
-impl From<Fault> for Refusal {
-    fn from(fault: Fault) -> Self {
+impl From<SlotFault> for Refusal {
+    fn from(fault: SlotFault) -> Self {
         match fault {
-            Fault::Unsigned => Self::Unsigned,
-            Fault::Signature => Self::Signature,
-            Fault::Class => Self::Class,
-            Fault::Model(fault) => Self::Model(fault),
-            Fault::Rig(fault) => Self::Rig(fault),
-            Fault::Mismatch => Self::Mismatch,
-            Fault::Worn => Self::Worn,
+            SlotFault::Unsigned => Self::Unsigned,
+            SlotFault::Signature => Self::Signature,
+            SlotFault::Class => Self::Class,
+            SlotFault::Model(fault) => Self::Model(fault),
+            SlotFault::Rig(fault) => Self::Rig(fault),
+            SlotFault::Mismatch => Self::Mismatch,
+            SlotFault::Worn => Self::Worn,
             // The content had its digest a moment ago, so the flash does not hold what was written.
-            Fault::Flash | Fault::Checksum | Fault::Seal | Fault::Unfinished => Self::Flash,
+            SlotFault::Flash | SlotFault::Checksum | SlotFault::Seal | SlotFault::Unfinished => {
+                Self::Flash
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::{model, motion};
 use crate::bench::{Bench, RATE_HZ, Slot, reference_rig, signed};
 use jointwatch_firmware::sensor::acquire::CHIPS;
-use jointwatch_firmware::sensor::presence::Health;
+use jointwatch_firmware::sensor::presence::ChipState;
 use jointwatch_shared::chain::RawSample;
 use jointwatch_shared::monitor::State;
 use jointwatch_shared::wire::blob;
@@ -19,8 +19,8 @@ fn an_alarm_is_not_taken_back_by_whoever_is_on_the_line() {
     assert!(missed > 0);
     let state = |bench: &Bench| bench.watch.verdict().state;
     // A chip that never answers: the sensors' alarm, after some blocks.
-    let mut silent = [Health::Ok; CHIPS];
-    silent[2] = Health::Bus;
+    let mut silent = [ChipState::Ok; CHIPS];
+    silent[2] = ChipState::Bus;
     let mut samples = 0;
     while state(&bench) < State::Suspect {
         bench.sample_with(silent);

@@ -10,7 +10,7 @@ use jointwatch_firmware::app::{
 };
 use jointwatch_firmware::clock::Clock;
 use jointwatch_firmware::sensor::acquire::{CHIPS, Sensors};
-use jointwatch_firmware::sensor::presence::Health;
+use jointwatch_firmware::sensor::presence::ChipState;
 use jointwatch_firmware::store::{Key, Store, Trust};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::kernels::Portable;
@@ -274,12 +274,12 @@ impl Bench {
         self.enqueue(Frame {
             missed,
             sample,
-            health: [Health::Ok; CHIPS],
+            health: [ChipState::Ok; CHIPS],
             ..Frame::default()
         });
     }
 
-    pub(crate) fn sample_with(&mut self, health: [Health; CHIPS]) {
+    pub(crate) fn sample_with(&mut self, health: [ChipState; CHIPS]) {
         self.enqueue(Frame {
             health,
             ..Frame::default()

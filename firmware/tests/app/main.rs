@@ -13,7 +13,7 @@ use bench::{Bench, RATE_HZ, Slot, content, reference_rig, sealed, sealed_as, sig
 use heapless::spsc::Queue;
 use jointwatch_firmware::app::{Evaluated, Frame, evaluate};
 use jointwatch_firmware::sensor::acquire::CHIPS;
-use jointwatch_firmware::sensor::presence::Health;
+use jointwatch_firmware::sensor::presence::ChipState;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::kernels::Portable;
 use jointwatch_shared::chain::{Chain, ChainState, RawSample};
@@ -290,7 +290,7 @@ fn samples_that_are_lost_are_told_of_every_channel_that_missed_them() {
 fn a_silent_chip_is_told_once_and_told_when_it_comes_back() {
     let mut bench = Bench::start([good(), Slot::Empty]);
     let mut with = |health, times| {
-        let mut all = [Health::Ok; CHIPS];
+        let mut all = [ChipState::Ok; CHIPS];
         all[2] = health;
         for _ in 0..times {
             bench.sample_with(all);
@@ -306,14 +306,14 @@ fn a_silent_chip_is_told_once_and_told_when_it_comes_back() {
         };
         events.into_iter().filter(of_a_sensor).collect()
     };
-    assert_eq!(of_sensors(with(Health::Ok, 1)), []);
-    assert_eq!(of_sensors(with(Health::Crc, 63)), []);
+    assert_eq!(of_sensors(with(ChipState::Ok, 1)), []);
+    assert_eq!(of_sensors(with(ChipState::Crc, 63)), []);
     assert_eq!(
-        of_sensors(with(Health::Identity, 200)),
+        of_sensors(with(ChipState::Identity, 200)),
         [Event::SensorMissing { channel: 6 }]
     );
     assert_eq!(
-        of_sensors(with(Health::Ok, 9)),
+        of_sensors(with(ChipState::Ok, 9)),
         [Event::SensorBack { channel: 6 }]
     );
     for _ in 0..RATE_HZ {

@@ -3,7 +3,7 @@
 use super::{events, good, model, newer};
 use crate::bench::{Bench, RATE_HZ, Slot, content, reference_rig, sealed_as};
 use jointwatch_firmware::sensor::acquire::CHIPS;
-use jointwatch_firmware::sensor::presence::Health;
+use jointwatch_firmware::sensor::presence::ChipState;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::RawSample;
 use jointwatch_shared::selftest::network::reference_network;
@@ -122,7 +122,7 @@ fn a_rig_block_that_cannot_go_with_its_model_is_refused_before_it_is_sealed() {
 }
 
 /// Samples like this one until the device wants to restart; `None` when it does not within so many.
-fn restarts_after(bench: &mut Bench, health: [Health; CHIPS], samples: u64) -> Option<u64> {
+fn restarts_after(bench: &mut Bench, health: [ChipState; CHIPS], samples: u64) -> Option<u64> {
     (1..samples).find(|_| {
         bench.sample_with(health);
         bench.watch.restart_now()
@@ -136,13 +136,13 @@ fn a_trial_that_cannot_succeed_ends_by_itself_and_lets_the_next_upload_in() {
         let block = jointwatch_shared::wire::rig_block::encode(&of_another).unwrap();
         sealed_as(2, reference_network(), &block)
     };
-    let mut two_dead = [Health::Ok; CHIPS];
-    (two_dead[2], two_dead[4]) = (Health::Bus, Health::TimedOut);
+    let mut two_dead = [ChipState::Ok; CHIPS];
+    (two_dead[2], two_dead[4]) = (ChipState::Bus, ChipState::TimedOut);
     let fine = newer();
     // A second, at the rate of a device that has no rig block to use.
     let at_once = 1000..=1000;
     for (new, health, within) in [
-        (&mismatched, [Health::Ok; CHIPS], at_once),
+        (&mismatched, [ChipState::Ok; CHIPS], at_once),
         (&fine, two_dead, 60 * RATE_HZ..=62 * RATE_HZ),
     ] {
         let mut bench = Bench::start([good(), new.clone()]);
@@ -163,8 +163,8 @@ fn a_trial_that_cannot_succeed_ends_by_itself_and_lets_the_next_upload_in() {
 
 #[test]
 fn one_dead_chip_does_not_hold_a_trial_up_and_without_another_model_none_restarts() {
-    let mut one_dead = [Health::Ok; CHIPS];
-    one_dead[2] = Health::Bus;
+    let mut one_dead = [ChipState::Ok; CHIPS];
+    one_dead[2] = ChipState::Bus;
     let mut bench = Bench::start([good(), newer()]);
     assert_eq!(restarts_after(&mut bench, one_dead, 70 * RATE_HZ), None);
     let slot = jointwatch_shared::wire::telemetry::Slot::B;
@@ -172,7 +172,7 @@ fn one_dead_chip_does_not_hold_a_trial_up_and_without_another_model_none_restart
 
     let mut bench = Bench::start([newer(), Slot::Empty]);
     assert_eq!(
-        restarts_after(&mut bench, [Health::Bus; CHIPS], 70 * RATE_HZ),
+        restarts_after(&mut bench, [ChipState::Bus; CHIPS], 70 * RATE_HZ),
         None
     );
 }
@@ -181,7 +181,7 @@ fn one_dead_chip_does_not_hold_a_trial_up_and_without_another_model_none_restart
 fn a_model_without_a_rig_block_proves_itself_by_raw_counts() {
     let mut bench = Bench::start([good(), sealed_as(2, reference_network(), &[])]);
     assert_eq!(
-        restarts_after(&mut bench, [Health::Ok; CHIPS], 70_000),
+        restarts_after(&mut bench, [ChipState::Ok; CHIPS], 70_000),
         None
     );
     let slot = jointwatch_shared::wire::telemetry::Slot::B;

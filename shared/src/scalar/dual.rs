@@ -37,10 +37,10 @@ impl<const N: usize> Dual<N> {
         }
     }
 
-    /// Slopes of two numbers, put together one by one.
+    /// The slopes of what depends on this number with one steepness and on another with its own.
     #[inline]
-    fn slopes_with(self, other: Self, sum: impl Fn(f64, f64) -> f64) -> [f64; N] {
-        core::array::from_fn(|k| sum(self.slopes[k], other.slopes[k]))
+    fn weighed(self, steepness: f64, other: Self, of_other: f64) -> [f64; N] {
+        core::array::from_fn(|k| steepness * self.slopes[k] + of_other * other.slopes[k])
     }
 }
 
@@ -61,7 +61,7 @@ impl<const N: usize> Add for Dual<N> {
     fn add(self, other: Self) -> Self {
         Self {
             value: self.value + other.value,
-            slopes: self.slopes_with(other, |a, b| a + b),
+            slopes: core::array::from_fn(|k| self.slopes[k] + other.slopes[k]),
         }
     }
 }
@@ -80,7 +80,7 @@ impl<const N: usize> Mul for Dual<N> {
     fn mul(self, other: Self) -> Self {
         Self {
             value: self.value * other.value,
-            slopes: self.slopes_with(other, |a, b| a * other.value + self.value * b),
+            slopes: self.weighed(other.value, other, self.value),
         }
     }
 }
@@ -154,7 +154,7 @@ impl<const N: usize> Dual<N> {
         let by_exponent = value * a.max(f64::MIN_POSITIVE).ln();
         Self {
             value,
-            slopes: self.slopes_with(exponent, |own, by| steepness * own + by_exponent * by),
+            slopes: self.weighed(steepness, exponent, by_exponent),
         }
     }
 }

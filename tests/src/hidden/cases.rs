@@ -270,7 +270,7 @@ impl Case {
                         strength: sign,
                     });
                 }
-                Planted::Fault(fault) => {
+                Planted::InstrumentFault(fault) => {
                     order.push((false, faults.len()));
                     faults.push(Faulty {
                         fault,

@@ -2,7 +2,7 @@
 
 use super::form::Form;
 use super::rig::Base;
-use super::sensors::Fault;
+use super::sensors::InstrumentFault;
 use super::sizes::Scale;
 use super::wild::{self, Wild};
 use jointwatch_shared::effect::EFFECTS;
@@ -136,7 +136,7 @@ pub enum Planted {
     /// A law in the joint.
     Law(Form),
     /// A fault of an instrument.
-    Fault(Fault),
+    InstrumentFault(InstrumentFault),
 }
 
 impl Subject {
@@ -231,7 +231,7 @@ impl Subject {
                 phase,
             },
             "preload" => Form::Constant,
-            "force_drift" => return Planted::Fault(Fault::Drift),
+            "force_drift" => return Planted::InstrumentFault(InstrumentFault::Drift),
             name if BY_NAME.iter().any(|s| s.name == name) => {
                 return Planted::Law(by_name(name, scale, &mut within));
             }
@@ -239,13 +239,13 @@ impl Subject {
             "stiffness_drift" => Form::GrowingSpring {
                 duration_s: longest_s,
             },
-            "inertia_error" => return Planted::Fault(Fault::WrongInertia),
-            "force_gain" => return Planted::Fault(Fault::WrongGain),
-            "time_delay" => return Planted::Fault(Fault::Late),
-            "crosstalk" => return Planted::Fault(Fault::Crosstalk),
+            "inertia_error" => return Planted::InstrumentFault(InstrumentFault::WrongInertia),
+            "force_gain" => return Planted::InstrumentFault(InstrumentFault::WrongGain),
+            "time_delay" => return Planted::InstrumentFault(InstrumentFault::Late),
+            "crosstalk" => return Planted::InstrumentFault(InstrumentFault::Crosstalk),
             "mains_hum" => {
                 let nominal = if within(1.0, 4.0) < 2.0 { 60.0 } else { 50.0 };
-                return Planted::Fault(Fault::Hum {
+                return Planted::InstrumentFault(InstrumentFault::Hum {
                     frequency_hz: nominal * within(0.999, 1.001),
                     phase,
                 });

@@ -262,7 +262,7 @@ fn form(subject: &Subject, scale: &Scale, long_s: f64, rng: &mut impl Rng) -> Op
             period_s: long_s / rng.random_range(2.0..6.0),
         }),
         Planted::Law(form) => Some(form),
-        Planted::Fault(_) => None,
+        Planted::InstrumentFault(_) => None,
     }
 }
 

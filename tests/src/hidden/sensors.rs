@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 /// What can be wrong with an instrument.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
+pub enum InstrumentFault {
     /// The study names an inertia that is too large by the share `strength`.
     WrongInertia,
     /// The force channel reads too much by the share `strength`.
@@ -32,10 +32,10 @@ pub enum Fault {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faulty {
     /// What is wrong.
-    pub fault: Fault,
+    pub fault: InstrumentFault,
     /// 0 for the translation, 1 for the rotation.
     pub axis: usize,
-    /// How much, in the unit that [`Fault`] says.
+    /// How much, in the unit that [`InstrumentFault`] says.
     pub strength: f64,
 }
 
@@ -104,7 +104,7 @@ pub fn error(faulty: &Faulty, trace: &Trace, inertia: f64) -> Vec<f64> {
     let (a, s) = (faulty.axis, faulty.strength);
     let force = &trace.force[a];
     match faulty.fault {
-        Fault::WrongInertia => {
+        InstrumentFault::WrongInertia => {
             let acceleration = trace.acceleration[a][0].iter();
             acceleration.map(|x| s * inertia * x).collect()
         }
@@ -120,20 +120,20 @@ fn logged_force(faulty: &Faulty, trace: &Trace) -> Vec<f64> {
     let (a, s) = (faulty.axis, faulty.strength);
     let force = &trace.force[a];
     match faulty.fault {
-        Fault::WrongInertia => force.clone(),
-        Fault::WrongGain => force.iter().map(|f| f * (1.0 + s)).collect(),
-        Fault::Late => later(force, s),
-        Fault::Drift => {
+        InstrumentFault::WrongInertia => force.clone(),
+        InstrumentFault::WrongGain => force.iter().map(|f| f * (1.0 + s)).collect(),
+        InstrumentFault::Late => later(force, s),
+        InstrumentFault::Drift => {
             let rows = force.len() as f64;
             let line = force.iter().enumerate();
             line.map(|(row, f)| f + s * (row as f64 / rows - 0.5))
                 .collect()
         }
-        Fault::Crosstalk => {
+        InstrumentFault::Crosstalk => {
             let other = trace.force[1 - a].iter();
             force.iter().zip(other).map(|(f, o)| f + s * o).collect()
         }
-        Fault::Hum {
+        InstrumentFault::Hum {
             frequency_hz,
             phase,
         } => {

@@ -2,7 +2,7 @@
 
 use super::cases::Case;
 use super::drive::RATE_HZ;
-use super::sensors::{Fault, log, noise_of};
+use super::sensors::{InstrumentFault, log, noise_of};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
@@ -48,7 +48,7 @@ fn description(case: &Case) -> String {
     for (axis, names) in AXES.iter().enumerate().take(case.axes) {
         let mut inertia = case.rig.chains[axis].inertia[1];
         for faulty in case.faults.iter().filter(|f| f.axis == axis) {
-            if faulty.fault == Fault::WrongInertia {
+            if faulty.fault == InstrumentFault::WrongInertia {
                 inertia *= 1.0 + faulty.strength;
             }
         }

@@ -8,7 +8,7 @@ use super::channels::Places;
 use super::evaluation::Evaluated;
 use crate::clock::Rate;
 use crate::sensor::acquire::CHIPS;
-use crate::sensor::presence::Health as ChipHealth;
+use crate::sensor::presence::ChipState;
 use crate::store::{Ended, Trial};
 use heapless::Deque;
 use jointwatch_shared::chain::Output;
@@ -273,21 +273,21 @@ impl Watch {
 
     /// Counts what went wrong with each chip, and tells when one falls silent or comes back. Gives how many fitted chips have no
     /// usable code.
-    fn chips_did(&mut self, health: &[ChipHealth; CHIPS]) -> u8 {
+    fn chips_did(&mut self, health: &[ChipState; CHIPS]) -> u8 {
         let mut unusable = 0;
         for (chip, health) in health.iter().enumerate() {
             let Some(tally) = self.chips.get_mut(chip) else {
                 break;
             };
             match health {
-                ChipHealth::NotFitted => continue,
-                ChipHealth::Ok | ChipHealth::Saturated | ChipHealth::Starting => {}
-                ChipHealth::Crc => tally.crc_errors = tally.crc_errors.saturating_add(1),
-                ChipHealth::Bus
-                | ChipHealth::Identity
-                | ChipHealth::Settings
-                | ChipHealth::TimedOut
-                | ChipHealth::Restarted => tally.bus_errors = tally.bus_errors.saturating_add(1),
+                ChipState::NotFitted => continue,
+                ChipState::Ok | ChipState::Saturated | ChipState::Starting => {}
+                ChipState::Crc => tally.crc_errors = tally.crc_errors.saturating_add(1),
+                ChipState::Bus
+                | ChipState::Identity
+                | ChipState::Settings
+                | ChipState::TimedOut
+                | ChipState::Restarted => tally.bus_errors = tally.bus_errors.saturating_add(1),
             }
             unusable += u8::from(!health.usable());
             let was_missing = tally.silent >= MISSING_AFTER;

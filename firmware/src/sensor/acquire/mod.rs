@@ -11,7 +11,7 @@
 use super::ads131m04::Ads131m04;
 use super::adxl355::Adxl355;
 use super::ls7366r::{LOAD_OTR, Ls7366r};
-use super::presence::{Health, Visit, Watched};
+use super::presence::{ChipState, Visit, Watched};
 use embedded_hal::spi::SpiDevice;
 use jointwatch_shared::chain::RawSample;
 use jointwatch_shared::monitor::Faults;
@@ -43,7 +43,7 @@ pub struct Acquired {
     /// The same in the order of the chain.
     pub sample: RawSample,
     /// How each chip did, in the order of [`CHIP_NAMES`].
-    pub health: [Health; CHIPS],
+    pub health: [ChipState; CHIPS],
     /// Bit i is set when channel i of the converter stands at a rail.
     pub saturated_channels: u8,
     /// For each accelerometer, bit i is set when direction i stands at a rail.
@@ -55,8 +55,8 @@ pub struct Acquired {
 impl Acquired {
     /// Whether every fitted chip gave a code that may be used.
     pub fn usable(&self) -> bool {
-        let fitted = self.health.iter().filter(|h| **h != Health::NotFitted);
-        fitted.copied().all(Health::usable)
+        let fitted = self.health.iter().filter(|h| **h != ChipState::NotFitted);
+        fitted.copied().all(ChipState::usable)
     }
 }
 
@@ -98,15 +98,15 @@ impl Acquired {
 
     fn add_fault(&self, faults: &mut Faults, bit: u16, chip: usize, saturated: u8) {
         match self.health.get(chip).copied().unwrap_or_default() {
-            Health::Ok | Health::Saturated if saturated != 0 => faults.saturated |= bit,
-            Health::Ok | Health::Saturated => {}
-            Health::Crc => faults.checksum |= bit,
-            Health::Starting | Health::NotFitted => faults.missing |= bit,
-            Health::Bus
-            | Health::Identity
-            | Health::Settings
-            | Health::TimedOut
-            | Health::Restarted => faults.time_out |= bit,
+            ChipState::Ok | ChipState::Saturated if saturated != 0 => faults.saturated |= bit,
+            ChipState::Ok | ChipState::Saturated => {}
+            ChipState::Crc => faults.checksum |= bit,
+            ChipState::Starting | ChipState::NotFitted => faults.missing |= bit,
+            ChipState::Bus
+            | ChipState::Identity
+            | ChipState::Settings
+            | ChipState::TimedOut
+            | ChipState::Restarted => faults.time_out |= bit,
         }
     }
 }
@@ -214,22 +214,22 @@ fn read_counter<C: SpiDevice>(
     counter: &mut Watched<Ls7366r<C>>,
     latched: bool,
     its_turn: bool,
-) -> (i32, Health, bool) {
+) -> (i32, ChipState, bool) {
     if !counter.is_running() {
         let visit = counter.visit();
         return (visit.value, visit.health, false);
     }
     if !latched {
         // Its latch holds the sample before: that is what the caller gets, marked as a failure.
-        counter.report(Health::Bus);
-        return (counter.last(), Health::Bus, false);
+        counter.report(ChipState::Bus);
+        return (counter.last(), ChipState::Bus, false);
     }
     let mut index = false;
     if its_turn {
         match counter.sensor_mut().check_status() {
             Ok(seen) => index = seen,
             Err(fault) => {
-                let health = Health::of(&fault);
+                let health = ChipState::of(&fault);
                 counter.report(health);
                 return (counter.last(), health, false);
             }

@@ -125,7 +125,7 @@ impl Board {
     fn started() -> Self {
         let mut board = Self::new();
         let acquired = board.run(TIME_TO_START + 3);
-        assert_eq!(acquired.health, [Health::Ok; CHIPS]);
+        assert_eq!(acquired.health, [ChipState::Ok; CHIPS]);
         board
     }
 
@@ -220,9 +220,9 @@ fn one_broken_line_stops_nothing_else_and_its_last_code_stays() {
             let acquired = board.acquire();
             for (other, health) in acquired.health.into_iter().enumerate() {
                 let wanted = if other == chip {
-                    Health::Bus
+                    ChipState::Bus
                 } else {
-                    Health::Ok
+                    ChipState::Ok
                 };
                 assert_eq!(health, wanted, "{}, sample {sample}", CHIP_NAMES[other]);
             }
@@ -240,7 +240,7 @@ fn one_broken_line_stops_nothing_else_and_its_last_code_stays() {
         // It comes back by itself, and a counter that kept its supply kept its count.
         *line.borrow_mut() = false;
         let acquired = board.run(300);
-        assert_eq!(acquired.health, [Health::Ok; CHIPS]);
+        assert_eq!(acquired.health, [ChipState::Ok; CHIPS]);
         assert_eq!(acquired.readings.counters[0], 270);
     }
 }
@@ -258,7 +258,7 @@ fn a_missing_chip_is_tried_ever_more_rarely_and_found_when_it_comes() {
             attempts.push(sample);
         }
         let health = acquired.health[CONVERTER];
-        assert_eq!(health, Health::Bus);
+        assert_eq!(health, ChipState::Bus);
     }
     let waits: Vec<u32> = attempts.windows(2).map(|pair| pair[1] - pair[0]).collect();
     assert_eq!(attempts[0], 0);
@@ -268,7 +268,7 @@ fn a_missing_chip_is_tried_ever_more_rarely_and_found_when_it_comes() {
     }
     *board.converter_line.broken.borrow_mut() = false;
     let acquired = board.run(LONGEST_WAIT + TIME_TO_START + 4);
-    assert_eq!(acquired.health, [Health::Ok; CHIPS]);
+    assert_eq!(acquired.health, [ChipState::Ok; CHIPS]);
 }
 
 #[test]
@@ -277,8 +277,8 @@ fn a_wrong_chip_and_an_absent_one_are_named() {
     board.accelerometers[1].borrow_mut().part = 0xF2;
     board.counters[2].borrow_mut().absent = true;
     let health = board.run(200).health;
-    let mut wanted = [Health::Ok; CHIPS];
-    (wanted[2], wanted[CONVERTER + 2]) = (Health::Identity, Health::Identity);
+    let mut wanted = [ChipState::Ok; CHIPS];
+    (wanted[2], wanted[CONVERTER + 2]) = (ChipState::Identity, ChipState::Identity);
     assert_eq!(health, wanted);
 }
 
@@ -290,10 +290,10 @@ fn a_counter_that_loses_its_supply_is_noticed_within_a_round_and_begins_anew() {
         board.acquire();
         assert_eq!(board.sensors.counter_restarts(place), 1);
         board.counters[place].borrow_mut().lose_power();
-        let noticed = (0..COUNTERS).any(|_| board.acquire().health[place] == Health::Restarted);
+        let noticed = (0..COUNTERS).any(|_| board.acquire().health[place] == ChipState::Restarted);
         assert!(noticed, "counter {place}");
         let acquired = board.run(FIRST_WAIT + TIME_TO_START + 4);
-        assert_eq!(acquired.health, [Health::Ok; CHIPS]);
+        assert_eq!(acquired.health, [ChipState::Ok; CHIPS]);
         assert_eq!(acquired.readings.counters[place], 0);
         assert_eq!(board.sensors.counter_restarts(place), 2);
     }
@@ -304,24 +304,24 @@ fn damaged_frames_and_a_converter_that_stands_still_are_told_apart() {
     let mut board = Board::started();
     board.converter.borrow_mut().damages_frames = true;
     for _ in 0..5 {
-        assert_eq!(board.acquire().health[CONVERTER], Health::Crc);
+        assert_eq!(board.acquire().health[CONVERTER], ChipState::Crc);
     }
     board.converter.borrow_mut().damages_frames = false;
     assert_eq!(
         board.acquire().health[CONVERTER],
-        Health::Ok,
+        ChipState::Ok,
         "five are forgiven"
     );
 
     board.converter.borrow_mut().converts = false;
     // The frame after the last conversion still brings it.
-    let told =
-        (0..2 * STALE_ALLOWED).position(|_| board.acquire().health[CONVERTER] == Health::TimedOut);
+    let told = (0..2 * STALE_ALLOWED)
+        .position(|_| board.acquire().health[CONVERTER] == ChipState::TimedOut);
     assert_eq!(told, Some(usize::from(STALE_ALLOWED) + 1));
     let health = board.run(40).health;
-    assert_eq!(health[CONVERTER], Health::TimedOut);
+    assert_eq!(health[CONVERTER], ChipState::TimedOut);
     board.converter.borrow_mut().converts = true;
-    assert_eq!(board.run(200).health, [Health::Ok; CHIPS]);
+    assert_eq!(board.run(200).health, [ChipState::Ok; CHIPS]);
 }
 
 #[test]
@@ -333,13 +333,13 @@ fn a_latch_that_fails_concerns_the_counters_only() {
     board.move_rig(5);
     for _ in 0..FAILURES_ALLOWED {
         let acquired = board.acquire();
-        assert_eq!(acquired.health[..COUNTERS], [Health::Bus; COUNTERS]);
-        assert_eq!(acquired.health[CONVERTER..], [Health::Ok; 3]);
+        assert_eq!(acquired.health[..COUNTERS], [ChipState::Bus; COUNTERS]);
+        assert_eq!(acquired.health[CONVERTER..], [ChipState::Ok; 3]);
         assert_eq!(acquired.readings.counters, before.readings.counters);
     }
     *board.latch.broken.borrow_mut() = false;
     let acquired = board.run(200);
-    assert_eq!(acquired.health, [Health::Ok; CHIPS]);
+    assert_eq!(acquired.health, [ChipState::Ok; CHIPS]);
     assert_eq!(acquired.readings.counters, [105, 210, 315, 420]);
 }
 
@@ -349,8 +349,8 @@ fn saturated_codes_pass_and_are_marked() {
     board.converter.borrow_mut().codes = [0, (1 << 23) - 1, -(1 << 23), 5];
     board.accelerometers[0].borrow_mut().codes = [0, 0, -(1 << 19)];
     let acquired = board.run(2);
-    let mut wanted = [Health::Ok; CHIPS];
-    (wanted[CONVERTER], wanted[CONVERTER + 1]) = (Health::Saturated, Health::Saturated);
+    let mut wanted = [ChipState::Ok; CHIPS];
+    (wanted[CONVERTER], wanted[CONVERTER + 1]) = (ChipState::Saturated, ChipState::Saturated);
     assert_eq!(acquired.health, wanted);
     assert_eq!(
         (acquired.saturated_channels, acquired.saturated_directions),
@@ -373,9 +373,11 @@ fn a_board_that_lacks_chips_does_not_talk_to_them() {
         board.converter_line.clone(),
         std::array::from_fn(|at| board.accelerometer_lines[at].clone()),
     );
-    let health = (0..100).fold([Health::Ok; CHIPS], |_, _| sensors.acquire(&wiring).health);
-    let mut wanted = [Health::Ok; CHIPS];
-    (wanted[3], wanted[CONVERTER + 1]) = (Health::NotFitted, Health::NotFitted);
+    let health = (0..100).fold([ChipState::Ok; CHIPS], |_, _| {
+        sensors.acquire(&wiring).health
+    });
+    let mut wanted = [ChipState::Ok; CHIPS];
+    (wanted[3], wanted[CONVERTER + 1]) = (ChipState::NotFitted, ChipState::NotFitted);
     assert_eq!(health, wanted);
     assert_eq!(*board.counter_lines[3].used.borrow(), 0);
     assert_eq!(*board.accelerometer_lines[0].used.borrow(), 0);
@@ -383,7 +385,7 @@ fn a_board_that_lacks_chips_does_not_talk_to_them() {
 
 #[test]
 fn numbers_of_health_are_never_reused() {
-    for (number, health) in Health::ALL.into_iter().enumerate() {
+    for (number, health) in ChipState::ALL.into_iter().enumerate() {
         assert_eq!(health as usize, number, "{}", health.name());
     }
 }
@@ -392,7 +394,7 @@ fn numbers_of_health_are_never_reused() {
 fn the_monitor_hears_of_the_channels_that_a_chip_feeds() {
     let wiring = wiring();
     let mut acquired = Acquired {
-        health: [Health::Ok; CHIPS],
+        health: [ChipState::Ok; CHIPS],
         ..Acquired::default()
     };
     assert!(!acquired.faults(&wiring).any());
@@ -403,10 +405,10 @@ fn the_monitor_hears_of_the_channels_that_a_chip_feeds() {
     };
     // Counter 1 is the near side and the body of x; accelerometer 1 feeds both axes; channel 1 is the torque, 2 what
     // effects of x follow.
-    acquired.health[1] = Health::Restarted;
-    acquired.health[CONVERTER] = Health::Saturated;
+    acquired.health[1] = ChipState::Restarted;
+    acquired.health[CONVERTER] = ChipState::Saturated;
     acquired.saturated_channels = 0b0110;
-    acquired.health[CONVERTER + 2] = Health::Crc;
+    acquired.health[CONVERTER + 2] = ChipState::Crc;
     let faults = acquired.faults(&wiring);
     assert_eq!(faults.time_out, bits(&[(0, 1), (0, 2)]));
     assert_eq!(faults.saturated, bits(&[(0, 5), (1, 4)]));
@@ -414,12 +416,12 @@ fn the_monitor_hears_of_the_channels_that_a_chip_feeds() {
     assert_eq!((faults.missing, faults.out_of_range), (0, 0));
     // A direction at its rail concerns who uses it: z of chip 0 the rotation, x of chip 0 nobody.
     acquired = Acquired {
-        health: [Health::Ok; CHIPS],
+        health: [ChipState::Ok; CHIPS],
         saturated_directions: [0b101, 0],
         ..Acquired::default()
     };
-    acquired.health[CONVERTER + 1] = Health::Saturated;
-    acquired.health[2] = Health::Starting;
+    acquired.health[CONVERTER + 1] = ChipState::Saturated;
+    acquired.health[2] = ChipState::Starting;
     let faults = acquired.faults(&wiring);
     assert_eq!(faults.saturated, bits(&[(1, 3)]));
     assert_eq!(faults.missing, bits(&[(1, 0)]));
