@@ -412,7 +412,7 @@ fn with_more_columns(folder: &Path) {
             let noise = 3.0 * (104_729.0 * row as f64).sin();
             format!("{line},{:.5},warm,7\n", 0.97 * force + noise)
         });
-        let text = format!("t,x,F,U,F2,state,seven\n{}", rows.collect::<String>());
+        let text = format!("t,x,F,U [V],F2,state,seven\n{}", rows.collect::<String>());
         fs::write(folder.join(file), text).unwrap();
     }
 }
@@ -428,7 +428,7 @@ fn a_column_that_the_study_does_not_name_is_taken_as_an_input() {
     let written = ["-o", "added.json", "--json", "verdict.json"];
     let said = succeed(folder, &[diagnose.as_slice(), &written].concat());
     assert!(
-        said.contains("the column \"U\"") && said.contains("[[input]]"),
+        said.contains("the column \"U [V]\"") && said.contains("[[input]]"),
         "{said}"
     );
     let read = |file: &str| -> Value {

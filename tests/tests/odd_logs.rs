@@ -14,11 +14,13 @@ use tempfile::TempDir;
 const RATE: f64 = 500.0;
 const ROWS: usize = 6000;
 
+/// Frequency, amplitude and phase.
+const TONES: [(f64, f64, f64); 3] = [(0.31, 0.9, 0.0), (1.7, 0.2, 1.0), (4.3, 0.05, 2.0)];
+
 /// A motion of several tones: displacement, velocity, acceleration.
 fn motion(t: f64) -> [f64; 3] {
-    let tones = [(0.31, 0.9, 0.0), (1.7, 0.2, 1.0), (4.3, 0.05, 2.0)];
     let mut sum = [0.0; 3];
-    for (hertz, size, phase) in tones {
+    for (hertz, size, phase) in TONES {
         let rate = TAU * hertz;
         let (sine, cosine) = (rate * t + phase).sin_cos();
         sum[0] += size * sine;
@@ -150,6 +152,71 @@ fn a_free_decay_is_told_what_to_write() {
     let words = ["init", "--yes", "decay.csv", "--column", "force=0"];
     let said = refused(&folder, &words, 2);
     assert!(said.contains("force = 0 and inertia = 1"), "{said}");
+    let said = refused(&folder, &words[..3], 3);
+    assert!(said.contains("force = 0 and inertia = 1"), "{said}");
+}
+
+/// Rubber in a testing machine: what stands in series with a damper makes it stiffer the quicker it moves, which no mass does.
+#[test]
+fn stiffness_that_rises_with_frequency_is_no_mass_and_turns_no_sign() {
+    let folder = TempDir::new().unwrap();
+    let log = text("Time,disp_mm,load_N", |t| {
+        let stretch = TONES.iter().map(|&(hertz, size, phase)| {
+            let quick = TAU * hertz * 0.03;
+            let (sine, cosine) = (TAU * hertz * t + phase).sin_cos();
+            size * quick / (1.0 + quick * quick) * (quick * sine + cosine)
+        });
+        [
+            t,
+            motion(t)[0],
+            200.0 * motion(t)[0] + 90.0 * stretch.sum::<f64>(),
+        ]
+    });
+    fs::write(folder.path().join("rubber.csv"), log).unwrap();
+    let study = init(&folder, &["rubber.csv"]);
+    assert!(
+        study.contains("force = { column = \"load_N\", unit = \"N\" }")
+            && study.contains("inertia = 0.0"),
+        "{study}"
+    );
+}
+
+#[test]
+fn columns_that_turn_are_no_translation_when_they_are_named() {
+    let folder = TempDir::new().unwrap();
+    let log = text("t,ref_deg,link_arcmin,tau_Nm", |t| {
+        let [x, v, _] = motion(t);
+        [t, x, 60.0 * x, 2.0 * x + 0.1 * v]
+    });
+    fs::write(folder.path().join("joint.csv"), log).unwrap();
+    let words = ["displacement=link_arcmin", "force=tau_Nm"];
+    let [a, b] = words.map(|word| ["--column", word]);
+    let study = init(&folder, &[&["joint.csv"][..], &a, &b].concat());
+    let channels = "displacement = { column = \"link_arcmin\", unit = \"arcmin\" }";
+    assert!(
+        study.contains("kind = \"rotation\"") && study.contains(channels),
+        "{study}"
+    );
+    let path = folder.path().join("study.toml");
+    assert_near(&values(&path), "stiffness", 2.0_f64.to_degrees(), 0.01);
+}
+
+/// Motor and slide of a belt move nearly alike: the body is the one whose accelerometer it is.
+#[test]
+fn of_two_positions_the_body_is_the_one_that_its_accelerometer_follows() {
+    let folder = TempDir::new().unwrap();
+    let log = text("t,motor_pos_mm,slide_pos_mm,acc_m/s2,force_N", |t| {
+        let ([x, _, a], [d, w, b]) = (motion(t), motion(3.7 * t));
+        let acceleration = 1e-3 * (a + 0.05 * 3.7 * 3.7 * b);
+        let force = 2.0 * acceleration + 15.0 * d + 0.3 * w;
+        [t, x + 0.05 * d, x, acceleration, force]
+    });
+    fs::write(folder.path().join("belt.csv"), log).unwrap();
+    let study = init(&folder, &["belt.csv"]);
+    assert!(
+        study.contains("\nbody_position = { column = \"motor_pos_mm\""),
+        "{study}"
+    );
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::search::Model;
 use super::zeros::Zeros;
 use crate::assess::where_it_fails::FailingRegion;
 use crate::fit::effects::columns::Records;
-use crate::fit::effects::{assemble, solved_at};
+use crate::fit::effects::{FittedEffect, assemble, solved_at};
 use crate::model::effects::AxisEffect;
 use crate::model::file::JudgedOn;
 use crate::study::Study;
@@ -185,17 +185,22 @@ pub(super) fn in_words_found(added: &[AxisEffect], axes: &[&str]) -> Vec<Found> 
 }
 
 /// Candidates for the first missing effect, best first; one that is missing on each axis stands once, for both. `zeros` were found as well.
+/// What was found has its values beside everything else that was: alone it may have next to none.
 pub(super) fn in_words_ranked(
     decisions: &[Decision],
     first: (&Records<'_>, &[AxisEffect], &[Vec<f64>]),
-    found: &[Found],
+    (found, together): (&[Found], &[FittedEffect]),
     zeros: Vec<Ranked>,
     study: &Study,
 ) -> Vec<Ranked> {
     let mut all: Vec<(f64, Ranked)> = zeros.into_iter().map(|zero| (0.0, zero)).collect();
     for decision in decisions {
         for (looked, equivalent) in &decision.singles {
-            let ranked = ranked(decision, looked, equivalent, first, study);
+            let mut ranked = ranked(decision, looked, equivalent, first, study);
+            let bound = looked.hypothesis.added()[0];
+            if let Some(term) = together.iter().find(|term| term.bound == bound) {
+                ranked.parameters = parameters(&bound, &term.values, &term.intervals, study);
+            }
             all.push((looked.score.rank - decision.base_rank, ranked));
         }
     }
@@ -283,14 +288,14 @@ fn parameters(
     parameters.collect()
 }
 
-/// Zeros of force that were found, with their values beside everything else of the last model.
-pub(super) fn in_words_zeros(
-    zeros: &[&Zeros],
+/// The effects that were found, with their values beside everything else of the last model.
+pub(super) fn together(
+    found: &[AxisEffect],
     last: &Model,
     records: &Records<'_>,
     study: &Study,
-) -> Result<Vec<Ranked>> {
-    if zeros.is_empty() {
+) -> Result<Vec<FittedEffect>> {
+    if found.is_empty() {
         return Ok(Vec::new());
     }
     let solution = &last.solution;
@@ -301,9 +306,20 @@ pub(super) fn in_words_zeros(
         solution.solved.clone(),
         solution.stopped,
     )?;
+    let terms = fit.terms.into_iter();
+    Ok(terms.filter(|term| found.contains(&term.bound)).collect())
+}
+
+/// Zeros of force that were found.
+pub(super) fn in_words_zeros(
+    zeros: &[&Zeros],
+    together: &[FittedEffect],
+    records: &Records<'_>,
+    study: &Study,
+) -> Vec<Ranked> {
     let rows = records.rows_per_axis() as f64;
     let of = |zeros: &&Zeros| {
-        let term = fit.terms.iter().find(|term| term.bound == zeros.own)?;
+        let term = together.iter().find(|term| term.bound == zeros.own)?;
         let [before, after] = zeros.errors;
         Some(Ranked {
             effect: zeros.own.effect(),
@@ -319,7 +335,7 @@ pub(super) fn in_words_zeros(
             separating_experiment: zeros.own.entry.about.separated_by.into(),
         })
     };
-    Ok(zeros.iter().filter_map(of).collect())
+    zeros.iter().filter_map(of).collect()
 }
 
 /// Intervals of a candidate's parameters beside the base.

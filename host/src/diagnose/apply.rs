@@ -80,10 +80,13 @@ pub fn apply(
             _ if last.found.is_empty() => {
                 Some("what is left is nothing that the library knows".into())
             }
-            _ if staircase.steps.len() > 1 && is_little(&first, &last) => Some(format!(
-                "what else has a name takes away less than {:.0} % of what is explained so far",
-                100.0 * CRITERIA.least_importance
-            )),
+            Verdict::Unknown if staircase.steps.len() > 1 && is_little(&first, &last) => {
+                Some(format!(
+                    "{} would take away less than {:.0} % of what is explained so far, and the rest has no name",
+                    listed(&last.found),
+                    100.0 * CRITERIA.least_importance
+                ))
+            }
             _ => add_all(study, &mut model, &last.found, &mut staircase, each)?,
         };
         if let Some(ended) = ended {
@@ -99,6 +102,12 @@ pub fn apply(
         last,
         staircase,
     })
+}
+
+/// What was found, in a row.
+fn listed(found: &[Found]) -> String {
+    let names = found.iter().map(|f| format!("{}@{}", f.effect, f.axis));
+    names.collect::<Vec<_>>().join(", ")
 }
 
 /// Whether what was found last explains next to nothing of all that is explained beside the model that was brought.

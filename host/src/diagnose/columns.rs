@@ -21,9 +21,11 @@ use crate::text::error::Result;
 use jointwatch_shared::effect::Entry;
 
 /// A column of whose power the study's channels explain more than this part, by linear regression, is one of them again: another sensor of the
-/// same motion or force, the time, or what a controller makes of them. In public logs voltages and positions of actuators have up to 0.36, load
+/// same motion or force, or what a controller makes of them. In public logs voltages and positions of actuators have up to 0.36, load
 /// cells beside the one that counts 0.5 to 0.97.
 const ONE_OF_THE_CHANNELS: f64 = 0.5;
+/// A column of which the time leaves no more than this part is the time again. A temperature rises with time as well, and joints follow it.
+const A_CLOCK: f64 = 1e-3;
 /// Rows that the regression looks at: every so manieth of more.
 const MAX_ROWS: usize = 20_000;
 
@@ -64,6 +66,7 @@ pub fn with_columns(study: Study, model: &ModelFile) -> Result<Columns> {
     let from = values.map(|values| shapes_of(&records, &base, &values));
     let solution = solve(&records, &wider.axes, &base, from)?;
     let mut followed: Vec<&str> = Vec::new();
+    let column_of = |word: &'static str| study.columns_of(&[word]).first().copied().unwrap_or(word);
     for axis in 0..wider.axes.len() {
         let own = of_axis(axis, &base, &solution.solved.values);
         let known = study.inputs.iter();
@@ -73,8 +76,8 @@ pub fn with_columns(study: Study, model: &ModelFile) -> Result<Columns> {
             axes: wider.axes.len(),
             known: known.map(|i| AxisEffect::kept_input(&i.name)).collect(),
         };
-        for (column, by_itself) in asked.follows(&offered) {
-            let name = &wider.axes[axis].name;
+        for (word, by_itself) in asked.follows(&offered) {
+            let (name, column) = (&wider.axes[axis].name, column_of(word));
             if by_itself {
                 notes.push(format!(
                     "the column {column:?} reads like a force of axis {name}: one that the study leaves out, or the same once more; it is \
@@ -184,10 +187,10 @@ fn is_news(motions: &[&Motion], name: &str) -> bool {
         let own = inputs.find(|(known, _)| known == name);
         own.map_or_else(Vec::new, |(_, series)| series.clone())
     });
-    let mut channels = vec![
-        gathered(&|m| vec![1.0; m.rows()]),
-        gathered(&|m| (0..m.rows()).map(|row| row as f64).collect()),
-    ];
+    let one = gathered(&|m| vec![1.0; m.rows()]);
+    let time = gathered(&|m| (0..m.rows()).map(|row| row as f64).collect());
+    let clock = [one.clone(), time];
+    let mut channels = vec![one];
     let first = motions.first();
     for place in 0..first.map_or(0, |m| m.states.len()) {
         channels.push(gathered(&|m| m.states[place].clone()));
@@ -196,7 +199,8 @@ fn is_news(motions: &[&Motion], name: &str) -> bool {
         channels.push(gathered(&|m| m.acceleration[axis].clone()));
         channels.push(gathered(&|m| m.applied_force(axis).into_owned()));
     }
-    left_by(&channels, column) > 1.0 - ONE_OF_THE_CHANNELS
+    left_by(&clock, column.clone()) > A_CLOCK
+        && left_by(&channels, column) > 1.0 - ONE_OF_THE_CHANNELS
 }
 
 /// The part of a column's power about its mean that linear regression on others leaves; the first of them is the constant.

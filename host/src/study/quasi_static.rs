@@ -142,6 +142,7 @@ mod tests {
             "stribeck",
             "lugre",
             "maxwell",
+            "generalized_maxwell",
             "lagged_friction",
             "time_delay",
             "mains_hum",

@@ -31,6 +31,7 @@ mod force_gain;
 mod force_zero;
 mod gap_jenkins;
 mod gap_jenkins_by_direction;
+mod generalized_maxwell;
 mod gravity;
 mod inertia_error;
 mod iwan;
@@ -136,4 +137,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<bouc_wen_hardening::BoucWenHardening>(),
     Entry::of::<bouc_wen_pinching::BoucWenPinching>(),
     Entry::of::<force_drift::ForceDrift>(),
+    Entry::of::<generalized_maxwell::GeneralizedMaxwell>(),
 ];

@@ -92,7 +92,7 @@ pub const SUBJECTS: [Subject; 31] = [
 ];
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed and the list above.
-pub const BY_NAME: [Subject; 27] = [
+pub const BY_NAME: [Subject; 28] = [
     subject("force_drift", Kind::Instrument),
     subject("coulomb_by_direction", Kind::Joint),
     subject("viscous_by_direction", Kind::Joint),
@@ -115,6 +115,7 @@ pub const BY_NAME: [Subject; 27] = [
     subject("bouc_wen_hardening", Kind::Joint),
     subject("bouc_wen_pinching", Kind::Joint),
     subject("iwan", Kind::Joint),
+    subject("generalized_maxwell", Kind::Joint),
     subject(wild::NAMES[0], Kind::Outside),
     subject(wild::NAMES[1], Kind::Outside),
     subject(wild::NAMES[2], Kind::Outside),

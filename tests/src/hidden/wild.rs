@@ -1,4 +1,5 @@
-//! Laws drawn at random: kinds that no library of named effects holds, which a diagnosis should call unknown, and Iwan's with any sliders.
+//! Laws drawn at random: kinds that no library of named effects holds, which a diagnosis should call unknown, and Iwan's and Wiechert's with any
+//! elements.
 
 use super::sizes::{MEMORIES, Memory, Scale};
 use rand::{Rng, RngExt};
@@ -25,6 +26,13 @@ pub enum Wild {
         slips: Memory,
         /// Force of each.
         forces: Memory,
+    },
+    /// Wiechert: springs in series with dampers beside each other, with times over two decades or three.
+    Relaxing {
+        /// Damper over spring of each, s.
+        times_s: Memory,
+        /// Stiffness of each.
+        springs: Memory,
     },
     /// Preisach: catches beside each other, each of which pushes back until it snaps through, at one displacement on the way up and at another
     /// on the way down: so each takes energy.
@@ -81,6 +89,15 @@ impl Wild {
                 slips: each(&mut || x * within(0.05, 2.0)),
                 forces: each(&mut || within(0.05, 1.0)),
             },
+            "generalized_maxwell" => {
+                let (shortest, step, order) =
+                    (within(0.002, 0.01), within(2.6, 3.6), within(0.2, 0.6));
+                let times_s = std::array::from_fn(|i| shortest * step.powf(i as f64));
+                Self::Relaxing {
+                    times_s,
+                    springs: times_s.map(|time| (time / shortest).powf(-order)),
+                }
+            }
             "random hysteresis of relays" => {
                 let up: Memory = each(&mut || scale.reach * (within(1.0, 3.0) - 2.0) * 0.8);
                 let widths: Memory = each(&mut || scale.reach * within(0.05, 1.0));
@@ -113,6 +130,7 @@ impl Wild {
             Self::Sliders { slips, forces } => {
                 sum(forces, &|i| (memory[i] / slips[i]).clamp(-1.0, 1.0))
             }
+            Self::Relaxing { springs, .. } => sum(springs, &|i| memory[i]),
             Self::Relays { forces, .. } => sum(forces, &|i| -memory[i]),
             Self::Switching { period_s, seed } => {
                 let number = (time_s / period_s).floor();
@@ -129,6 +147,7 @@ impl Wild {
                 let slides = memory[i].abs() >= slips[i] && memory[i] * v > 0.0;
                 if slides { 0.0 } else { v }
             }),
+            Self::Relaxing { times_s, .. } => std::array::from_fn(|i| v - memory[i] / times_s[i]),
             Self::Relays { up, down, turn, .. } => std::array::from_fn(|i| {
                 let speed = v.abs() / turn;
                 if v > 0.0 && x > up[i] {
@@ -154,6 +173,9 @@ impl Wild {
             Self::Sliders { slips, forces } => {
                 let stiffness = forces.iter().zip(slips).map(|(f, s)| f / s);
                 spring(strength * stiffness.sum::<f64>())
+            }
+            Self::Relaxing { times_s, springs } => {
+                spring(strength * springs.iter().sum::<f64>()) + 1.0 / times_s[0]
             }
             Self::Relays { forces, turn, .. } => {
                 spring(strength * forces.iter().sum::<f64>() / turn).max(top_speed / turn)
@@ -186,13 +208,22 @@ mod tests {
 
     #[test]
     fn loops_take_the_energy_of_their_parts() {
-        // Sliders: 4·F·(X − s) each. Relays: twice the force times the way between turns.
+        // Sliders: 4·F·(X − s) each. Dampers behind springs: π·k·τ/(1 + τ²) each. Relays: twice the force times the way between turns.
         let sliders = Wild::Sliders {
             slips: [0.1, 0.2, 0.3, 0.4, 0.5, 2.0],
             forces: [1.0, 1.0, 2.0, 1.0, 1.0, 1.0],
         };
         let expected = 4.0 * (0.9 + 0.8 + 2.0 * 0.7 + 0.6 + 0.5);
         assert!((loop_area(sliders) / expected - 1.0).abs() < 2e-3);
+        let relaxing = Wild::Relaxing {
+            times_s: [0.05, 0.1, 0.2, 0.3, 0.4, 0.5],
+            springs: [1.0, 2.0, 1.0, 1.0, 0.0, 1.0],
+        };
+        let expected: f64 = [(0.05, 1.0), (0.1, 2.0), (0.2, 1.0), (0.3, 1.0), (0.5, 1.0)]
+            .iter()
+            .map(|(time, spring)| 0.5 * TAU * spring * time / (1.0 + time * time))
+            .sum();
+        assert!((loop_area(relaxing) / expected - 1.0).abs() < 2e-3);
         let relays = Wild::Relays {
             up: [0.1, 0.2, 0.3, 0.4, 0.5, 3.0],
             down: [-0.1, -0.2, 0.0, 0.1, 0.2, -3.0],

@@ -59,6 +59,7 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
                 "stroke",
                 "travel",
                 "course",
+                "einfeder",
                 "deplac",
                 "déplac",
                 "encoder",
@@ -99,12 +100,17 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
 }
 
 /// Words that say that a column is what something was told to do, and not what it did.
-const COMMANDS: [&str; 9] = [
+const COMMANDS: [&str; 14] = [
     "cmd",
     "command",
     "commanded",
+    "demand",
+    "des",
     "desired",
     "goal",
+    "ref",
+    "reference",
+    "referenz",
     "setpoint",
     "soll",
     "sollwert",
@@ -189,7 +195,7 @@ pub(crate) fn unit_for(quantity: Quantity, name: &str) -> Option<String> {
 }
 
 /// The name and the unit in it: `Weg [mm]`, `Weg (mm)`, `Weg/mm`, `Weg in mm`, `x2_m`, `a_m_s2`.
-fn split_unit(name: &str) -> (&str, Option<String>) {
+pub(super) fn split_unit(name: &str) -> (&str, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         if let Some((stem, rest)) = name.split_once(open)
             && let Some((unit, _)) = rest.split_once(close)
@@ -264,7 +270,13 @@ mod tests {
 
     #[test]
     fn a_command_is_no_measurement_and_a_number_no_unit() {
-        for name in ["goal_rad", "cmd_mm", "Force setpoint (N)", "x_target_m"] {
+        for name in [
+            "goal_rad",
+            "cmd_mm",
+            "Force setpoint (N)",
+            "x_target_m",
+            "x_ref_mm",
+        ] {
             assert_eq!(read(name, None).quantities, [], "{name}");
         }
         assert_eq!(read("chan_1", None).unit, None);

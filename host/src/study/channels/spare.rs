@@ -1,5 +1,6 @@
-//! Columns of the logs that a study does not name: a model may follow one as if it were an input of the same name.
+//! Columns of the logs that a study does not name: a model may follow one as if it were an input, under the word in its name: `I` for `I [A]`.
 
+use super::naming::split_unit;
 use crate::study::description::{Description, InputEntry, RecordEntry, Source};
 use crate::study::log::Request;
 use crate::study::long::records::thin;
@@ -13,8 +14,8 @@ use std::sync::Arc;
 use toml::Spanned;
 
 impl Study {
-    /// Reads a study as [`Study::read`] does, with further columns of its logs as inputs, each under its own name; those that the study
-    /// names already are left alone.
+    /// Reads a study as [`Study::read`] does, with further columns of its logs as inputs, each under the word in its name; those that the
+    /// study names already are left alone.
     ///
     /// # Errors
     /// As [`Study::read`], also for a column that a log lacks.
@@ -23,13 +24,17 @@ impl Study {
         Self::described(&Source::file(&path, &text), Logged::Files, columns)
     }
 
-    /// Reads a study for effects that follow these inputs: columns of that name serve where the study names no such input.
+    /// Reads a study for effects that follow these inputs: columns of that word serve where the study names no such input.
     ///
     /// # Errors
     /// As [`Study::read`]; an input that is nowhere is refused by what needs it.
     pub(crate) fn read_following(path: &Path, inputs: &[&str]) -> Result<Self> {
-        let read = Self::read_with(path, inputs);
-        read.or_else(|_| Self::read(path))
+        let study = Self::read(path)?;
+        let columns = study.columns_of(inputs);
+        match columns.is_empty() {
+            true => Ok(study),
+            false => Self::read_with(path, &columns),
+        }
     }
 
     /// As [`Study::read_following`], and every row as [`Study::read_whole`].
@@ -40,9 +45,21 @@ impl Study {
         if inputs.is_empty() {
             return Self::read_whole(path);
         }
+        let study = Self::read(path)?;
         let (described, text) = description_text(path)?;
-        let read = Self::described(&Source::file(&described, &text), Logged::Whole, inputs);
-        read.or_else(|_| Self::read_whole(path))
+        let source = Source::file(&described, &text);
+        Self::described(&source, Logged::Whole, &study.columns_of(inputs))
+    }
+
+    /// The columns that stand for inputs that the study does not name.
+    pub(crate) fn columns_of(&self, inputs: &[&str]) -> Vec<&str> {
+        let named = |input: &str| self.inputs.iter().any(|i| i.name == input);
+        let spare = self.unused.iter().map(String::as_str);
+        let wanted = |column: &&str| {
+            let word = word_of(column);
+            word.is_some_and(|word| inputs.contains(&word.as_str()) && !named(&word))
+        };
+        spare.filter(wanted).collect()
     }
 
     /// The study with every column as an input that no channel uses, that holds a number in every row of all records, and that changes;
@@ -52,7 +69,13 @@ impl Study {
     /// As [`Study::read`].
     pub(crate) fn with_spare_columns(&self) -> Result<Option<Self>> {
         let mut names: Vec<&str> = self.unused.iter().map(String::as_str).collect();
-        names.retain(|name| is_a_word(name));
+        let same = |name: &str| {
+            self.unused
+                .iter()
+                .filter(|n| word_of(n) == word_of(name))
+                .count()
+        };
+        names.retain(|name| word_of(name).is_some() && same(name) == 1);
         if names.is_empty() || !self.path.is_file() {
             return Ok(None);
         }
@@ -89,9 +112,16 @@ impl Study {
     }
 }
 
-/// Whether effects can follow an input of this name.
-fn is_a_word(name: &str) -> bool {
-    !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_')
+/// The word under which effects can follow a column: its name, or that without its unit and with `_` between its parts.
+pub(crate) fn word_of(column: &str) -> Option<String> {
+    let in_words = |c: char| c.is_alphanumeric() || c == '_';
+    if column.chars().all(in_words) {
+        return (!column.is_empty()).then(|| column.to_owned());
+    }
+    let stem = split_unit(column).0;
+    let parts = stem.split(|c| !in_words(c)).filter(|part| !part.is_empty());
+    let word = parts.collect::<Vec<_>>().join("_");
+    (!word.is_empty()).then_some(word)
 }
 
 /// The columns of a record's log that hold a number in every row, and whether each changes.
@@ -131,11 +161,14 @@ impl Description {
     /// Makes inputs of further columns.
     pub(crate) fn take_columns(&mut self, columns: &[&str]) {
         for &column in columns {
-            if self.input.iter().any(|e| e.name.get_ref() == column) {
+            let Some(word) = word_of(column) else {
+                continue;
+            };
+            if self.input.iter().any(|e| *e.name.get_ref() == word) {
                 continue;
             }
             self.input.push(InputEntry {
-                name: Spanned::new(0..0, column.to_owned()),
+                name: Spanned::new(0..0, word),
                 column: column.to_owned(),
                 unit: String::new(),
                 scale: None,
@@ -154,5 +187,23 @@ impl Description {
             named: entry.named,
         });
         inputs.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::word_of;
+
+    #[test]
+    fn the_word_of_a_column_is_its_name_without_the_unit() {
+        for (column, word) in [
+            ("p1", Some("p1")),
+            ("disc_temp_C", Some("disc_temp_C")),
+            ("I [A]", Some("I")),
+            ("Druck Kammer 2 (bar)", Some("Druck_Kammer_2")),
+            ("[-]", None),
+        ] {
+            assert_eq!(word_of(column).as_deref(), word, "{column}");
+        }
     }
 }

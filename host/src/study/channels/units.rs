@@ -81,6 +81,7 @@ const ANGLE: &[(&str, f64)] = &[
     ("rad", 1.0),
     ("mrad", 1e-3),
     ("deg", PI / 180.0),
+    ("arcmin", PI / 10_800.0),
     ("rev", 2.0 * PI),
 ];
 const SPEED: &[(&str, f64)] = &[

@@ -16,6 +16,10 @@ const BETTER: f64 = 0.7;
 /// Correlation from which on a column is the derivative of another.
 const DERIVATIVE: f64 = 0.9;
 
+/// What is to be written where no force is applied.
+const FREE_DECAY: &str = "without an applied force, as in a free decay, nothing tells init the inertia: write study.toml yourself, with the time, \
+                          and in [[axis]] the displacement, force = 0 and inertia = 1 for every force per unit of it";
+
 /// The axes that the columns of the first log make, tried against all logs.
 pub(super) fn axes(
     logs: &[Log<'_>],
@@ -31,10 +35,7 @@ pub(super) fn axes(
             )));
         }
         if *role == "force" && *column == "0" && survey.column("0").is_none() {
-            return Err(Error::usage(
-                "without an applied force, as in a free decay, nothing tells init the inertia: write study.toml yourself, with the time, and \
-                 in [[axis]] the displacement, force = 0 and inertia = 1 for every force per unit of it",
-            ));
+            return Err(Error::usage(FREE_DECAY));
         }
         let no_time = *role == "time" && said.is_timeless(survey);
         if survey.column(column).is_none() && !no_time {
@@ -46,7 +47,7 @@ pub(super) fn axes(
         }
     }
     let mut axes = Vec::new();
-    for kind in [AxisKind::Translation, AxisKind::Rotation] {
+    for kind in kinds(survey, said) {
         let parts = Parts::of(survey, time, kind, said, &axes);
         if parts.force.is_empty() || parts.displacement.is_empty() {
             continue;
@@ -66,8 +67,11 @@ pub(super) fn axes(
             false => "displacement",
         };
         let instead = match missing {
-            "force" => "; the current of a motor may stand for it",
-            _ => "",
+            "force" => format!(
+                "; the current of a motor may stand for it, or in study.toml a list of pressures, each with the piston's area as its scale; \
+                 {FREE_DECAY}"
+            ),
+            _ => String::new(),
         };
         return Err(Error::data(format!(
             "{}: no column can be told to be the {missing}; name it with --column {missing}=COLUMN, of {}{instead}",
@@ -76,6 +80,27 @@ pub(super) fn axes(
         )));
     }
     Ok(axes)
+}
+
+/// Translation first, unless a column that the user named turns.
+fn kinds(survey: &Survey, said: &Said) -> [AxisKind; 2] {
+    use AxisKind::{Rotation, Translation};
+    let quantities: [(&str, fn(AxisKind) -> Quantity); 4] = [
+        ("displacement", Quantity::Displacement),
+        ("velocity", Quantity::Velocity),
+        ("acceleration", Quantity::Acceleration),
+        ("force", Quantity::Force),
+    ];
+    let turns = quantities.iter().any(|(role, quantity)| {
+        let column = said.column(role).and_then(|name| survey.column(name));
+        column.is_some_and(|c| {
+            c.named.score(quantity(Rotation)) > c.named.score(quantity(Translation))
+        })
+    });
+    match turns {
+        true => [Rotation, Translation],
+        false => [Translation, Rotation],
+    }
 }
 
 /// The columns that may be each part of an axis, the likeliest first.
@@ -161,6 +186,8 @@ struct Trial<'a> {
     acceleration: Option<&'a SurveyedColumn>,
     /// The factor by which the acceleration follows the body's position, in SI.
     likeness: Option<f64>,
+    /// How closely it does, as a correlation; 0 without an accelerometer.
+    follows: f64,
     fitted: Fitted,
 }
 
@@ -186,9 +213,20 @@ fn best_axis(
         .filter(|t| t.second.is_none())
         .map(|t| t.fitted.rest);
     let single = singles.fold(f64::INFINITY, f64::min);
-    // Two orders of a pair are one fit with the signs turned: that of the body last is taken.
+    // Two orders of a pair are one fit with the signs turned: the body is what the accelerometer follows closer.
     let pairs = trials.iter().filter(|t| t.second.is_some());
-    let best_pair = pairs.min_by(|a, b| a.fitted.rest.total_cmp(&b.fitted.rest));
+    let best_pair = pairs
+        .clone()
+        .min_by(|a, b| a.fitted.rest.total_cmp(&b.fitted.rest));
+    let best_pair = best_pair.and_then(|best| {
+        let turned = |t: &&Trial<'_>| {
+            let same = |a: &SurveyedColumn, b: Option<&SurveyedColumn>| {
+                Some(&a.name) == b.map(|b| &b.name)
+            };
+            same(t.first, best.second) && same(best.first, t.second) && t.follows > best.follows
+        };
+        pairs.clone().find(turned).or(Some(best))
+    });
     let pair = best_pair.is_some_and(|t| t.fitted.rest < BETTER * single);
     // The likeliest name comes first: another single column must explain clearly more.
     let mut likeliest = trials.iter().filter(|t| t.second.is_none());
@@ -295,6 +333,7 @@ fn trial<'a>(
         first,
         second,
         acceleration,
+        follows: best.as_ref().map_or(0.0, |(_, l)| l.correlation.abs()),
         likeness: best
             .filter(|(_, l)| l.correlation.abs() > DERIVATIVE)
             .map(|(a, l)| l.gain * factor(a, Quantity::Acceleration(kind))),
@@ -358,24 +397,25 @@ fn axis_of(
     findings: &mut Vec<String>,
 ) -> DraftAxis {
     let position = Quantity::Displacement(kind);
-    let [mut inertia, mut damping, mut stiffness] =
-        [0, 1, 2].map(|i| chosen.fitted.coefficients[i]);
+    let [mut inertia, damping, mut stiffness] = [0, 1, 2].map(|i| chosen.fitted.coefficients[i]);
     let mut force_channel = channel(force, Quantity::Force(kind), said);
     let mut acceleration = chosen
         .acceleration
         .map(|a| channel(a, Quantity::Acceleration(kind), said));
     let timeless = said.is_timeless(logs[0].survey);
-    let inertial = chosen.fitted.sure(0) && !timeless;
+    let mut judged = match chosen.fitted.sure(1) && !timeless {
+        true => damping,
+        false => stiffness,
+    };
+    // By its own position a body is accelerated against its joint: a mass of the other sign is a stiffness that rises with frequency.
+    let by_position = chosen.acceleration.is_none() && chosen.second.is_none();
+    let stiffens = by_position && inertia * judged < 0.0;
+    let inertial = chosen.fitted.sure(0) && !timeless && !stiffens;
     if inertial && inertia < 0.0 {
         let turned = turn_a_sign(chosen, &mut force_channel, acceleration.as_mut(), findings);
-        [damping, stiffness] = [damping, stiffness].map(|c| turned * c);
+        [judged, stiffness] = [judged, stiffness].map(|c| turned * c);
         inertia = -inertia;
     }
-    let judged = if chosen.fitted.sure(1) && !timeless {
-        damping
-    } else {
-        stiffness
-    };
     let restoring_force = match judged < 0.0 {
         true => Convention::InertiaMinusForce,
         false => Convention::ForceMinusInertia,
