@@ -25,8 +25,8 @@ pub const MAX_CUSUM: i32 = 1 << 24;
 pub const MIN_GROSS: u8 = 24;
 /// The error, in octaves, that is all of a force of usual size, less what of it is outside the common band.
 const ALL_OF_FORCE: i32 = -3 * OCTAVE / 2;
-/// Between which errors a gross change begins: between a third of the force and seven tenths. What the [usual
-/// power](AxisLimits::usual_power) beside it in the denominator takes off the former comes to that.
+/// Between which errors a gross change begins, beside a force that is large: a third of it and seven tenths. Beside one of usual size the
+/// [usual power](AxisLimits::usual_power) in the denominator lowers the former.
 const GROSS_DRIFTS: [i32; 2] = [-3 * OCTAVE, -2 * OCTAVE];
 /// The most octaves of power that a model has to [spare](AxisLimits::spare): an eighth of the usual force is judged then, and a joint is
 /// never that gentle for long.
@@ -154,8 +154,8 @@ impl AxisLimits {
         predicted >> (MOST_SPARE.unsigned_abs() - self.spare())
     }
 
-    /// The cumulative sums of a force that is gone and of one that nobody expects: halfway between the error's own drift and all of
-    /// the force.
+    /// The cumulative sums of a force that is gone and of one that nobody expects: halfway between the error's own drift, larger by the
+    /// octaves that are spent, and all of the force.
     pub fn gross_sums(&self) -> [Cusum; 2] {
         let spare = self.spare();
         let [least, most] = GROSS_DRIFTS;

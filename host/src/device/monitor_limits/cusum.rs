@@ -168,8 +168,8 @@ impl Evidence<'_> {
         let of_error = self.side == 0;
         let groups: &[usize] = if of_error { &GROUPS_OF_ERROR } else { &GROUPS };
         // A healthy joint is so far from a gross change that none of its blocks is held. What a longer look would show is: the tail
-        // ends where the device's steps do. How several hang together is a matter of held steps then: by how many of them its error is
-        // below the drift wanders, and says nothing about how it would rise.
+        // ends where the device's steps do. How blocks hang together is taken from held steps: by how much a healthy block is
+        // below the drift wanders by many of them, and says nothing about how the sum would rise.
         let is_gross = GROSS.contains(&self.side);
         let reach = if is_gross { most } else { f64::INFINITY };
         let of_group = |&group: &usize| {
