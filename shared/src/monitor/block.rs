@@ -154,14 +154,11 @@ impl Sums {
 }
 
 /// A gross change is judged where the power of the force that the model expects, or of the one that is there, is at least this part of
-/// the validation records': a joint that has lost its force is judged by the one that should be there. The other statistics are shares
-/// of the measured force, and take blocks in which that is so strong, and the travel above the bottom of [`LEVELS`]: how large a healthy
-/// share is was not measured below. Where only the model expects a force, the share is that of the model's worst moments, and limits
-/// that allow for those find a small change late.
+/// the [usual](AxisLimits::usual_power) one: a joint that has lost its force is judged by the one that should be there. The other statistics
+/// are shares of the measured force, and take blocks in which that has this part of the validation records' power, and the travel is
+/// above the bottom of [`LEVELS`]: how large a healthy share is was not measured below. Where only the model expects a force, the share is
+/// that of the model's worst moments, and limits that allow for those find a small change late.
 const GENTLEST: u64 = 4;
-/// Outside the training range only a force that is nearly gone is evidence: this part of the predicted power, which is held at the edge
-/// of the range there.
-const NEARLY_GONE: i64 = 16;
 
 /// Sums over the residuals of a block that no fault of a sensor spoils, whether the states are inside the training range or not, in the
 /// monitor's units.
@@ -180,7 +177,7 @@ pub struct GrossSums {
 pub struct Gross {
     /// 0: less force than the model expects; 1: more.
     pub side: usize,
-    /// log₂(Σe²/(the larger of Σr² and Σp² + n·P̄)) in 1/1024 octaves: 0 where all of a large force is missing, or none was expected.
+    /// log₂(Σe²/(the larger of Σr² and Σp² + the usual power)) in 1/1024 octaves: 0 where all of a large force is missing, or none was expected.
     pub value: i32,
 }
 
@@ -197,13 +194,14 @@ impl GrossSums {
     /// What a full block of 2^`log_values` residuals says; none where neither force is large enough. `outside`: whether some of them
     /// were spoilt by a state outside the training range.
     pub fn judged(&self, limits: &AxisLimits, log_values: u32, outside: bool) -> Option<Gross> {
-        let usual = limits.force_power << (log_values & 15);
+        let usual = limits.usual_power(log_values);
         let (larger, side) = if self.force < self.predicted {
             (self.predicted, 0)
         } else {
             (self.force, 1)
         };
-        let beyond = outside && self.force >= self.predicted / NEARLY_GONE;
+        // The prediction is held at the edge of the range: there only a force that is gone is evidence.
+        let beyond = outside && self.force >= limits.gone_outside(self.predicted);
         if (larger as u64) < usual / GENTLEST || beyond {
             return None;
         }
@@ -309,7 +307,7 @@ mod tests {
 
     #[test]
     fn a_force_that_is_gone_is_judged_by_the_one_that_was_expected() {
-        let limits = axis();
+        let mut limits = axis();
         let usual = 1_i64 << (31 + 6);
         let gone = Sums {
             error: usual,
@@ -318,13 +316,13 @@ mod tests {
         };
         // Only the gross change is judged by what the model expects.
         assert!(!gone.statistics(&limits, 6).moves);
-        let gross = |error, force, predicted, outside| {
+        let gross = |limits: &AxisLimits, error, force, predicted, outside| {
             let sums = GrossSums {
                 error,
                 force,
                 predicted,
             };
-            sums.judged(&limits, 6, outside)
+            sums.judged(limits, 6, outside)
         };
         let octave = -OCTAVE;
         let side = |side| {
@@ -342,7 +340,20 @@ mod tests {
             (usual, 0, true, None),
             (usual / 8, usual / 8, false, None),
         ] {
-            assert_eq!(gross(usual, force, predicted, outside), wanted);
+            assert_eq!(gross(&limits, usual, force, predicted, outside), wanted);
+        }
+        // A model with four octaves to spare is judged by a sixteenth of what it takes else, and outside its range by any missing force.
+        limits.error.drift = -11 * OCTAVE;
+        let gentle = usual / 16;
+        for (force, predicted, outside, wanted) in [
+            (0, gentle, false, side(0)),
+            (gentle, 0, false, side(1)),
+            (gentle / 2, gentle, true, side(0)),
+            (gentle, 0, true, None),
+            (gentle / 8, gentle / 8, false, None),
+        ] {
+            let said = gross(&limits, gentle, force, predicted, outside);
+            assert_eq!(said, wanted);
         }
     }
 }

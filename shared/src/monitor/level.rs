@@ -265,7 +265,8 @@ mod tests {
     fn a_gross_change_is_one_between_a_healthy_error_and_all_of_the_force() {
         let mut limits = axis();
         for (drift, wanted) in [
-            (-20 * OCTAVE, -5 * OCTAVE),
+            (-20 * OCTAVE, -49 * OCTAVE / 16),
+            (-15 * OCTAVE / 2, -7 * OCTAVE / 2),
             (-6 * OCTAVE, -15 * OCTAVE / 4),
             (MAX_CUSUM, -2 * OCTAVE),
         ] {

@@ -25,8 +25,12 @@ pub const MAX_CUSUM: i32 = 1 << 24;
 pub const MIN_GROSS: u8 = 24;
 /// The error, in octaves, that is all of a force of usual size, less what of it is outside the common band.
 const ALL_OF_FORCE: i32 = -3 * OCTAVE / 2;
-/// Between which errors, in octaves, a gross change begins: between a quarter of the force and seven tenths.
-const GROSS_DRIFTS: [i32; 2] = [-5 * OCTAVE, -2 * OCTAVE];
+/// Between which errors a gross change begins, beside a force that is large: a third of it and seven tenths. Beside one of usual size the
+/// [usual power](AxisLimits::usual_power) in the denominator lowers the former.
+const GROSS_DRIFTS: [i32; 2] = [-3 * OCTAVE, -2 * OCTAVE];
+/// The most octaves of power that a model has to [spare](AxisLimits::spare): an eighth of the usual force is judged then, and a joint is
+/// never that gentle for long.
+const MOST_SPARE: i32 = 4;
 
 /// One side of a cumulative sum (Page 1954): S ← max(0, S + y − drift), alarm at S ≥ threshold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -129,12 +133,34 @@ impl Limits {
 }
 
 impl AxisLimits {
-    /// The cumulative sums of a force that is gone and of one that nobody expects: halfway between the error's own drift and all of
-    /// the force.
+    /// By how many octaves the error of the model could be larger before the drift of a gross change, halfway between it and all of the
+    /// force, stood above the least one. A good model spends them on gentler motion and on motion outside its range.
+    fn spare(&self) -> u32 {
+        let [least, _] = GROSS_DRIFTS;
+        // Far from the rails: a drift is at most 2²⁴.
+        let spare = (2 * (least - OCTAVE) - ALL_OF_FORCE - self.error.drift) / OCTAVE;
+        spare.clamp(0, MOST_SPARE).unsigned_abs() & 7
+    }
+
+    /// The power of a usual force, over 2^`log_values` of them, where a gross change is judged: P̄, less the octaves that the model has
+    /// to spare. Beside it the model's error is larger by those at most.
+    pub(super) fn usual_power(&self, log_values: u32) -> u64 {
+        (self.force_power << (log_values & 15)) >> self.spare()
+    }
+
+    /// What of its predicted power a force may have at most to be evidence outside the training range: a sixteenth, and more by the
+    /// octaves that the model has to spare, so that it may be wrong by those there.
+    pub(super) fn gone_outside(&self, predicted: i64) -> i64 {
+        predicted >> (MOST_SPARE.unsigned_abs() - self.spare())
+    }
+
+    /// The cumulative sums of a force that is gone and of one that nobody expects: halfway between the error's own drift, larger by the
+    /// octaves that are spent, and all of the force.
     pub fn gross_sums(&self) -> [Cusum; 2] {
+        let spare = self.spare();
         let [least, most] = GROSS_DRIFTS;
-        // Both are far from the rails: a drift is at most 2²⁴.
-        let drift = (self.error.drift / 2 + ALL_OF_FORCE / 2).clamp(least, most);
+        let halfway = (self.error.drift + OCTAVE * spare.cast_signed() + ALL_OF_FORCE) / 2;
+        let drift = halfway.clamp(least - (OCTAVE >> spare), most);
         self.gross.map(|quarters| Cusum {
             drift,
             threshold: i32::from(quarters.max(MIN_GROSS)) * (OCTAVE / 4),

@@ -135,20 +135,24 @@ fn detection(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
             }
         }
     }
-    print!(
-        "{learnt:?} models, seeds from {seed} on: {missed} of {all} changes not seen within {within_s} s"
-    );
-    times.sort_by(f64::total_cmp);
-    let Some(last) = times.last() else {
-        println!();
-        return;
-    };
-    let at = |part: f64| times[(part * (times.len() - 1) as f64).round() as usize];
     println!(
-        "; half of the others within {:.2} s, nine tenths within {:.2} s, the last after {last:.2} s; {slow} told as slow",
-        at(0.5),
-        at(0.9)
+        "{learnt:?} models, seeds from {seed} on: {missed} of {all} changes not seen within {within_s} s; of the others {}; {slow} told \
+         as slow",
+        soon(times)
     );
+}
+
+/// How soon changes were found, for a person to read.
+fn soon(mut times: Vec<f64>) -> String {
+    times.sort_by(f64::total_cmp);
+    let at = |part: f64| {
+        let place = (part * times.len().saturating_sub(1) as f64).round() as usize;
+        times.get(place).copied().unwrap_or(f64::NAN)
+    };
+    let [half, nine_tenths, last] = [0.5, 0.9, 1.0].map(at);
+    format!(
+        "half within {half:.2} s, nine tenths within {nine_tenths:.2} s, the last after {last:.2} s"
+    )
 }
 
 /// A line per change: how many were found in time, how soon, how long an axis that changed was called healthy, and what was said wrongly.
@@ -161,35 +165,27 @@ fn sizes(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
         }
     }
     for change in changes {
-        let (mut times, mut all, mut wrong) = (Vec::new(), 0, Vec::new());
         // Where it was well before the power came on, and where it was not.
-        let mut healthy = [0.0_f64; 2];
+        let (mut times, mut healthy) = ([Vec::new(), Vec::new()], [0.0_f64; 2]);
+        let (mut all, mut wrong) = (0, Vec::new());
         for (seed, subject) in &subjects {
             for found in curves(subject, &[change], within_s + 2.0, *seed) {
                 all += 1;
-                let called = &mut healthy[usize::from(found.before_power_on)];
-                *called = called.max(found.healthy_after(0.0, within_s + 2.0));
+                let place = usize::from(found.before_power_on);
+                healthy[place] = healthy[place].max(found.healthy_after(0.0, within_s + 2.0));
                 match found.found_after() {
-                    Some(time) if time <= within_s => times.push(time),
+                    Some(time) if time <= within_s => times[place].push(time),
                     _ => wrong.push(format!("seed {seed}, not in time: {}", found.told())),
                 }
                 wrong.extend(found.wrong().map(|what| format!("seed {seed}, {what}")));
             }
         }
-        times.sort_by(f64::total_cmp);
-        let at = |part: f64| {
-            let place = (part * times.len().saturating_sub(1) as f64).round() as usize;
-            times.get(place).copied().unwrap_or(f64::NAN)
-        };
+        let in_time = times[0].len() + times[1].len();
+        let [running, before] = times.map(soon);
         println!(
-            "{learnt:?}, {change:?}: {} of {all} within {within_s} s; half within {:.2} s, nine tenths within {:.2} s, the last after {:.2} s; \
-             called healthy for {:.2} s at most, changed before power-on {:.2} s",
-            times.len(),
-            at(0.5),
-            at(0.9),
-            at(1.0),
-            healthy[0],
-            healthy[1]
+            "{learnt:?}, {change:?}: {in_time} of {all} within {within_s} s; {running}; changed before power-on: {before}; called healthy for \
+             {:.2} s at most, changed before power-on {:.2} s",
+            healthy[0], healthy[1]
         );
         for what in wrong {
             println!("  {what}");

@@ -160,22 +160,27 @@ impl Evidence<'_> {
         let held = |record: &Vec<f64>| record.iter().map(|z| z.max(-most)).collect();
         let held: Vec<Vec<f64>> = increments.iter().map(held).collect();
         let (variance, length) = long_run_variance(&held.iter().collect::<Vec<_>>());
-        let flat: Vec<f64> = held.into_iter().flatten().collect();
+        let flat: Vec<f64> = held.iter().flatten().copied().collect();
         // Independent values that the blocks are worth; a variance from n of them is off by √(2/n) of itself.
         let worth = (flat.len() as f64 / length).max(2.0);
         let variance = variance * (1.0 + CAUTION * (2.0 / worth).sqrt());
         let gaussian = -2.0 * mean(&flat) / variance.max(1e-9);
-        let pooled: Vec<&Vec<f64>> = increments.iter().collect();
-        let of_error = self.side == 0 || GROSS.contains(&self.side);
+        let of_error = self.side == 0;
         let groups: &[usize] = if of_error { &GROUPS_OF_ERROR } else { &GROUPS };
         // A healthy joint is so far from a gross change that none of its blocks is held. What a longer look would show is: the tail
-        // ends where the device's steps do.
+        // ends where the device's steps do. How blocks hang together is taken from held steps: by how much a healthy block is
+        // below the drift wanders by many of them, and says nothing about how the sum would rise.
         let is_gross = GROSS.contains(&self.side);
         let reach = if is_gross { most } else { f64::INFINITY };
-        let rate = groups
-            .iter()
-            .map(|&group| tail_rate(&pooled, group, reach))
-            .fold(gaussian, f64::min);
+        let of_group = |&group: &usize| {
+            let steps = if is_gross && group > 1 {
+                &held
+            } else {
+                &increments
+            };
+            tail_rate(steps, group, reach)
+        };
+        let rate = groups.iter().map(of_group).fold(gaussian, f64::min);
         let threshold = (self.log_rarity / rate.max(1e-9)).max(self.least());
         (threshold.min(f64::from(MAX_CUSUM)), variance.sqrt())
     }
@@ -219,7 +224,7 @@ fn long_run_variance(records: &[&Vec<f64>]) -> (f64, f64) {
 /// The root θ of E exp(θ·Z) = 1 for Z the sum of `group` increments in a row: the records' own sums in the body, and beyond
 /// their highest tenth an exponential with the mean excess found there, taken larger by its uncertainty, up to `reach` per increment.
 /// Infinite when that tenth is one value that is not above 0.
-fn tail_rate(records: &[&Vec<f64>], group: usize, reach: f64) -> f64 {
+fn tail_rate(records: &[Vec<f64>], group: usize, reach: f64) -> f64 {
     let mut sums: Vec<f64> = records
         .iter()
         .flat_map(|s| s.windows(group).map(|w| w.iter().sum::<f64>()))
