@@ -86,15 +86,38 @@ impl Added {
 /// the model does without it; a study that is not the model's.
 pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added> {
     from.check_fits(study)?;
-    let terms = wider(study, from, effects)?;
+    let mut terms = wider(study, from, effects)?;
+    let added = refitted(study, from, terms.clone(), effects)?;
+    // Two that cancel are one too many: what was added takes the place of the other one, as a damper of some power may that of a viscous one.
+    let other = added.cancels.as_ref();
+    if let Some(other) = other.filter(|name| !effects.contains(name)) {
+        let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+        terms.retain(|term| term.name(&names) != *other);
+        let mut alone = refitted(study, from, terms, effects)?;
+        if alone.helps && alone.cancels.is_none() {
+            let added = effects.join(", ");
+            let place = format!("{added} takes the place of {other}, which would cancel it");
+            alone.model.warnings.push(place);
+            return Ok(alone);
+        }
+    }
+    Ok(added)
+}
+
+/// The model with all of its parts found anew beside these terms, which hold the added `effects`, and its errors.
+fn refitted(
+    study: &Study,
+    from: &ModelFile,
+    terms: Vec<AxisEffect>,
+    effects: &[String],
+) -> Result<Added> {
     let prepared = Prepared::with_filters(study, from.filters.clone())?;
     from.check_motion(study, &prepared.motions)?;
     let before = compare::compare_motions(study, from, &prepared.motions)?;
     let blocks = prepared.validation(study).is_empty();
-    let errors_before = if blocks {
-        held_out_errors(study, &prepared, from)?
-    } else {
-        before.validation.clone()
+    let errors_before = match blocks {
+        true => held_out_errors(study, &prepared, from)?,
+        false => before.validation.clone(),
     };
     let learnt = learnt_without_vanished(study, &prepared, from, terms, effects)?;
     let inertia: Vec<f64> = learnt.inertia.iter().map(|i| i.value).collect();
@@ -109,16 +132,14 @@ pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added>
         axes.filter_map(|(axis, floor)| change(old, new, &axis.name, floor.rms))
     });
     let errors = ErrorChange {
-        judged_on: if blocks {
-            JudgedOn::HeldOutBlocks
-        } else {
-            JudgedOn::Validation
+        judged_on: match blocks {
+            true => JudgedOn::HeldOutBlocks,
+            false => JudgedOn::Validation,
         },
         before: errors_before,
-        after: if blocks {
-            held_out_errors(study, &prepared, &model)?
-        } else {
-            after.validation.clone()
+        after: match blocks {
+            true => held_out_errors(study, &prepared, &model)?,
+            false => after.validation.clone(),
         },
     };
     let fell = |(before, after): (&AxisError, &AxisError)| {

@@ -50,7 +50,7 @@ impl Effect for LuGre {
                 "σ₁",
                 "damping while the bristles bend; none is left while they slip",
                 Dimension::DAMPING,
-                true,
+                false,
             ),
             Parameter {
                 name: "breakaway_displacement",
