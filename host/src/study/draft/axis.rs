@@ -85,18 +85,16 @@ pub(super) fn axes(
 /// Translation first, unless a column that the user named turns.
 fn kinds(survey: &Survey, said: &Said) -> [AxisKind; 2] {
     use AxisKind::{Rotation, Translation};
-    let quantities: [(&str, fn(AxisKind) -> Quantity); 4] = [
-        ("displacement", Quantity::Displacement),
-        ("velocity", Quantity::Velocity),
-        ("acceleration", Quantity::Acceleration),
-        ("force", Quantity::Force),
-    ];
-    let turns = quantities.iter().any(|(role, quantity)| {
+    let turns = |role: &str, quantity: &dyn Fn(AxisKind) -> Quantity| {
         let column = said.column(role).and_then(|name| survey.column(name));
         column.is_some_and(|c| {
             c.named.score(quantity(Rotation)) > c.named.score(quantity(Translation))
         })
-    });
+    };
+    let turns = turns("displacement", &Quantity::Displacement)
+        || turns("velocity", &Quantity::Velocity)
+        || turns("acceleration", &Quantity::Acceleration)
+        || turns("force", &Quantity::Force);
     match turns {
         true => [Rotation, Translation],
         false => [Translation, Rotation],
