@@ -5,14 +5,14 @@ use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
-/// r = k·Σ e^(−s·i)·yᵢ with ẏᵢ = ẋ − yᵢ/τᵢ and τᵢ = 4ⁱ·τ, i from 0 to 4.
+/// r = k·Σ ρⁱ·yᵢ with ẏᵢ = ẋ − yᵢ/τᵢ and τᵢ = 4ⁱ·τ, i from 0 to 3.
 ///
-/// Five Maxwell elements whose relaxation times are spread over a factor of 256 and whose stiffness falls by a power of them. With s = p·ln 4
-/// the force of a held push falls as t^(−p) from τ to 256·τ, as that of a fractional derivative of order p does.
+/// Four Maxwell elements whose relaxation times are spread over a factor of 64 and whose stiffness falls by a power of them. With ρ = 4^(−p)
+/// the force of a held push falls as t^(−p) from τ to 64·τ, as that of a fractional derivative of order p does.
 pub(super) struct GeneralizedMaxwell;
 
 /// Elements: with a factor of 4 between their times, what they make of t^(−p) is smooth to 2 %.
-const ELEMENTS: usize = 5;
+const ELEMENTS: usize = 4;
 
 impl Effect for GeneralizedMaxwell {
     const TAG: u8 = 54;
@@ -24,7 +24,7 @@ impl Effect for GeneralizedMaxwell {
     const ABOUT: About = About {
         name: "generalized_maxwell",
         title: "springs and dampers in series beside each other (generalized Maxwell model)",
-        equation: "r = k·Σ e^(−s·i)·yᵢ, ẏᵢ = ẋ − yᵢ/τᵢ, τᵢ = 4ⁱ·τ, i = 0…4",
+        equation: "r = k·Σ ρⁱ·yᵢ, ẏᵢ = ẋ − yᵢ/τᵢ, τᵢ = 4ⁱ·τ, i = 0…3",
         source: "E. Wiechert, Annalen der Physik 286 (1893) 546–570; for power laws R. L. Bagley, P. J. Torvik, J. Rheology 27 (1983) 201–210",
         residual_signature: "the residual is a loop at every frequency, about as wide at all of them, around a spring that grows stiffer with the frequency",
         separated_by: "A push that is held: the force goes on falling over decades of time, where that of one Maxwell element is gone after \
@@ -51,14 +51,14 @@ impl Effect for GeneralizedMaxwell {
                 }),
             },
             Parameter {
-                name: "decline",
-                symbol: "s",
-                meaning: "logarithm of the ratio of two neighbouring stiffnesses; over ln 4 the order of the fractional derivative",
+                name: "ratio",
+                symbol: "ρ",
+                meaning: "ratio of the stiffnesses of two neighbours; −log₄ of it is the order of the fractional derivative",
                 dimension: Dimension::NONE,
                 role: Role::Shape(Shape {
-                    starts: &[0.2, 0.6],
-                    least: 0.02,
-                    most: 2.5,
+                    starts: &[0.55, 0.82],
+                    least: 0.08,
+                    most: 0.98,
                     reciprocal: false,
                     tie: None,
                 }),
@@ -67,19 +67,19 @@ impl Effect for GeneralizedMaxwell {
     };
 
     fn law<S: Scalar>(
-        &[stiffness, per_relaxation, decline, ..]: &Parameters<S>,
+        &[stiffness, per_relaxation, ratio, ..]: &Parameters<S>,
         at: &Kinematics<S>,
         states: &mut States<S>,
     ) -> [S; 2] {
-        let ratio = decline.decay();
-        let (mut rate, mut size) = (at.period.half() * per_relaxation, S::one());
+        // From the slowest element on: half a sample takes the fourth power from each to the next quicker one, which is cheaper than an exponential.
+        let slowest = S::ratio(1, 1 << (2 * (ELEMENTS - 1)));
+        let mut half = (at.period.half() * per_relaxation * slowest).decay();
         let mut sum = S::zero();
-        for stretch in states.iter_mut().take(ELEMENTS) {
-            let half = rate.decay();
+        for stretch in states.iter_mut().take(ELEMENTS).rev() {
             *stretch = (*stretch * half + at.step) * half;
-            sum = sum + size * *stretch;
-            size = size * ratio;
-            rate = rate.half().half();
+            sum = sum * ratio + *stretch;
+            let square = half * half;
+            half = square * square;
         }
         [stiffness * sum, S::zero()]
     }
