@@ -2,13 +2,12 @@
 
 use crate::model::Network;
 use crate::model::corrections::{Corrections, of_the_joint};
-use crate::model::file::{Base, ModelFile};
+use crate::model::file::{Base, ModelFile, followed};
 use crate::signal::filters::Filters;
 use crate::study::Convention;
 use crate::text::error::{Error, Result};
 use crate::text::input;
 use jointwatch_shared::base::axis::{self, Axis, Name};
-use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::base::network_quantise::Weights;
 use jointwatch_shared::base::terms::{EffectValues, Memory};
 use jointwatch_shared::base::{Header, Model};
@@ -171,11 +170,9 @@ fn check_exportable(
 }
 
 /// The inputs that effects of an axis follow, each once.
-fn followed(effects: &[EffectValues], axis: usize) -> Vec<&str> {
+fn followed_on(effects: &[EffectValues], axis: usize) -> Vec<&str> {
     let own = effects.iter().filter(|e| usize::from(e.axis) == axis);
-    let mut names: Vec<&str> = own
-        .filter_map(|e| Some(Follows::parse(e.input?).name))
-        .collect();
+    let mut names: Vec<&str> = followed(own).collect();
     names.sort_unstable();
     names.dedup();
     names
@@ -184,7 +181,7 @@ fn followed(effects: &[EffectValues], axis: usize) -> Vec<&str> {
 /// Refuses inputs that a device cannot follow: it has one channel an axis, and has to know the range.
 fn check_inputs(file: &ModelFile, effects: &[EffectValues]) -> Result<()> {
     for (index, axis) in file.axes.iter().enumerate() {
-        let name = match followed(effects, index)[..] {
+        let name = match followed_on(effects, index)[..] {
             [] => continue,
             [name] => name,
             [first, second, ..] => {
@@ -227,7 +224,7 @@ fn header(
             center: r.center,
             half_range: r.half_range,
         };
-        let name = followed(effects, index).first().copied();
+        let name = followed_on(effects, index).first().copied();
         let known = file
             .followed
             .iter()

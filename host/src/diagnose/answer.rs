@@ -4,7 +4,7 @@ use super::decide::{Decision, drop_interval};
 use super::errors::shapes_of;
 use super::learner::Knows;
 use super::rank::Looked as LookedAt;
-use super::search::Model;
+use super::search::{Model, Search};
 use super::zeros::Zeros;
 use crate::assess::where_it_fails::FailingRegion;
 use crate::fit::effects::columns::Records;
@@ -41,6 +41,13 @@ pub struct Found {
     pub effect: String,
     /// The axis, or `both`.
     pub axis: String,
+}
+
+impl Found {
+    /// As people write it: `effect@axis`.
+    pub fn name(&self) -> String {
+        format!("{}@{}", self.effect, self.axis)
+    }
 }
 
 /// One parameter of a candidate.
@@ -184,23 +191,30 @@ pub(super) fn in_words_found(added: &[AxisEffect], axes: &[&str]) -> Vec<Found> 
     found
 }
 
-/// Candidates for the first missing effect, best first; one that is missing on each axis stands once, for both. `zeros` were found as well.
-/// What was found has its values beside everything else that was: alone it may have next to none.
+/// Candidates for the first missing effect, best first; one that is missing on each axis stands once, for both. What was found has its
+/// values beside everything else that was: alone it may have next to none.
 pub(super) fn in_words_ranked(
-    decisions: &[Decision],
-    first: (&Records<'_>, &[AxisEffect], &[Vec<f64>]),
-    (found, together): (&[Found], &[FittedEffect]),
-    zeros: Vec<Ranked>,
+    search: &Search,
+    found: &[Found],
+    (records, base): (&Records<'_>, &[AxisEffect]),
     study: &Study,
-) -> Vec<Ranked> {
+) -> Result<Vec<Ranked>> {
+    let together = together(&search.found, &search.last, records, study)?;
+    let zeros = in_words_zeros(&search.zeros_found(), &together, records, study);
     let mut all: Vec<(f64, Ranked)> = zeros.into_iter().map(|zero| (0.0, zero)).collect();
-    for decision in decisions {
+    let values = &search.first.solution.solved.values;
+    for decision in &search.decisions {
         for (looked, equivalent) in &decision.singles {
-            let mut ranked = ranked(decision, looked, equivalent, first, study);
             let bound = looked.hypothesis.added()[0];
-            if let Some(term) = together.iter().find(|term| term.bound == bound) {
-                ranked.parameters = parameters(&bound, &term.values, &term.intervals, study);
-            }
+            let own = &looked.hypothesis.values[looked.hypothesis.base];
+            let parameters = match together.iter().find(|term| term.bound == bound) {
+                Some(term) => parameters(&bound, &term.values, &term.intervals, study),
+                None => {
+                    let intervals = intervals(records, base, values, (&bound, own), study);
+                    parameters(&bound, own, &intervals, study)
+                }
+            };
+            let ranked = ranked(decision, looked, equivalent, parameters, study);
             all.push((looked.score.rank - decision.base_rank, ranked));
         }
     }
@@ -223,7 +237,7 @@ pub(super) fn in_words_ranked(
         seen.push(name);
         new
     });
-    all
+    Ok(all)
 }
 
 /// A candidate in words and relative figures.
@@ -231,13 +245,11 @@ fn ranked(
     decision: &Decision,
     looked: &LookedAt,
     equivalent: &[String],
-    (records, base, values): (&Records<'_>, &[AxisEffect], &[Vec<f64>]),
+    parameters: Vec<CandidateParameter>,
     study: &Study,
 ) -> Ranked {
     let bound = looked.hypothesis.added()[0];
-    let own = &looked.hypothesis.values[looked.hypothesis.base];
     let both = bound.entry.acts == Acts::BothAxes;
-    let intervals = intervals(records, base, values, (&bound, own), study);
     let (before, after) = (decision.errors[0], looked.score.error);
     let like = |other: &&LookedAt| equivalent.contains(&other.hypothesis.added()[0].effect());
     let singles = decision.singles.iter().map(|(single, _)| single);
@@ -260,7 +272,7 @@ fn ranked(
         error_before: before,
         error_after: after,
         error_drop_interval: decision.drop_interval(looked),
-        parameters: parameters(&bound, own, &intervals, study),
+        parameters,
         separating_experiment: bound.entry.about.separated_by.into(),
     }
 }
@@ -289,7 +301,7 @@ fn parameters(
 }
 
 /// The effects that were found, with their values beside everything else of the last model.
-pub(super) fn together(
+fn together(
     found: &[AxisEffect],
     last: &Model,
     records: &Records<'_>,
@@ -311,7 +323,7 @@ pub(super) fn together(
 }
 
 /// Zeros of force that were found.
-pub(super) fn in_words_zeros(
+fn in_words_zeros(
     zeros: &[&Zeros],
     together: &[FittedEffect],
     records: &Records<'_>,

@@ -106,7 +106,7 @@ pub fn apply(
 
 /// What was found, in a row.
 fn listed(found: &[Found]) -> String {
-    let names = found.iter().map(|f| format!("{}@{}", f.effect, f.axis));
+    let names = found.iter().map(Found::name);
     names.collect::<Vec<_>>().join(", ")
 }
 
@@ -197,7 +197,7 @@ pub fn to_add(found: &Found, study: &Study) -> Vec<String> {
             .map(|axis| format!("{}@{axis}", found.effect))
             .filter(|name| AxisEffect::parse(name, &axes).is_ok())
             .collect(),
-        (false, false) => vec![format!("{}@{}", found.effect, found.axis)],
+        (false, false) => vec![found.name()],
     }
 }
 

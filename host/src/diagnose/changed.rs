@@ -1,6 +1,6 @@
 //! What is different in a joint now: a model of before, held against records taken since, and against what these records give.
 
-use super::{Verdict, diagnose};
+use super::{Found, Verdict, diagnose};
 use crate::assess::compare;
 use crate::fit::identify::{Prepared, base_terms, fit_alone};
 use crate::model::ModelEffect;
@@ -132,7 +132,7 @@ pub fn changed(study: &Study, old: &ModelFile, new: Option<&ModelFile>) -> Resul
                     let found = diagnosis.found.iter();
                     changed
                         .came
-                        .extend(found.map(|f| format!("{}@{}", f.effect, f.axis)));
+                        .extend(found.map(Found::name));
                 }
                 Verdict::None => {}
                 Verdict::Unknown => notes.push(

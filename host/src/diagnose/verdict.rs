@@ -3,7 +3,7 @@
 use super::absorbed::absorbed;
 use super::answer::{
     Absorbed, Diagnosis, PerAxis, Verdict, in_words_found, in_words_looked, in_words_probabilities,
-    in_words_ranked, in_words_remainder, in_words_zeros, together,
+    in_words_ranked, in_words_remainder,
 };
 use super::base::base_of;
 use super::criteria::CRITERIA;
@@ -128,9 +128,7 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     };
     let absorbed = absorbed(study, &prepared, model, &new)?;
     notes.extend(absorbed.iter().map(|a| follows_already(model, a)));
-    let together = together(&search.found, &search.last, &learnt, study)?;
-    let zeros = in_words_zeros(&search.zeros_found(), &together, &learnt, study);
-    let (decisions, values) = (&search.decisions, &search.first.solution.solved.values);
+    let decisions = &search.decisions;
     Ok(Diagnosis {
         verdict,
         judged_on: unseen.judged_on(),
@@ -138,13 +136,7 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
         relative_error_after: per_axis(&after),
         absorbed,
         noise_floor: per_axis(&noise),
-        ranked: in_words_ranked(
-            decisions,
-            (&learnt, &base, values),
-            (&found, &together),
-            zeros,
-            study,
-        ),
+        ranked: in_words_ranked(&search, &found, (&learnt, &base), study)?,
         found,
         probabilities: in_words_probabilities(
             decisions,

@@ -394,8 +394,10 @@ impl ModelFile {
 }
 
 /// The inputs that effects follow, by name.
-fn followed(effects: &[EffectValues]) -> impl Iterator<Item = &str> {
-    let followed = effects.iter().filter_map(|e| e.input);
+pub(crate) fn followed<'a>(
+    effects: impl IntoIterator<Item = &'a EffectValues>,
+) -> impl Iterator<Item = &'a str> {
+    let followed = effects.into_iter().filter_map(|e| e.input);
     followed.map(|input| Follows::parse(input).name)
 }
 

@@ -3,7 +3,7 @@
 use super::Step;
 use crate::diagnose::add::Change;
 use crate::diagnose::apply::Applied;
-use crate::diagnose::{Diagnosis, PerAxis};
+use crate::diagnose::{Diagnosis, Found, PerAxis};
 use crate::study::Role;
 
 /// Before, and after each addition.
@@ -26,7 +26,7 @@ pub fn found(diagnosis: &Diagnosis) -> Vec<Step> {
         errors: diagnosis.relative_error_before.clone(),
     }];
     let found = diagnosis.found.iter();
-    let found: Vec<String> = found.map(|f| format!("{}@{}", f.effect, f.axis)).collect();
+    let found: Vec<String> = found.map(Found::name).collect();
     if !found.is_empty() {
         steps.push(Step {
             label: found.join(", "),

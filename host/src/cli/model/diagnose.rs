@@ -6,7 +6,7 @@ use crate::cli::plots::Plots;
 use crate::cli::report::Report;
 use crate::diagnose::apply::{self, Applied};
 use crate::diagnose::changed::{self, ParameterChange};
-use crate::diagnose::{self, Asked, Columns, Diagnosis, Ranked, Verdict};
+use crate::diagnose::{self, Asked, Columns, Diagnosis, Found, Ranked, Verdict};
 use crate::model::file::ModelFile;
 use crate::model::{ModelEffect, ParameterValue, corrections, effects};
 use crate::text::error::{Error, Result};
@@ -177,11 +177,7 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
         "With everything that is missing added, RMS error over RMS force on the {}:\n{table}\n",
         diagnosis.judged_on.words()
     ))?;
-    let found: Vec<String> = diagnosis
-        .found
-        .iter()
-        .map(|f| format!("{}@{}", f.effect, f.axis))
-        .collect();
+    let found: Vec<String> = diagnosis.found.iter().map(Found::name).collect();
     let verdict = match diagnosis.verdict {
         Verdict::Effect => format!("{}{}", told(diagnosis, &found), beside(diagnosis)),
         Verdict::None => "Nothing is missing.".into(),

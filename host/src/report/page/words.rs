@@ -4,7 +4,7 @@ use super::asked::Asked;
 use super::contents::{ModelWords, Term, Value};
 use super::version::Version;
 use crate::assess::where_it_fails::{Extent, significant};
-use crate::diagnose::{Diagnosis, PerAxis, Verdict};
+use crate::diagnose::{Diagnosis, Found, PerAxis, Verdict};
 use crate::fit::identify;
 use crate::model::ModelEffect;
 use crate::model::effects::is_correction;
@@ -115,11 +115,7 @@ fn of_response(response: &Response) -> String {
 }
 
 fn of_diagnosis(diagnosis: &Diagnosis, first: &Step, last: &Step, floors: &PerAxis) -> String {
-    let found: Vec<String> = diagnosis
-        .found
-        .iter()
-        .map(|f| format!("{}@{}", f.effect, f.axis))
-        .collect();
+    let found: Vec<String> = diagnosis.found.iter().map(Found::name).collect();
     let stands: Vec<String> = first
         .errors
         .iter()

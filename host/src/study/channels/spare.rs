@@ -42,13 +42,13 @@ impl Study {
     /// # Errors
     /// As [`Study::read_whole`]; an input that is nowhere is refused by what needs it.
     pub(crate) fn read_whole_following(path: &Path, inputs: &[&str]) -> Result<Self> {
-        if inputs.is_empty() {
-            return Self::read_whole(path);
+        let study = Self::read_whole(path)?;
+        let columns = study.columns_of(inputs);
+        if columns.is_empty() {
+            return Ok(study);
         }
-        let study = Self::read(path)?;
-        let (described, text) = description_text(path)?;
-        let source = Source::file(&described, &text);
-        Self::described(&source, Logged::Whole, &study.columns_of(inputs))
+        let (path, text) = description_text(path)?;
+        Self::described(&Source::file(&path, &text), Logged::Whole, &columns)
     }
 
     /// The columns that stand for inputs that the study does not name.
@@ -68,14 +68,13 @@ impl Study {
     /// # Errors
     /// As [`Study::read`].
     pub(crate) fn with_spare_columns(&self) -> Result<Option<Self>> {
-        let mut names: Vec<&str> = self.unused.iter().map(String::as_str).collect();
-        let same = |name: &str| {
-            self.unused
-                .iter()
-                .filter(|n| word_of(n) == word_of(name))
-                .count()
+        let spare = self.unused.iter();
+        let words: Vec<(&str, Option<String>)> = spare.map(|n| (n.as_str(), word_of(n))).collect();
+        let alone = |word: &Option<String>| {
+            word.is_some() && words.iter().filter(|(_, other)| other == word).count() == 1
         };
-        names.retain(|name| word_of(name).is_some() && same(name) == 1);
+        let names = words.iter().filter(|(_, word)| alone(word));
+        let names: Vec<&str> = names.map(|(name, _)| *name).collect();
         if names.is_empty() || !self.path.is_file() {
             return Ok(None);
         }
