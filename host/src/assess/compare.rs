@@ -9,7 +9,7 @@ use crate::signal::motion::{self, Motion};
 use crate::signal::statistics::peak;
 use crate::study::{Role, Study};
 use crate::text::error::Result;
-use crate::text::table::{Table, percent};
+use crate::text::table::{Table, hertz, percent};
 use crate::text::units::prefixed;
 use serde::Serialize;
 
@@ -188,7 +188,7 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
         let table = figures_table(&records, model);
         let band = match model.filters.quasi_static {
             true => String::new(),
-            false => format!(", in the band up to {:.0} Hz", model.filters.band_hz),
+            false => format!(", in the band up to {}", hertz(model.filters.band_hz)),
         };
         text.push_str(&format!("{heading}{band}:\n{table}\n\n"));
     }

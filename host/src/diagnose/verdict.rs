@@ -25,6 +25,7 @@ use crate::signal::motion::Motion;
 use crate::study::quasi_static::effects_in_time;
 use crate::study::{AxisKind, Study};
 use crate::text::error::{Error, Result};
+use crate::text::table::hertz;
 use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::effect::{EFFECTS, Entry};
 
@@ -217,9 +218,10 @@ fn mixed(
     for (axis, crossover) in study.axes.iter().zip(crossovers) {
         if let Some(hz) = crossover {
             notes.push(format!(
-                "axis {}: below {hz:.0} Hz the search takes the acceleration from the body's position, which is less noisy there than the \
+                "axis {}: below {} the search takes the acceleration from the body's position, which is less noisy there than the \
                  accelerometer",
-                axis.name
+                axis.name,
+                hertz(hz)
             ));
         }
     }

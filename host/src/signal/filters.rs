@@ -6,6 +6,7 @@ use super::fir::{quantise, to_f64};
 use crate::signal::motion::motions;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
+use crate::text::table::hertz;
 use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
 use serde::{Deserialize, Serialize};
 
@@ -61,9 +62,10 @@ impl Filters {
             && stated > most
         {
             return Err(Error::data(format!(
-                "{}: band_hz = {stated} is too wide for a sample rate of {rate} Hz, which allows {most:.0} Hz; try a lower \
+                "{}: band_hz = {stated} is too wide for a sample rate of {rate} Hz, which allows {}; try a lower \
                  band_hz or leave it out",
                 study.path.display(),
+                hertz(most)
             )));
         }
         let noise_limited_hz = state_band_hz(study);

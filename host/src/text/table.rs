@@ -77,6 +77,17 @@ pub fn percent(value: f64) -> String {
     }
 }
 
+/// A frequency in whole hertz, or with the three digits that count below 10 Hz: `40 Hz`, `0.412 Hz`.
+pub fn hertz(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || size >= 10.0 {
+        return format!("{value:.0} Hz");
+    }
+    let decimals = 2 - size.log10().floor() as i32;
+    let digits = format!("{value:.*}", decimals as usize);
+    format!("{} Hz", digits.trim_end_matches('0').trim_end_matches('.'))
+}
+
 /// A value in its unit with five significant digits and the prefix that keeps it readable: `1394.2 N/m`, `1.5000 mm`.
 pub fn value_with_unit(value: f64, unit: &str) -> String {
     let size = value.abs();
@@ -138,6 +149,19 @@ mod tests {
             "  axis    NMSE\n  x     1.25 %\n  phi   12.5 %"
         );
     }
+    #[test]
+    fn low_frequencies_keep_their_digits() {
+        for (value, wanted) in [
+            (40.4, "40 Hz"),
+            (5.0, "5 Hz"),
+            (0.4118, "0.412 Hz"),
+            (0.03, "0.03 Hz"),
+            (0.0, "0 Hz"),
+        ] {
+            assert_eq!(hertz(value), wanted);
+        }
+    }
+
     #[test]
     fn small_percentages_keep_their_digits() {
         for (value, wanted) in [
