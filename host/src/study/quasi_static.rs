@@ -134,6 +134,7 @@ mod tests {
             "iwan",
             "preload",
             "mullins",
+            "self_centring",
         ] {
             assert!(is_rate_independent(fast(name)), "{name}");
         }

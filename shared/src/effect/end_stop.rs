@@ -13,6 +13,8 @@ pub(super) struct EndStop;
 
 impl Effect for EndStop {
     const TAG: u8 = 11;
+    /// A contact on one side alone is one.
+    const MAY_VANISH: &'static [(usize, usize)] = &[(0, 1), (1, 0)];
     const LOOKS_LIKE: &'static [&'static str] = &["clearance"];
 
     const ABOUT: About = About {

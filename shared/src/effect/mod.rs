@@ -53,6 +53,7 @@ mod power_spring;
 mod power_spring_by_direction;
 mod preload;
 mod quadratic_drag;
+mod self_centring;
 mod stiffness;
 mod stiffness_by_other;
 mod stiffness_by_other_squared;
@@ -138,4 +139,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<bouc_wen_pinching::BoucWenPinching>(),
     Entry::of::<force_drift::ForceDrift>(),
     Entry::of::<generalized_maxwell::GeneralizedMaxwell>(),
+    Entry::of::<self_centring::SelfCentring>(),
 ];
