@@ -236,8 +236,8 @@ fn curve(entry: &Entry) -> Vec<(f64, f64)> {
 /// All effects as the page docs/reference/effects.md.
 pub fn markdown() -> String {
     let mut text = String::from(
-        "# The effects\n\nEvery physical effect that a model can hold and that a diagnosis looks for. This page is generated. Change the effect's file \
-         in `shared/src/effect/` and write the page anew:\n\n```\njointwatch effects --markdown > docs/reference/effects.md\n```\n\n\
+        "# The effects\n\nEvery physical effect that a model can hold and that a diagnosis looks for. It is generated from \
+         `shared/src/effect/`:\n\n```\njointwatch effects --markdown > docs/reference/effects.md\n```\n\n\
          x is the displacement of the axis that the effect is bound to (`effect@axis`), and ẋ its velocity. φ and φ̇ are those of the other axis. F is the \
          applied force and a the acceleration of the body; s = 1 for r = F − m·a and −1 for r = m·a − F. The loops are drawn in units of the \
          motion: displacement and velocity reach 1. What belongs to the joint runs on the device too. Parameters that \

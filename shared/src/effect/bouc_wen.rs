@@ -27,7 +27,7 @@ impl Effect for BoucWen {
         source: "R. Bouc, 4th Conf. Non-Linear Oscillation, Prague 1967; Y.-K. Wen, J. Eng. Mech. Div. ASCE 102 (1976) 249–263",
         residual_signature: "the residual over the displacement is a rounded loop whose width does not depend on speed",
         separated_by: "Slow reversals at several amplitudes: the flanks bend smoothly into the flat part, where Jenkins has a corner. \
-                       How sharp the knee is tells it from Dahl, which is its member with n = 1 and γ = 1.",
+                       Dahl has a blunter knee.",
         parameters: &[
             Parameter::linear(
                 "yield_force",

@@ -29,8 +29,8 @@ impl Effect for Clearance {
         equation: "r = κ·dz(x, d), dz(x, d) = 0 for |x| ≤ d, x − d·sgn(x) for |x| > d",
         source: "F. Tasbihgoo, J. P. Caffrey, S. F. Masri, Int. J. Non-Linear Mechanics 42 (2007), Section 3",
         residual_signature: "the residual is a bent line over the displacement, flat in the middle and steep outside",
-        separated_by: "A slow push through the whole range: the force has a corner at ±d, where hardening bends smoothly. End stops \
-                       have the same corner, but only near the ends of the motion: a smaller amplitude no longer meets them.",
+        separated_by: "A slow push through the whole range: the force has a corner at ±d, where hardening bends smoothly. A smaller \
+                       amplitude still meets it, unlike an end stop.",
         parameters: &[
             Parameter::linear(
                 "contact_stiffness",

@@ -23,7 +23,7 @@ impl Effect for DigressiveDamping {
         source: "J. C. Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007: digressive valves",
         residual_signature: "the residual over the velocity is steep near rest and flattens towards a level on either side",
         separated_by: "Sweeps at constant speeds: near rest the force is proportional to the speed, where dry friction jumps; far above the \
-                       knee it stays, where a power goes on rising. The sample rate has to resolve the turn of the velocity.",
+                       knee it stays, where a power goes on rising.",
         parameters: &[
             Parameter::linear(
                 "force",

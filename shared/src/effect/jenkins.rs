@@ -39,7 +39,7 @@ impl Effect for Jenkins {
         source: "W. D. Iwan, J. Applied Mechanics 33 (1966) 893–900; the element is named after C. F. Jenkin, 1922",
         residual_signature: "the residual over the displacement is a parallelogram: straight flanks after every reversal, then flat",
         separated_by: "Slow reversals at several amplitudes: the flanks are straight with a corner where it slips, where Bouc–Wen and \
-                       Dahl bend; below the slip displacement there is no loop at all. Dry friction without a spring reverses at once.",
+                       Dahl bend; below the slip displacement there is no loop at all.",
         parameters: &[
             Parameter::linear(
                 "slip_force",

@@ -22,8 +22,6 @@ impl Effect for LuGre {
 
     /// Friction at rest is never less than in motion.
     const NEVER_LESS: &'static [(usize, usize)] = &[(1, 0)];
-    /// Bristles need no damping.
-    const MAY_VANISH: &'static [(usize, usize)] = &[(2, 0)];
     const ABOUT: About = About {
         name: "lugre",
         title: "friction with presliding that falls with speed (LuGre)",
@@ -52,7 +50,7 @@ impl Effect for LuGre {
                 "σ₁",
                 "damping while the bristles bend; none is left while they slip",
                 Dimension::DAMPING,
-                true,
+                false,
             ),
             Parameter {
                 name: "breakaway_displacement",

@@ -23,9 +23,9 @@ impl Effect for SelfCentring {
         title: "flag-shaped hysteresis that returns to zero (self-centring)",
         equation: "r = k·(x − s), s held between dz(x, d) and dz(x, (1 − β)·d)",
         source: "C. Christopoulos, A. Filiatrault, B. Folz, Earthquake Engineering and Structural Dynamics 31 (2002) 1131–1150",
-        residual_signature: "the residual over the displacement is a flag: one straight line through zero, and a loop on either side of it",
-        separated_by: "Slow cycles at several amplitudes: below activation there is no loop, above it every cycle returns through zero without \
-                       a residual displacement. The loop of a Jenkins element is centred on the turning points instead.",
+        residual_signature: "the residual over the displacement is a flag: a line through zero, and a loop on either side",
+        separated_by: "Slow cycles at several amplitudes: no loop below activation; above it every cycle returns through zero, where a \
+                       Jenkins element keeps a residual displacement.",
         parameters: &[
             Parameter::linear(
                 "stiffness",
