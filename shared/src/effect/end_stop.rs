@@ -14,7 +14,7 @@ pub(super) struct EndStop;
 impl Effect for EndStop {
     const TAG: u8 = 11;
     /// A contact on one side alone is one.
-    const MAY_VANISH: &'static [(usize, usize)] = &[(0, 1), (1, 0)];
+    const ONE_IS_ENOUGH: &'static [usize] = &[0, 1];
     const LOOKS_LIKE: &'static [&'static str] = &["clearance"];
 
     const ABOUT: About = About {

@@ -155,8 +155,8 @@ pub trait Effect {
     const LOOKS_LIKE: &'static [&'static str] = &[];
     /// Pairs of parameters, by their places, of which the first is never less than the second in nature, and no more than three times it.
     const NEVER_LESS: &'static [(usize, usize)] = &[];
-    /// Pairs of strengths, by their places, of which the first may be nothing where the second is not: a contact on one side is a contact.
-    const MAY_VANISH: &'static [(usize, usize)] = &[];
+    /// Strengths, by their places, that may be nothing as long as one of them is not: a contact on one side is a contact.
+    const ONE_IS_ENOUGH: &'static [usize] = &[];
     /// Parameters, by their places, at whose largest value the law has become another one.
     const NOT_AT_MOST: &'static [usize] = &[];
     /// Parameters, by their places, whose searched values are in SI and not relative to the motion.
@@ -219,8 +219,8 @@ pub struct Entry {
     pub looks_like: &'static [&'static str],
     /// [`Effect::NEVER_LESS`].
     pub never_less: &'static [(usize, usize)],
-    /// [`Effect::MAY_VANISH`].
-    pub may_vanish: &'static [(usize, usize)],
+    /// [`Effect::ONE_IS_ENOUGH`].
+    pub one_is_enough: &'static [usize],
     /// [`Effect::NOT_AT_MOST`].
     pub not_at_most: &'static [usize],
     /// [`Effect::IN_SI`].
@@ -271,7 +271,7 @@ impl Entry {
             #[cfg(feature = "fit")]
             looks_like: E::LOOKS_LIKE,
             never_less: E::NEVER_LESS,
-            may_vanish: E::MAY_VANISH,
+            one_is_enough: E::ONE_IS_ENOUGH,
             not_at_most: E::NOT_AT_MOST,
             #[cfg(feature = "fit")]
             in_si: E::IN_SI,

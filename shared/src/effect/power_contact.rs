@@ -15,7 +15,7 @@ pub(super) struct PowerContact;
 impl Effect for PowerContact {
     const TAG: u8 = 48;
     /// A contact on one side alone is one.
-    const MAY_VANISH: &'static [(usize, usize)] = &[(0, 1), (1, 0)];
+    const ONE_IS_ENOUGH: &'static [usize] = &[0, 1];
     const LOOKS_LIKE: &'static [&'static str] = &["end_stop", "clearance"];
 
     const ABOUT: About = About {

@@ -129,18 +129,17 @@ pub(crate) fn column_bounds(bound: &AxisEffect, records: &Records<'_>) -> Vec<[f
     columns.flatten().collect()
 }
 
-/// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is absent, unless the law is the same without
-/// it; none is less than what it exceeds in nature or more than a few times that; and it has not become another one. One whose memory
+/// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is absent, unless another one is
+/// enough; none is less than what it exceeds in nature or more than a few times that; and it has not become another one. One whose memory
 /// outlasts the records has: it is a spring about another zero, and follows the drift of an instrument. So has one that repeats after more
 /// than the travel, or a line of which the longest record holds no three periods or the sampling no more than a glimpse.
 pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
     let entry = bound.entry;
     let parameters = entry.parameters();
     let mut listed = parameters.iter().zip(values).enumerate();
-    let may_vanish = |place: usize| {
-        let mut pairs = entry.may_vanish.iter();
-        pairs.any(|&(own, other)| own == place && values[other] > 0.0)
-    };
+    let alternatives = entry.one_is_enough;
+    let one_acts = alternatives.iter().any(|&place| values[place] > 0.0);
+    let may_vanish = |place: usize| one_acts && alternatives.contains(&place);
     let inside = listed.all(|(place, (parameter, value))| {
         let [least, most] = bounds(bound, parameter, records);
         let linear = matches!(parameter.role, Role::Linear { .. });
