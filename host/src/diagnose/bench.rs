@@ -180,6 +180,7 @@ impl<'a> Bench<'a> {
         };
         let applied = self.records.applied_rms(self.axis);
         let stated = self.records.doubtful_inertia(self.axis);
+        let stated = stated.filter(|inertia| *inertia > 0.0);
         [
             within("preload", CRITERIA.zero * applied),
             stated.and_then(|stated| within("inertia_error", CRITERIA.gain * stated)),

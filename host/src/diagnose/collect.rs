@@ -70,11 +70,16 @@ pub(super) fn candidates(
     let following =
         of_joint.flat_map(|entry| inputs.iter().map(move |i| bound(entry, axis, Some(*i))));
     let bounds = bounds.chain(following);
-    let inertia = bench.records.doubtful_inertia(axis).is_some();
+    let inertia = bench.records.doubtful_inertia(axis);
     bounds
         .filter(|bound| {
             let name = bound.entry.about.name;
-            let of_inertia = matches!(name, "inertia_error" | "force_gain");
+            let tells = match name {
+                "inertia_error" => inertia.is_some(),
+                // Where no inertia force is known, a gain is another joint.
+                "force_gain" => inertia.is_some_and(|stated| stated > 0.0),
+                _ => true,
+            };
             // A law that holds one of the base as a special case takes its place.
             let rival = known
                 .iter()
@@ -87,7 +92,7 @@ pub(super) fn candidates(
                 && (!turns || axes[bound.axis].kind == AxisKind::Rotation)
                 && !bound.entry.is_zero_per_record()
                 && !known.contains(bound)
-                && (!of_inertia || inertia)
+                && tells
                 && !without
                     .iter()
                     .any(|w| w == name || *w == bound.name(&names))

@@ -37,7 +37,7 @@ impl Effect for Clearance {
                 "κ",
                 "stiffness that the stops add outside the free play",
                 Dimension::STIFFNESS,
-                false,
+                true,
             ),
             Parameter {
                 name: "gap",

@@ -52,6 +52,8 @@ pub(crate) struct Records<'a> {
     pub(crate) beside_constant: bool,
     /// Thinned rows per second.
     pub(crate) thinned_rate_hz: f64,
+    /// The rate of the samples, Hz.
+    pub(crate) sample_rate_hz: f64,
     /// Thinned rows of each record.
     pub(crate) rows: Vec<usize>,
     /// The largest displacement and velocity of each axis, and the RMS of its force: what parameters are relative to.
@@ -96,6 +98,7 @@ impl<'a> Records<'a> {
             projection: None,
             beside_constant: false,
             thinned_rate_hz: rate / every as f64,
+            sample_rate_hz: rate,
             rows: Vec::new(),
             references: References {
                 force: [1.0; 2],
@@ -145,9 +148,9 @@ impl<'a> Records<'a> {
         records
     }
 
-    /// The inertia of an axis that may be stated wrong: one that is stated, and whose force is not all that there is.
+    /// The inertia of an axis that may be stated wrong: one that is stated, if only as nothing, and whose force is not all that there is.
     pub(crate) fn doubtful_inertia(&self, axis: usize) -> Option<f64> {
-        self.inertias[axis].filter(|inertia| *inertia > 0.0 && self.forced[axis])
+        self.inertias[axis].filter(|_| self.forced[axis])
     }
 
     /// Lets the effects of instruments work on the applied force that a model asks for, see [`TimeHistory::predict`]; `terms` are

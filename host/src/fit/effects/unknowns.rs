@@ -131,8 +131,8 @@ pub(crate) fn column_bounds(bound: &AxisEffect, records: &Records<'_>) -> Vec<[f
 
 /// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is absent, unless another one is
 /// enough; none is less than what it exceeds in nature or more than a few times that; and it has not become another one. One whose memory
-/// outlasts the records has: it is a spring about another zero, and follows the drift of an instrument. So has one that repeats after more
-/// than the travel, or a line of which the longest record holds no three periods or the sampling no more than a glimpse.
+/// outlasts the records has: it is a spring about another zero, and follows the drift of an instrument. So has one that forgets within a
+/// sample, which is a damper, one that repeats after more than the travel, or a line of which the longest record holds no three periods or the sampling no more than a glimpse.
 pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
     let entry = bound.entry;
     let parameters = entry.parameters();
@@ -158,7 +158,9 @@ pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<
     let longest_s = records.longest_s();
     let mut listed = parameters.iter().zip(values);
     let unseen = listed.any(|(parameter, value)| match parameter.role {
-        Role::Shape(_) if parameter.dimension == Dimension::TIME => *value > longest_s,
+        Role::Shape(_) if parameter.dimension == Dimension::TIME => {
+            *value > longest_s || value * records.sample_rate_hz < 1.0
+        }
         Role::Shape(_) if parameter.dimension == Dimension::TIME.inverse() => {
             value * longest_s < PERIODS || *value > SAMPLED * records.thinned_rate_hz
         }

@@ -13,6 +13,8 @@ use crate::text::error::{Error, Result};
 const TRIED: usize = 4;
 /// A second position must lower what is left of the force to this part before it is believed in.
 const BETTER: f64 = 0.7;
+/// Velocity at which dry friction has turned, beside the RMS velocity.
+const VELOCITY_OF_FRICTION: f64 = 0.1;
 /// Correlation from which on a column is the derivative of another.
 const DERIVATIVE: f64 = 0.9;
 
@@ -47,7 +49,7 @@ pub(super) fn axes(
         }
     }
     let mut axes = Vec::new();
-    for kind in kinds(survey, said) {
+    for kind in kinds(survey, time, said) {
         let parts = Parts::of(survey, time, kind, said, &axes);
         if parts.force.is_empty() || parts.displacement.is_empty() {
             continue;
@@ -82,8 +84,8 @@ pub(super) fn axes(
     Ok(axes)
 }
 
-/// Translation first, unless a column that the user named turns.
-fn kinds(survey: &Survey, said: &Said) -> [AxisKind; 2] {
+/// Translation first, unless a column that the user named turns, or the only position is an angle.
+fn kinds(survey: &Survey, time: Option<&str>, said: &Said) -> [AxisKind; 2] {
     use AxisKind::{Rotation, Translation};
     let turns = |role: &str, quantity: &dyn Fn(AxisKind) -> Quantity| {
         let column = said.column(role).and_then(|name| survey.column(name));
@@ -95,7 +97,11 @@ fn kinds(survey: &Survey, said: &Said) -> [AxisKind; 2] {
         || turns("velocity", &Quantity::Velocity)
         || turns("acceleration", &Quantity::Acceleration)
         || turns("force", &Quantity::Force);
-    match turns {
+    let integrated = |kind| {
+        let parts = Parts::of(survey, time, kind, said, &[]);
+        parts.integrated || parts.displacement.is_empty()
+    };
+    match turns || (integrated(Translation) && !integrated(Rotation)) {
         true => [Rotation, Translation],
         false => [Translation, Rotation],
     }
@@ -186,7 +192,10 @@ struct Trial<'a> {
     likeness: Option<f64>,
     /// How closely it does, as a correlation; 0 without an accelerometer.
     follows: f64,
+    /// By acceleration, velocity and displacement.
     fitted: Fitted,
+    /// The same beside dry friction, whose steps hide a small inertia.
+    beside_friction: Option<Fitted>,
 }
 
 fn best_axis(
@@ -306,6 +315,7 @@ fn trial<'a>(
     let best = best.filter(|(_, l)| second.is_none() || l.correlation.abs() > DERIVATIVE);
     let acceleration = best.map(|(a, _)| a);
     let mut fit = Linear::new(3);
+    let mut beside_friction = Linear::new(4);
     for log in logs {
         let x = relative(log, first, second, kinds)?;
         let of_body = relative(log, body, None, kinds)?;
@@ -325,7 +335,12 @@ fn trial<'a>(
             .iter()
             .map(|v| v * factor)
             .collect();
-        fit.add(&[&a, &v, &x], &alike(&f, lag), 8);
+        let f = alike(&f, lag);
+        let square = v.iter().map(|v| v * v).sum::<f64>() / v.len().max(1) as f64;
+        let creep = VELOCITY_OF_FRICTION * square.sqrt();
+        let friction: Vec<f64> = v.iter().map(|v| (v / creep).tanh()).collect();
+        fit.add(&[&a, &v, &x], &f, 8);
+        beside_friction.add(&[&a, &v, &x, &friction], &f, 8);
     }
     Some(Trial {
         first,
@@ -336,6 +351,7 @@ fn trial<'a>(
             .filter(|(_, l)| l.correlation.abs() > DERIVATIVE)
             .map(|(a, l)| l.gain * factor(a, Quantity::Acceleration(kind))),
         fitted: fit.solve()?,
+        beside_friction: beside_friction.solve(),
     })
 }
 
@@ -408,7 +424,18 @@ fn axis_of(
     // By its own position a body is accelerated against its joint: a mass of the other sign is a stiffness that rises with frequency.
     let by_position = chosen.acceleration.is_none() && chosen.second.is_none();
     let stiffens = by_position && inertia * judged < 0.0;
-    let inertial = chosen.fitted.sure(0) && !timeless && !stiffens;
+    let mut inertial = chosen.fitted.sure(0) && !timeless && !stiffens;
+    if let Some(fitted) = chosen
+        .beside_friction
+        .as_ref()
+        .filter(|_| !inertial && !timeless)
+    {
+        let found = fitted.coefficients[0];
+        inertial = fitted.sure(0) && found > 0.0 && found * judged > 0.0;
+        if inertial {
+            inertia = found;
+        }
+    }
     if inertial && inertia < 0.0 {
         let turned = turn_a_sign(chosen, &mut force_channel, acceleration.as_mut(), findings);
         [judged, stiffness] = [judged, stiffness].map(|c| turned * c);
