@@ -399,7 +399,9 @@ impl<'a> Bench<'a> {
     ) -> bool {
         let added = hypothesis.members.iter().zip(&hypothesis.values);
         let mut added = added.skip(hypothesis.base);
-        if added.any(|(bound, values)| is_at_bound(bound, values, self.records)) {
+        if added.any(|(bound, values)| is_at_bound(bound, values, self.records))
+            || !hypothesis.follows_soundly()
+        {
             return false;
         }
         let given = driven(hypothesis, &self.velocity) - self.driven;

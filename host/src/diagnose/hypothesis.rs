@@ -84,6 +84,22 @@ impl Hypothesis {
         narrower
     }
 
+    /// Whether every force that follows an input pushes the way that it can: where the force has no part beside that stands without the
+    /// input, what it is in proportion to the input is all of it.
+    pub(super) fn follows_soundly(&self) -> bool {
+        let mut listed = self.members.iter().zip(&self.values).skip(self.base);
+        listed.all(|(bound, values)| {
+            let alone = !self.members.iter().any(|member| member.is_twin(bound));
+            let mut parameters = bound.entry.parameters().iter().zip(values);
+            bound.input.is_none()
+                || !alone
+                || parameters.all(|(parameter, value)| match parameter.role {
+                    Role::Linear { positive: true } => *value > 0.0,
+                    _ => true,
+                })
+        })
+    }
+
     /// With the effects beside the base in this order.
     pub(super) fn ordered(&self, order: &[AxisEffect]) -> Self {
         let mut ordered = self.clone();
@@ -99,9 +115,9 @@ impl Hypothesis {
     }
 
     /// Which effects are added, in an order of its own: two hypotheses with the same key are the same set.
-    pub(super) fn key(&self) -> Vec<(u8, usize)> {
+    pub(super) fn key(&self) -> Vec<(u8, usize, Option<&'static str>)> {
         let added = self.added().iter();
-        let mut key: Vec<(u8, usize)> = added.map(|b| (b.entry.tag, b.axis)).collect();
+        let mut key: Vec<_> = added.map(|b| (b.entry.tag, b.axis, b.input)).collect();
         key.sort_unstable();
         key
     }
