@@ -3,6 +3,7 @@
 use crate::diagnose::add::{self, Added};
 use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::{self, Asked, Diagnosis, Found, PerAxis, Verdict};
+use crate::model::ModelEffect;
 use crate::model::effects::AxisEffect;
 use crate::model::file::{AxisError, JudgedOn, ModelFile};
 use crate::study::Study;
@@ -18,8 +19,22 @@ const MAX_EFFECTS: usize = 8;
 pub struct Step {
     /// What was added last, `coulomb@x`; empty for the model that was brought.
     pub added: Vec<String>,
+    /// The effect whose place it takes, where that explains no more with more values.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instead_of: Option<String>,
     /// RMS error over RMS force per axis, with everything that was added so far.
     pub relative_error: PerAxis,
+}
+
+impl Step {
+    /// What it did, `coulomb@x`, or `coulomb@x instead`; `None` for the model that was brought.
+    pub fn label(&self) -> Option<String> {
+        let names = (!self.added.is_empty()).then(|| self.added.join(", "))?;
+        Some(match self.instead_of {
+            Some(_) => format!("{names} instead"),
+            None => names,
+        })
+    }
 }
 
 /// Errors from the model that was brought down to the noise.
@@ -65,12 +80,14 @@ pub fn apply(
         judged_on,
         steps: vec![Step {
             added: Vec::new(),
+            instead_of: None,
             relative_error: first.relative_error_before.clone(),
         }],
         noise_floor: first.noise_floor.clone(),
         ended: String::new(),
     };
     let (mut model, mut last) = (model.clone(), first.clone());
+    let mut tried = Vec::new();
     loop {
         let ended = match last.verdict {
             Verdict::None => Some("nothing more is missing".to_string()),
@@ -90,6 +107,11 @@ pub fn apply(
             _ => add_all(study, &mut model, &last.found, &mut staircase, each)?,
         };
         if let Some(ended) = ended {
+            if let Some(simpler) = simplified(study, &model, &mut staircase, &mut tried)? {
+                model = simpler;
+                last = diagnose::diagnose_asked(study, &model, asked)?;
+                continue;
+            }
             staircase.ended = ended;
             break;
         }
@@ -104,13 +126,45 @@ pub fn apply(
     })
 }
 
+/// The model with the special case of an effect that was added, where it does as well: what made the general one necessary may have been
+/// found since. Each is tried once.
+fn simplified(
+    study: &Study,
+    model: &ModelFile,
+    staircase: &mut Staircase,
+    tried: &mut Vec<String>,
+) -> Result<Option<ModelFile>> {
+    let added: Vec<String> = staircase
+        .steps
+        .iter()
+        .flat_map(|s| s.added.clone())
+        .collect();
+    for effect in model.effects.iter().map(ModelEffect::name) {
+        if !added.contains(&effect) || tried.contains(&effect) {
+            continue;
+        }
+        tried.push(effect.clone());
+        if let Some(simpler) = add::simplified(study, model, &effect)? {
+            let new = simpler.model.effects.last();
+            staircase.steps.push(Step {
+                added: new.map(ModelEffect::name).into_iter().collect(),
+                instead_of: Some(effect),
+                relative_error: per_axis(&simpler.errors.after),
+            });
+            return Ok(Some(simpler.model));
+        }
+    }
+    Ok(None)
+}
+
 /// What was found, in a row.
 fn listed(found: &[Found]) -> String {
     let names = found.iter().map(Found::name);
     names.collect::<Vec<_>>().join(", ")
 }
 
-/// Whether what was found last explains next to nothing of all that is explained beside the model that was brought.
+/// Whether what was found last explains next to nothing of all that is explained beside the model that was brought, and not most of what
+/// was left either.
 fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
     let power = |errors: &PerAxis| errors.values().map(|e| e * e).sum::<f64>();
     let (before, after) = (
@@ -118,7 +172,7 @@ fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
         power(&last.relative_error_after),
     );
     let share = CRITERIA.least_importance * (power(&first.relative_error_before) - after);
-    before - after < share && before < CRITERIA.clearly.exp() * after
+    before - after < share && before < 2.0 * after
 }
 
 /// Adds what was found, one after the other; says why when nothing could be added.
@@ -171,6 +225,7 @@ fn add_all(
             *model = wider;
             staircase.steps.push(Step {
                 added: names,
+                instead_of: None,
                 relative_error: per_axis(&errors.after),
             });
         } else if last_try {

@@ -84,22 +84,6 @@ impl Hypothesis {
         narrower
     }
 
-    /// Whether every force that follows an input pushes the way that it can: where the force has no part beside that stands without the
-    /// input, what it is in proportion to the input is all of it.
-    pub(super) fn follows_soundly(&self) -> bool {
-        let mut listed = self.members.iter().zip(&self.values).skip(self.base);
-        listed.all(|(bound, values)| {
-            let alone = !self.members.iter().any(|member| member.is_twin(bound));
-            let mut parameters = bound.entry.parameters().iter().zip(values);
-            bound.input.is_none()
-                || !alone
-                || parameters.all(|(parameter, value)| match parameter.role {
-                    Role::Linear { positive: true } => *value > 0.0,
-                    _ => true,
-                })
-        })
-    }
-
     /// With the effects beside the base in this order.
     pub(super) fn ordered(&self, order: &[AxisEffect]) -> Self {
         let mut ordered = self.clone();

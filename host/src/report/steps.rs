@@ -9,11 +9,7 @@ use crate::study::Role;
 /// Before, and after each addition.
 pub fn applied(all: &Applied) -> Vec<Step> {
     let steps = all.staircase.steps.iter().map(|step| Step {
-        label: if step.added.is_empty() {
-            "before".into()
-        } else {
-            step.added.join(", ")
-        },
+        label: step.label().unwrap_or_else(|| "before".into()),
         errors: step.relative_error.clone(),
     });
     steps.collect()

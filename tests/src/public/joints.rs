@@ -121,7 +121,10 @@ fn outcome(set: &Set, files: &Path) -> Result<Outcome, String> {
         set: set.0,
         base: on_validation(&study, &base)?,
         verdict: applied.first.verdict,
-        added: steps.flat_map(|step| step.added.clone()).collect(),
+        added: steps
+            .flat_map(|step| step.added.clone())
+            .filter(|name| applied.model.effects.iter().any(|e| e.name() == *name))
+            .collect(),
         after: on_validation(&study, &applied.model)?,
     })
 }

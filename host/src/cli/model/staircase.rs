@@ -14,11 +14,9 @@ pub(super) fn in_words(staircase: &Staircase) -> String {
     for (axis, floor) in &staircase.noise_floor {
         let steps = staircase.steps.iter().filter_map(|step| {
             let error = step.relative_error.get(axis)?;
-            let name = if step.added.is_empty() {
-                "as brought".to_string()
-            } else {
-                format!("+ {}", step.added.join(", "))
-            };
+            let name = step
+                .label()
+                .map_or("as brought".into(), |l| format!("+ {l}"));
             Some((name, *error))
         });
         let mut lines: Vec<(String, f64)> = steps.collect();

@@ -198,14 +198,13 @@ struct Trial<'a> {
     beside_friction: Option<Fitted>,
 }
 
-fn best_axis(
+/// Every way of putting an axis together with a force.
+fn trials<'a>(
     logs: &[Log<'_>],
-    parts: &Parts<'_>,
+    parts: &Parts<'a>,
+    force: &SurveyedColumn,
     kind: AxisKind,
-    said: &Said,
-    findings: &mut Vec<String>,
-) -> Result<DraftAxis> {
-    let force = parts.force[0];
+) -> Vec<Trial<'a>> {
     let mut trials: Vec<Trial<'_>> = Vec::new();
     for first in &parts.displacement {
         let others = parts.displacement.iter();
@@ -215,6 +214,29 @@ fn best_axis(
             trials.extend(trial(logs, first, second.copied(), parts, force, kind));
         }
     }
+    trials
+}
+
+fn best_axis(
+    logs: &[Log<'_>],
+    parts: &Parts<'_>,
+    kind: AxisKind,
+    said: &Said,
+    findings: &mut Vec<String>,
+) -> Result<DraftAxis> {
+    // Of columns that may as well be the force by their names, the one that the motion explains best.
+    let likely = parts.force[0].named.score(Quantity::Force(kind));
+    let mut rivals = parts.force.iter().copied();
+    let rivals = rivals
+        .by_ref()
+        .filter(|c| c.named.score(Quantity::Force(kind)) == likely);
+    let rivals = rivals.map(|force| (force, trials(logs, parts, force, kind)));
+    let least = |(_, trials): &(&SurveyedColumn, Vec<Trial<'_>>)| {
+        let rests = trials.iter().map(|t| t.fitted.rest);
+        rests.fold(f64::INFINITY, f64::min)
+    };
+    let best = rivals.min_by(|a, b| least(a).total_cmp(&least(b)));
+    let (force, trials) = best.unwrap_or((parts.force[0], Vec::new()));
     let singles = trials
         .iter()
         .filter(|t| t.second.is_none())
