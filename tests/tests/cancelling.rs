@@ -1,5 +1,8 @@
-//! Two effects of which one gives back what the other takes are one too many.
+//! Two effects of which one gives back what the other takes are one too many, and so are values that explain nothing.
 
+use jointwatch::diagnose::add;
+use jointwatch::fit::identify::physical;
+use jointwatch::study::Study;
 use jointwatch_tests::program::succeed;
 use serde_json::Value;
 use std::f64::consts::TAU;
@@ -7,9 +10,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-/// A record of a joint whose damping falls with the logarithm of the velocity: near it lies every difference of a power of the velocity and a
-/// viscous force, and the nearer the larger both are.
-fn record(phases: [f64; 3]) -> String {
+/// A record of a joint with this restoring force.
+fn record(phases: [f64; 3], force: fn(f64, f64) -> f64) -> String {
     let mut text = "t,x,F\n".to_string();
     for row in 0..4000 {
         let t = f64::from(row) / 500.0;
@@ -20,12 +22,29 @@ fn record(phases: [f64; 3]) -> String {
             x += amplitude * (rate * t + phase).sin();
             v += amplitude * rate * (rate * t + phase).cos();
         }
-        let damping = 300.0 * (1.0 - 0.45 * (v.abs() / 0.05 + 1e-9_f64).ln());
         // Nothing repeats in it, so that it serves as noise.
         let noise = 0.02 * (f64::from(row) * f64::from(row) * 0.7).sin();
-        writeln!(text, "{t:.3},{x:.9},{:.6}", 8e3 * x + damping * v + noise).unwrap();
+        writeln!(text, "{t:.3},{x:.9},{:.6}", force(x, v) + noise).unwrap();
     }
     text
+}
+
+/// A study of two records of such a joint.
+fn write_study(folder: &Path, terms: &str, force: fn(f64, f64) -> f64) {
+    fs::write(folder.join("a.csv"), record([0.3, 2.0, 4.4], force)).unwrap();
+    fs::write(folder.join("b.csv"), record([1.9, 5.1, 0.8], force)).unwrap();
+    let study = format!(
+        "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n\
+         [[record]]\nfile = \"a.csv\"\nrole = \"train\"\n[[record]]\nfile = \"b.csv\"\nrole = \"validate\"\n\
+         [base]\nterms = [{terms}]\n"
+    );
+    fs::write(folder.join("study.toml"), study).unwrap();
+}
+
+/// Damping that falls with the logarithm of the velocity: near it lies every difference of a power of the velocity and a viscous force, and
+/// the nearer the larger both are.
+fn logarithmic(x: f64, v: f64) -> f64 {
+    8e3 * x + 300.0 * (1.0 - 0.45 * (v.abs() / 0.05 + 1e-9).ln()) * v
 }
 
 fn names(model: &Path) -> Vec<String> {
@@ -40,12 +59,7 @@ fn names(model: &Path) -> Vec<String> {
 fn what_is_added_takes_the_place_of_what_would_cancel_it() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    fs::write(folder.join("a.csv"), record([0.3, 2.0, 4.4])).unwrap();
-    fs::write(folder.join("b.csv"), record([1.9, 5.1, 0.8])).unwrap();
-    let study = "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n\
-                 [[record]]\nfile = \"a.csv\"\nrole = \"train\"\n[[record]]\nfile = \"b.csv\"\nrole = \"validate\"\n\
-                 [base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n";
-    fs::write(folder.join("study.toml"), study).unwrap();
+    write_study(folder, "\"stiffness@x\", \"viscous@x\"", logarithmic);
     let identify = ["identify", "study.toml", "--model", "physical"];
     succeed(folder, &[&identify[..], &["-o", "base.json"]].concat());
     let add = ["add", "study.toml", "base.json", "power_damper@x"];
@@ -59,4 +73,26 @@ fn what_is_added_takes_the_place_of_what_would_cancel_it() {
         names(&folder.join("wider.json")),
         ["stiffness", "power_damper"]
     );
+}
+
+/// Dry friction with a strength per direction in a joint whose friction is the same both ways, and in one where it is not.
+#[test]
+fn a_simpler_law_takes_the_place_of_a_general_one_where_it_does_as_well() {
+    fn alike(x: f64, v: f64) -> f64 {
+        2e3 * x + 12.0 * (v / 2e-3).tanh()
+    }
+    fn unlike(x: f64, v: f64) -> f64 {
+        alike(x, v) + (v / 2e-3).tanh().max(0.0)
+    }
+    let cases: [(fn(f64, f64) -> f64, _); 2] = [(alike, Some("coulomb@x")), (unlike, None)];
+    for (force, simpler) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let terms = "\"stiffness@x\", \"coulomb_by_direction@x\"";
+        write_study(folder.path(), terms, force);
+        let study = Study::read(folder.path()).unwrap();
+        let model = physical(&study).unwrap().model;
+        let found = add::simplified(&study, &model, "coulomb_by_direction@x").unwrap();
+        let last = found.map(|added| added.model.effects.last().unwrap().name());
+        assert_eq!(last.as_deref(), simpler);
+    }
 }

@@ -378,3 +378,35 @@ fn a_log_much_faster_than_its_motion_is_told_the_rate_that_serves() {
     println!("validation NMSE {fast} % at 1000 Hz, {slow} % at {rate} Hz");
     assert!(slow < 0.2 * fast, "{slow} % after {fast} %");
 }
+
+#[test]
+fn of_two_forces_the_one_that_the_motion_explains_is_meant() {
+    let folder = TempDir::new().unwrap();
+    let log = text("t,x_mm,vertical_kN,horizontal_kN", |t| {
+        let [x, v, _] = motion(t);
+        let load = 40.0 + 5.0 * (TAU * 0.83 * t).sin();
+        [t, 1e3 * x, load, 0.3 * load * x + 0.2 * v]
+    });
+    fs::write(folder.path().join("slide.csv"), log).unwrap();
+    let study = init(&folder, &["slide.csv"]);
+    assert!(
+        study.contains("force = { column = \"horizontal_kN\""),
+        "{study}"
+    );
+}
+
+#[test]
+fn an_angle_beside_a_current_is_a_rotation() {
+    let folder = TempDir::new().unwrap();
+    let log = text("t,position_rad,velocity,current_A", |t| {
+        let [x, v, _] = motion(t);
+        [t, x, v, 0.4 * x + 0.2 * v]
+    });
+    fs::write(folder.path().join("motor.csv"), log).unwrap();
+    let study = init(&folder, &["motor.csv", "--column", "force=current_A"]);
+    assert!(study.contains("kind = \"rotation\""), "{study}");
+    assert!(
+        study.contains("displacement = { column = \"position_rad\""),
+        "{study}"
+    );
+}

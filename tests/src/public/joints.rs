@@ -18,11 +18,13 @@ pub const MARKS: [&str; 2] = ["<!-- joints: begin -->", "<!-- joints: end -->"];
 struct Set(&'static str, &'static str, Description);
 
 enum Description {
+    /// A study of this project, so that it is always there.
+    InProject,
     OnPages(&'static str),
     WithFiles(&'static str),
 }
 
-const SETS: [Set; 8] = [
+const SETS: [Set; 9] = [
     Set(
         "EMPS, positioning axis",
         "data/emps",
@@ -63,6 +65,11 @@ const SETS: [Set; 8] = [
         "data/composite_beam",
         Description::WithFiles("study.toml"),
     ),
+    Set(
+        "robot joint, TIAGo",
+        "tests/data/robot_joint",
+        Description::InProject,
+    ),
 ];
 
 /// How many sets there are.
@@ -90,12 +97,27 @@ pub struct Outcome {
 pub fn outcomes(told: &dyn Fn(&str)) -> Result<Vec<Outcome>, String> {
     let mut all = Vec::new();
     for set in &SETS {
-        if let Some(files) = measurements(set.1) {
+        let files = match set.2 {
+            Description::InProject => Some(workspace().join(set.1)),
+            _ => measurements(set.1),
+        };
+        if let Some(files) = files {
             told(set.0);
             all.push(outcome(set, &files).map_err(|e| format!("{}: {e}", set.0))?);
         }
     }
     Ok(all)
+}
+
+/// The sets whose files are part of this project.
+///
+/// # Errors
+/// As [`outcomes`].
+pub fn outcomes_in_project() -> Result<Vec<Outcome>, String> {
+    let sets = SETS.iter();
+    let sets = sets.filter(|set| matches!(set.2, Description::InProject));
+    sets.map(|set| outcome(set, &workspace().join(set.1)))
+        .collect()
 }
 
 fn outcome(set: &Set, files: &Path) -> Result<Outcome, String> {
@@ -108,6 +130,7 @@ fn outcome(set: &Set, files: &Path) -> Result<Outcome, String> {
     let description = match set.2 {
         Description::OnPages(page) => workspace().join(page),
         Description::WithFiles(name) => files.join(name),
+        Description::InProject => files.join("study.toml"),
     };
     let path = folder.path().join("study.toml");
     fs::copy(description, &path).map_err(|e| e.to_string())?;

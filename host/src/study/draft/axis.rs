@@ -13,8 +13,6 @@ use crate::text::error::{Error, Result};
 const TRIED: usize = 4;
 /// A second position must lower what is left of the force to this part before it is believed in.
 const BETTER: f64 = 0.7;
-/// Velocity at which dry friction has turned, beside the RMS velocity.
-const VELOCITY_OF_FRICTION: f64 = 0.1;
 /// Correlation from which on a column is the derivative of another.
 const DERIVATIVE: f64 = 0.9;
 
@@ -192,10 +190,7 @@ struct Trial<'a> {
     likeness: Option<f64>,
     /// How closely it does, as a correlation; 0 without an accelerometer.
     follows: f64,
-    /// By acceleration, velocity and displacement.
     fitted: Fitted,
-    /// The same beside dry friction, whose steps hide a small inertia.
-    beside_friction: Option<Fitted>,
 }
 
 /// Every way of putting an axis together with a force.
@@ -225,12 +220,10 @@ fn best_axis(
     findings: &mut Vec<String>,
 ) -> Result<DraftAxis> {
     // Of columns that may as well be the force by their names, the one that the motion explains best.
-    let likely = parts.force[0].named.score(Quantity::Force(kind));
-    let mut rivals = parts.force.iter().copied();
-    let rivals = rivals
-        .by_ref()
-        .filter(|c| c.named.score(Quantity::Force(kind)) == likely);
-    let rivals = rivals.map(|force| (force, trials(logs, parts, force, kind)));
+    let score = |c: &SurveyedColumn| c.named.score(Quantity::Force(kind));
+    let likely = parts.force.iter().copied();
+    let likely = likely.filter(|c| score(c) == score(parts.force[0]));
+    let rivals = likely.map(|force| (force, trials(logs, parts, force, kind)));
     let least = |(_, trials): &(&SurveyedColumn, Vec<Trial<'_>>)| {
         let rests = trials.iter().map(|t| t.fitted.rest);
         rests.fold(f64::INFINITY, f64::min)
@@ -337,7 +330,6 @@ fn trial<'a>(
     let best = best.filter(|(_, l)| second.is_none() || l.correlation.abs() > DERIVATIVE);
     let acceleration = best.map(|(a, _)| a);
     let mut fit = Linear::new(3);
-    let mut beside_friction = Linear::new(4);
     for log in logs {
         let x = relative(log, first, second, kinds)?;
         let of_body = relative(log, body, None, kinds)?;
@@ -357,12 +349,7 @@ fn trial<'a>(
             .iter()
             .map(|v| v * factor)
             .collect();
-        let f = alike(&f, lag);
-        let square = v.iter().map(|v| v * v).sum::<f64>() / v.len().max(1) as f64;
-        let creep = VELOCITY_OF_FRICTION * square.sqrt();
-        let friction: Vec<f64> = v.iter().map(|v| (v / creep).tanh()).collect();
-        fit.add(&[&a, &v, &x], &f, 8);
-        beside_friction.add(&[&a, &v, &x, &friction], &f, 8);
+        fit.add(&[&a, &v, &x], &alike(&f, lag), 8);
     }
     Some(Trial {
         first,
@@ -373,7 +360,6 @@ fn trial<'a>(
             .filter(|(_, l)| l.correlation.abs() > DERIVATIVE)
             .map(|(a, l)| l.gain * factor(a, Quantity::Acceleration(kind))),
         fitted: fit.solve()?,
-        beside_friction: beside_friction.solve(),
     })
 }
 
@@ -446,18 +432,7 @@ fn axis_of(
     // By its own position a body is accelerated against its joint: a mass of the other sign is a stiffness that rises with frequency.
     let by_position = chosen.acceleration.is_none() && chosen.second.is_none();
     let stiffens = by_position && inertia * judged < 0.0;
-    let mut inertial = chosen.fitted.sure(0) && !timeless && !stiffens;
-    if let Some(fitted) = chosen
-        .beside_friction
-        .as_ref()
-        .filter(|_| !inertial && !timeless)
-    {
-        let found = fitted.coefficients[0];
-        inertial = fitted.sure(0) && found > 0.0 && found * judged > 0.0;
-        if inertial {
-            inertia = found;
-        }
-    }
+    let inertial = chosen.fitted.sure(0) && !timeless && !stiffens;
     if inertial && inertia < 0.0 {
         let turned = turn_a_sign(chosen, &mut force_channel, acceleration.as_mut(), findings);
         [judged, stiffness] = [judged, stiffness].map(|c| turned * c);
