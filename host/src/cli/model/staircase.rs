@@ -51,6 +51,7 @@ mod tests {
     fn bars_are_as_long_as_the_errors() {
         let step = |added: &[&str], error: f64| Step {
             added: added.iter().map(|a| a.to_string()).collect(),
+            instead_of: None,
             relative_error: [("x".to_string(), error)].into(),
         };
         let text = in_words(&Staircase {
