@@ -1,6 +1,6 @@
 //! Two effects of which one gives back what the other takes are one too many, and so are values that explain nothing.
 
-use jointwatch::diagnose::add;
+use jointwatch::diagnose::apply::simplified;
 use jointwatch::fit::identify::physical;
 use jointwatch::study::Study;
 use jointwatch_tests::program::succeed;
@@ -10,8 +10,11 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+/// A restoring force by displacement and velocity.
+type Force = fn(f64, f64) -> f64;
+
 /// A record of a joint with this restoring force.
-fn record(phases: [f64; 3], force: fn(f64, f64) -> f64) -> String {
+fn record(phases: [f64; 3], force: Force) -> String {
     let mut text = "t,x,F\n".to_string();
     for row in 0..4000 {
         let t = f64::from(row) / 500.0;
@@ -30,7 +33,7 @@ fn record(phases: [f64; 3], force: fn(f64, f64) -> f64) -> String {
 }
 
 /// A study of two records of such a joint.
-fn write_study(folder: &Path, terms: &str, force: fn(f64, f64) -> f64) {
+fn write_study(folder: &Path, terms: &str, force: Force) {
     fs::write(folder.join("a.csv"), record([0.3, 2.0, 4.4], force)).unwrap();
     fs::write(folder.join("b.csv"), record([1.9, 5.1, 0.8], force)).unwrap();
     let study = format!(
@@ -84,15 +87,15 @@ fn a_simpler_law_takes_the_place_of_a_general_one_where_it_does_as_well() {
     fn unlike(x: f64, v: f64) -> f64 {
         alike(x, v) + (v / 2e-3).tanh().max(0.0)
     }
-    let cases: [(fn(f64, f64) -> f64, _); 2] = [(alike, Some("coulomb@x")), (unlike, None)];
+    let cases: [(Force, _); 2] = [(alike, Some("coulomb@x")), (unlike, None)];
     for (force, simpler) in cases {
         let folder = tempfile::tempdir().unwrap();
         let terms = "\"stiffness@x\", \"coulomb_by_direction@x\"";
         write_study(folder.path(), terms, force);
         let study = Study::read(folder.path()).unwrap();
         let model = physical(&study).unwrap().model;
-        let found = add::simplified(&study, &model, "coulomb_by_direction@x").unwrap();
-        let last = found.map(|added| added.model.effects.last().unwrap().name());
+        let found = simplified(&study, &model, "coulomb_by_direction@x").unwrap();
+        let last = found.map(|(_, added)| added.model.effects.last().unwrap().name());
         assert_eq!(last.as_deref(), simpler);
     }
 }

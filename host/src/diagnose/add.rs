@@ -23,7 +23,7 @@ use serde::Serialize;
 use std::path::Path;
 
 /// An effect that lowers no axis's error by this part is of no help.
-const MIN_HELP: f64 = 0.01;
+pub(super) const MIN_HELP: f64 = 0.01;
 
 /// Errors of one axis on one record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -104,43 +104,8 @@ pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added>
     Ok(added)
 }
 
-/// The model with an effect's special case, as dry friction is of one with a strength per direction, in its place; `None` where the error
-/// on any axis is clearly higher with it.
-///
-/// # Errors
-/// As [`add`].
-pub fn simplified(study: &Study, from: &ModelFile, effect: &str) -> Result<Option<Added>> {
-    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
-    let bound = AxisEffect::parse(effect, &names)?;
-    for special in bound.entry.replaces {
-        let Some(entry) = Entry::named(special) else {
-            continue;
-        };
-        let special = AxisEffect { entry, ..bound };
-        let mut terms: Vec<String> = from.effects.iter().map(ModelEffect::name).collect();
-        terms.retain(|term| *term != effect);
-        let mut terms = AxisEffect::parse_all(&terms, &names)?;
-        let rival = |term: &AxisEffect| *term == special || special.rules_out(term);
-        if terms.iter().any(rival) {
-            continue;
-        }
-        terms.push(special);
-        let special = special.name(&names);
-        let mut added = refitted(study, from, terms, std::slice::from_ref(&special))?;
-        let mut pairs = added.errors.before.iter().zip(&added.errors.after);
-        let as_good = pairs.all(|(b, a)| a.relative_error < (1.0 + MIN_HELP) * b.relative_error);
-        if as_good && added.cancels.is_none() {
-            added.model.warnings.push(format!(
-                "{special} takes the place of {effect}, which explains no more with more values"
-            ));
-            return Ok(Some(added));
-        }
-    }
-    Ok(None)
-}
-
 /// The model with all of its parts found anew beside these terms, which hold the added `effects`, and its errors.
-fn refitted(
+pub(super) fn refitted(
     study: &Study,
     from: &ModelFile,
     terms: Vec<AxisEffect>,

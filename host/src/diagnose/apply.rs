@@ -11,6 +11,8 @@ use crate::text::error::Result;
 use jointwatch_shared::effect::{Acts, Entry};
 use serde::Serialize;
 
+/// Of the power that was left, most is taken away where no more than one part in so many stays.
+const MOST_OF_WHAT_WAS_LEFT: f64 = 2.0;
 /// The most effects that a model carries on the device.
 const MAX_EFFECTS: usize = 8;
 
@@ -107,13 +109,11 @@ pub fn apply(
             _ => add_all(study, &mut model, &last.found, &mut staircase, each)?,
         };
         if let Some(ended) = ended {
-            if let Some(simpler) = simplified(study, &model, &mut staircase, &mut tried)? {
-                model = simpler;
-                last = diagnose::diagnose_asked(study, &model, asked)?;
-                continue;
-            }
-            staircase.ended = ended;
-            break;
+            let Some(simpler) = simplify(study, &model, &mut staircase, &mut tried)? else {
+                staircase.ended = ended;
+                break;
+            };
+            model = simpler;
         }
         last = diagnose::diagnose_asked(study, &model, asked)?;
         staircase.noise_floor.clone_from(&last.noise_floor);
@@ -128,7 +128,7 @@ pub fn apply(
 
 /// The model with the special case of an effect that was added, where it does as well: what made the general one necessary may have been
 /// found since. Each is tried once.
-fn simplified(
+fn simplify(
     study: &Study,
     model: &ModelFile,
     staircase: &mut Staircase,
@@ -144,14 +144,49 @@ fn simplified(
             continue;
         }
         tried.push(effect.clone());
-        if let Some(simpler) = add::simplified(study, model, &effect)? {
-            let new = simpler.model.effects.last();
+        if let Some((special, simpler)) = simplified(study, model, &effect)? {
             staircase.steps.push(Step {
-                added: new.map(ModelEffect::name).into_iter().collect(),
+                added: vec![special],
                 instead_of: Some(effect),
                 relative_error: per_axis(&simpler.errors.after),
             });
             return Ok(Some(simpler.model));
+        }
+    }
+    Ok(None)
+}
+
+/// An effect's special case, as dry friction is of one with a strength per direction, and the model with it in the effect's place; `None`
+/// where the error on any axis is clearly higher with it.
+///
+/// # Errors
+/// As [`add::add`].
+pub fn simplified(
+    study: &Study,
+    from: &ModelFile,
+    effect: &str,
+) -> Result<Option<(String, Added)>> {
+    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    let bound = AxisEffect::parse(effect, &names)?;
+    let others = from.effects.iter().map(ModelEffect::name);
+    let others: Vec<String> = others.filter(|name| name != effect).collect();
+    let others = AxisEffect::parse_all(&others, &names)?;
+    for entry in bound.entry.replaces.iter().filter_map(|n| Entry::named(n)) {
+        let special = AxisEffect { entry, ..bound };
+        if others.contains(&special) || others.iter().any(|term| special.rules_out(term)) {
+            continue;
+        }
+        let terms = [&others[..], &[special]].concat();
+        let special = special.name(&names);
+        let mut added = add::refitted(study, from, terms, std::slice::from_ref(&special))?;
+        let mut pairs = added.errors.before.iter().zip(&added.errors.after);
+        let as_good =
+            pairs.all(|(b, a)| a.relative_error < (1.0 + add::MIN_HELP) * b.relative_error);
+        if as_good && added.cancels.is_none() {
+            added.model.warnings.push(format!(
+                "{special} takes the place of {effect}, which explains no more with more values"
+            ));
+            return Ok(Some((special, added)));
         }
     }
     Ok(None)
@@ -172,7 +207,7 @@ fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
         power(&last.relative_error_after),
     );
     let share = CRITERIA.least_importance * (power(&first.relative_error_before) - after);
-    before - after < share && before < 2.0 * after
+    before - after < share && before < MOST_OF_WHAT_WAS_LEFT * after
 }
 
 /// Adds what was found, one after the other; says why when nothing could be added.

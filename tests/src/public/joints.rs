@@ -9,7 +9,7 @@ use jointwatch::model::file::ModelFile;
 use jointwatch::study::{Role, Study};
 use std::fmt::Write;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What stands before and after the table in docs/notebook/joints.md.
 pub const MARKS: [&str; 2] = ["<!-- joints: begin -->", "<!-- joints: end -->"];
@@ -97,16 +97,19 @@ pub struct Outcome {
 pub fn outcomes(told: &dyn Fn(&str)) -> Result<Vec<Outcome>, String> {
     let mut all = Vec::new();
     for set in &SETS {
-        let files = match set.2 {
-            Description::InProject => Some(workspace().join(set.1)),
-            _ => measurements(set.1),
-        };
-        if let Some(files) = files {
+        if let Some(files) = files(set) {
             told(set.0);
             all.push(outcome(set, &files).map_err(|e| format!("{}: {e}", set.0))?);
         }
     }
     Ok(all)
+}
+
+fn files(set: &Set) -> Option<PathBuf> {
+    match set.2 {
+        Description::InProject => Some(workspace().join(set.1)),
+        _ => measurements(set.1),
+    }
 }
 
 /// The sets whose files are part of this project.
@@ -116,8 +119,8 @@ pub fn outcomes(told: &dyn Fn(&str)) -> Result<Vec<Outcome>, String> {
 pub fn outcomes_in_project() -> Result<Vec<Outcome>, String> {
     let sets = SETS.iter();
     let sets = sets.filter(|set| matches!(set.2, Description::InProject));
-    sets.map(|set| outcome(set, &workspace().join(set.1)))
-        .collect()
+    let files = sets.filter_map(|set| Some((set, files(set)?)));
+    files.map(|(set, files)| outcome(set, &files)).collect()
 }
 
 fn outcome(set: &Set, files: &Path) -> Result<Outcome, String> {

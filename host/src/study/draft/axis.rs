@@ -1,21 +1,15 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion stands.
 
 use super::parts::{DraftAxis, DraftChannel, Log, Said, names};
-use crate::study::channels::axis::integral;
+use super::trial::{DERIVATIVE, Parts, Trial, factor, relative, trials};
 use crate::study::channels::units::{Quantity, is_bare};
-use crate::study::check::kinematics::{alike, clear_lag, derivative_likeness, motion};
-use crate::study::check::linear::{Fitted, Linear};
+use crate::study::check::kinematics::derivative_likeness;
 use crate::study::survey::{Survey, SurveyedColumn};
 use crate::study::{AxisKind, Convention};
 use crate::text::error::{Error, Result};
 
-/// Candidates for one part that are tried against the numbers.
-const TRIED: usize = 4;
 /// A second position must lower what is left of the force to this part before it is believed in.
 const BETTER: f64 = 0.7;
-/// Correlation from which on a column is the derivative of another.
-const DERIVATIVE: f64 = 0.9;
-
 /// What is to be written where no force is applied.
 const FREE_DECAY: &str = "without an applied force, as in a free decay, nothing tells init the inertia: write study.toml yourself, with the time, \
                           and in [[axis]] the displacement, force = 0 and inertia = 1 for every force per unit of it";
@@ -105,113 +99,6 @@ fn kinds(survey: &Survey, time: Option<&str>, said: &Said) -> [AxisKind; 2] {
     }
 }
 
-/// The columns that may be each part of an axis, the likeliest first.
-struct Parts<'a> {
-    /// Velocities, where nothing but those was logged.
-    displacement: Vec<&'a SurveyedColumn>,
-    velocity: Vec<&'a SurveyedColumn>,
-    acceleration: Vec<&'a SurveyedColumn>,
-    force: Vec<&'a SurveyedColumn>,
-    /// Whether the displacement is the integral of a velocity.
-    integrated: bool,
-}
-
-impl<'a> Parts<'a> {
-    fn of(
-        survey: &'a Survey,
-        time: Option<&str>,
-        kind: AxisKind,
-        said: &Said,
-        others: &[DraftAxis],
-    ) -> Self {
-        let free = |c: &&SurveyedColumn| {
-            let taken = others
-                .iter()
-                .any(|axis| axis.columns().any(|name| name == c.name));
-            Some(c.name.as_str()) != time && c.missing == 0 && c.rms > 0.0 && !taken
-        };
-        let list = |role: &str, quantity: Quantity| -> Vec<&SurveyedColumn> {
-            if let Some(named) = said.column(role) {
-                return survey.column(named).into_iter().collect();
-            }
-            let claimed = |c: &&SurveyedColumn| !said.columns.iter().any(|(_, n)| *n == c.name);
-            let best = |c: &SurveyedColumn| c.named.quantities.iter().map(|(_, s)| *s).max();
-            let mut found: Vec<&SurveyedColumn> = survey
-                .columns
-                .iter()
-                .filter(free)
-                .filter(claimed)
-                .filter(|c| {
-                    let score = c.named.score(quantity);
-                    score > 0 && Some(score) == best(c)
-                })
-                .collect();
-            found.sort_by_key(|c| std::cmp::Reverse(c.named.score(quantity)));
-            found.truncate(TRIED);
-            found
-        };
-        let force = list("force", Quantity::Force(kind));
-        // Beside a torque, a position that states no unit is an angle.
-        let turned = kind == AxisKind::Rotation && !force.is_empty();
-        let motion = |role: &str, quantity: fn(AxisKind) -> Quantity| {
-            let mut found = list(role, quantity(kind));
-            if found.is_empty() && turned {
-                found = list(role, quantity(AxisKind::Translation));
-                found.retain(|c| c.unit.is_none());
-            }
-            found
-        };
-        let mut displacement = motion("displacement", Quantity::Displacement);
-        // A name such as `x_F` may be either, and a file may hold the force twice, alone and in a matrix.
-        if let (Some(force), None) = (force.first(), said.column("displacement")) {
-            displacement.retain(|c| !is_copy(&c.values, &force.values));
-        }
-        let velocity = motion("velocity", Quantity::Velocity);
-        let integrated = displacement.is_empty() && !said.is_timeless(survey);
-        if integrated {
-            displacement.clone_from(&velocity);
-        }
-        Self {
-            integrated,
-            displacement,
-            velocity,
-            acceleration: motion("acceleration", Quantity::Acceleration),
-            force,
-        }
-    }
-}
-
-/// A way of putting an axis together, and how well it explains the force.
-struct Trial<'a> {
-    first: &'a SurveyedColumn,
-    second: Option<&'a SurveyedColumn>,
-    acceleration: Option<&'a SurveyedColumn>,
-    /// The factor by which the acceleration follows the body's position, in SI.
-    likeness: Option<f64>,
-    /// How closely it does, as a correlation; 0 without an accelerometer.
-    follows: f64,
-    fitted: Fitted,
-}
-
-/// Every way of putting an axis together with a force.
-fn trials<'a>(
-    logs: &[Log<'_>],
-    parts: &Parts<'a>,
-    force: &SurveyedColumn,
-    kind: AxisKind,
-) -> Vec<Trial<'a>> {
-    let mut trials: Vec<Trial<'_>> = Vec::new();
-    for first in &parts.displacement {
-        let others = parts.displacement.iter();
-        let others = others.filter(|c| c.name != first.name && !parts.integrated);
-        let seconds = std::iter::once(None).chain(others.map(Some));
-        for second in seconds {
-            trials.extend(trial(logs, first, second.copied(), parts, force, kind));
-        }
-    }
-    trials
-}
-
 fn best_axis(
     logs: &[Log<'_>],
     parts: &Parts<'_>,
@@ -264,103 +151,6 @@ fn best_axis(
         )));
     };
     Ok(axis_of(logs, chosen, parts, force, kind, said, findings))
-}
-
-/// Whether a series is another one times a factor.
-fn is_copy(series: &[f64], of: &[f64]) -> bool {
-    let [square, other, product] = series.iter().zip(of).fold([0.0; 3], |[a, b, c], (x, y)| {
-        [a + x * x, b + y * y, c + x * y]
-    });
-    product * product > (1.0 - 1e-9) * square * other
-}
-
-/// Relative displacement of a trial in one log, SI.
-fn relative(
-    log: &Log<'_>,
-    first: &SurveyedColumn,
-    second: Option<&SurveyedColumn>,
-    (kind, integrated): (AxisKind, bool),
-) -> Option<Vec<f64>> {
-    let quantity = match integrated {
-        true => Quantity::Velocity(kind),
-        false => Quantity::Displacement(kind),
-    };
-    let si = |c: &SurveyedColumn| -> Option<Vec<f64>> {
-        let factor = factor(c, quantity);
-        Some(log.values(&c.name)?.iter().map(|v| v * factor).collect())
-    };
-    let mut values = si(first)?;
-    if integrated {
-        values = integral(&values, 1.0 / log.rate_hz);
-    }
-    if let Some(second) = second {
-        for (a, b) in values.iter_mut().zip(si(second)?) {
-            *a -= b;
-        }
-    }
-    Some(values)
-}
-
-/// How many SI units one of a column's is; 1 where it states none.
-fn factor(column: &SurveyedColumn, quantity: Quantity) -> f64 {
-    let unit = column.unit.as_deref();
-    unit.and_then(|u| quantity.factor(u, true).ok())
-        .unwrap_or(1.0)
-}
-
-/// Fits force by acceleration, relative velocity and displacement over all logs.
-fn trial<'a>(
-    logs: &[Log<'_>],
-    first: &'a SurveyedColumn,
-    second: Option<&'a SurveyedColumn>,
-    parts: &Parts<'a>,
-    force: &SurveyedColumn,
-    kind: AxisKind,
-) -> Option<Trial<'a>> {
-    let body = second.unwrap_or(first);
-    let kinds = (kind, parts.integrated);
-    // The accelerometer that follows the body best.
-    let follows = parts.acceleration.iter().filter_map(|a| {
-        let log = &logs[0];
-        let position = relative(log, body, None, kinds)?;
-        let found = derivative_likeness(log.values(&a.name)?, &position, 2, log.rate_hz);
-        Some((*a, found))
-    });
-    let best = follows.max_by(|a, b| a.1.correlation.abs().total_cmp(&b.1.correlation.abs()));
-    let best = best.filter(|(_, l)| second.is_none() || l.correlation.abs() > DERIVATIVE);
-    let acceleration = best.map(|(a, _)| a);
-    let mut fit = Linear::new(3);
-    for log in logs {
-        let x = relative(log, first, second, kinds)?;
-        let of_body = relative(log, body, None, kinds)?;
-        let lag = clear_lag(&of_body).max(2);
-        let [x, v, _] = motion(&x, lag, log.rate_hz);
-        let a = match acceleration {
-            Some(a) => {
-                let factor = factor(a, Quantity::Acceleration(kind));
-                let a: Vec<f64> = log.values(&a.name)?.iter().map(|v| v * factor).collect();
-                alike(&a, lag)
-            }
-            None => motion(&of_body, lag, log.rate_hz)[2].clone(),
-        };
-        let factor = factor(force, Quantity::Force(kind));
-        let f: Vec<f64> = log
-            .values(&force.name)?
-            .iter()
-            .map(|v| v * factor)
-            .collect();
-        fit.add(&[&a, &v, &x], &alike(&f, lag), 8);
-    }
-    Some(Trial {
-        first,
-        second,
-        acceleration,
-        follows: best.as_ref().map_or(0.0, |(_, l)| l.correlation.abs()),
-        likeness: best
-            .filter(|(_, l)| l.correlation.abs() > DERIVATIVE)
-            .map(|(a, l)| l.gain * factor(a, Quantity::Acceleration(kind))),
-        fitted: fit.solve()?,
-    })
 }
 
 fn channel(column: &SurveyedColumn, quantity: Quantity, said: &Said) -> DraftChannel {

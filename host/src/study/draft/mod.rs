@@ -6,6 +6,7 @@
 mod axis;
 mod guess;
 mod parts;
+mod trial;
 mod write;
 
 pub use guess::draft;
