@@ -213,8 +213,9 @@ impl<S: Sensor> Watched<S> {
     fn read(&mut self, failures: u8, stale: u8) -> Visit<S::Value> {
         match self.sensor.read() {
             Ok(reading) => {
-                self.value = reading.value;
                 let stale = if reading.fresh {
+                    // What is not new may be no reading at all, as the zeros of a line that nobody drives.
+                    self.value = reading.value;
                     0
                 } else {
                     stale.saturating_add(1)

@@ -143,7 +143,6 @@ impl SensorState {
         }
         let raw = &raw[own];
         let [of_far, of_near] = raw.displacement;
-        // An input may stand still while the axis moves.
         let [far, near, body, acceleration, force, _] = &mut self.spans[own];
         if self.started[own] {
             far.follow(of_far);
@@ -184,11 +183,13 @@ impl SensorState {
         let Some(limits) = limits.axes.get(axis) else {
             return;
         };
+        // An input, the last one, may stand still while its axis moves.
+        let measured = || limits.moving_counts.iter().take(CHANNELS - 1);
         let mut moves = false;
-        for (span, &least) in self.spans[axis].iter().zip(&limits.moving_counts) {
+        for (span, &least) in self.spans[axis].iter().zip(measured()) {
             moves |= least != 0 && span.span() >= least;
         }
-        let all = self.spans[axis].iter_mut().zip(&limits.moving_counts);
+        let all = self.spans[axis].iter_mut().zip(measured());
         for (channel, (span, &least)) in all.enumerate() {
             if span.span() != 0 || least == 0 {
                 span.still = 0;

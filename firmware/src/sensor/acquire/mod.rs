@@ -120,8 +120,8 @@ pub struct Sensors<L, C: SpiDevice, A: SpiDevice, X: SpiDevice> {
     counters: [Option<Watched<Ls7366r<C>>>; COUNTERS],
     converter: Watched<Ads131m04<A>>,
     accelerometers: [Option<Watched<Adxl355<X>>>; ACCELEROMETERS],
-    /// Of each counter, the beginning from which it counts as the rig wants it: the first, or the last before its index.
-    referenced: [u32; COUNTERS],
+    /// Of each counter, the beginning from which it counts as the rig wants it: the first that was seen, or the last before its index.
+    referenced: [Option<u32>; COUNTERS],
     /// Whose turn it is to show its status.
     turn: usize,
 }
@@ -151,7 +151,7 @@ impl<L: SpiDevice, C: SpiDevice, A: SpiDevice, X: SpiDevice> Sensors<L, C, A, X>
             counters,
             converter: Watched::new(Ads131m04::new(converter, wiring.converter)),
             accelerometers,
-            referenced: [1; COUNTERS],
+            referenced: [None; COUNTERS],
             turn: 0,
         }
     }
@@ -191,11 +191,13 @@ impl<L: SpiDevice, C: SpiDevice, A: SpiDevice, X: SpiDevice> Sensors<L, C, A, X>
                 let its_turn = number == self.turn;
                 let index;
                 (*count, *health, index) = read_counter(counter, latched.is_ok(), its_turn);
-                if index {
-                    *referenced = counter.restarts();
+                // A counter that ran on while the controller restarted was not set up from nothing even once.
+                let runs = referenced.is_none() && *health == ChipState::Ok;
+                if index || runs {
+                    *referenced = Some(counter.restarts());
                 }
-                acquired.lost_references |=
-                    u8::from(counter.restarts() > *referenced) << (number & 7);
+                let is_lost = referenced.is_some_and(|known| counter.restarts() > known);
+                acquired.lost_references |= u8::from(is_lost) << (number & 7);
             }
         }
         self.turn = if self.turn + 1 < COUNTERS {

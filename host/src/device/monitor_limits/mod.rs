@@ -254,6 +254,10 @@ fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
             .collect()
     };
     let moving_counts = std::array::from_fn(|channel| {
+        // An input may stand still while the axis moves.
+        if channel == CHANNELS - 1 {
+            return 0;
+        }
         let counts = whole(channel);
         let spread = (mean_square(&counts) - mean(&counts).powi(2))
             .max(0.0)
