@@ -38,6 +38,9 @@ pub struct SurveyedTime {
     pub column: String,
     /// How many seconds one of its units is.
     pub seconds_per_unit: f64,
+    /// Whether its unit was guessed from the length of its steps.
+    #[serde(skip)]
+    pub(crate) guessed: bool,
     /// Sample rate, Hz.
     pub rate_hz: f64,
     /// Largest distance of a stamp from an even grid, in samples.
@@ -224,33 +227,49 @@ fn surveyed(name: String, unit: Option<String>, values: Vec<f64>) -> SurveyedCol
 /// The column that counts the time: the one whose name or unit says so best, where it never falls; of columns without names the first,
 /// where it rises evenly.
 pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
-    let rising = |c: &&SurveyedColumn| {
+    let rises = |c: &&SurveyedColumn| {
         let rising = c.values.windows(2).filter(|w| w[1] > w[0]).count();
-        c.missing == 0 && 2 * rising >= c.values.len()
+        let falls = c.values.windows(2).any(|w| w[1] < w[0]);
+        // Stamps that are rounded coarsely stand still in most rows; only a name makes a time of those.
+        let enough = match c.named.time > 1 {
+            true => rising > 0,
+            false => 2 * rising >= c.values.len(),
+        };
+        c.missing == 0 && enough && !falls
     };
-    let falls = |c: &SurveyedColumn| c.values.windows(2).any(|w| w[1] < w[0]);
     let named = columns.iter().filter(|c| c.named.time > 0);
     // The last of those that say it alike.
-    let best = named.filter(rising).max_by_key(|c| c.named.time);
+    let best = named.filter(rises).max_by_key(|c| c.named.time);
     let unnamed = |c: &&SurveyedColumn| {
         let number = c.name.strip_prefix('c').unwrap_or(&c.name);
         number.parse::<usize>().is_ok() && rises_evenly(&c.values)
     };
     let first = columns.first().filter(unnamed);
-    let column = best.or(first).filter(|c| !falls(c))?;
-    let unit = column.unit.as_deref();
-    let seconds_per_unit = unit.and_then(naming::seconds).unwrap_or_else(|| {
-        // A rig is sampled faster than 20 Hz; steps longer than that are milliseconds.
-        let step = (column.range[1] - column.range[0]) / column.values.len() as f64;
-        if step > 0.05 { 1e-3 } else { 1.0 }
-    });
+    let column = best.or(first)?;
+    let stated = column.unit.as_deref().and_then(naming::seconds);
+    let seconds_per_unit = stated.unwrap_or_else(|| usual_unit(column));
     let seconds: Vec<f64> = column.values.iter().map(|t| t * seconds_per_unit).collect();
     let stamps = Stamps::of(&seconds)?;
     Some(SurveyedTime {
         column: column.name.clone(),
         seconds_per_unit,
+        guessed: stated.is_none() && seconds_per_unit != 1.0,
         rate_hz: stamps.rate_hz,
         jitter: stamps.jitter,
         gaps: [stamps.missing, stamps.places],
     })
+}
+
+/// How many seconds one of a time's units is, by its steps: a rig is sampled at 20 Hz or faster, and what counts in whole numbers counts
+/// something smaller than a second.
+fn usual_unit(column: &SurveyedColumn) -> f64 {
+    let step = (column.range[1] - column.range[0]) / column.values.len() as f64;
+    let whole = column.values.iter().all(|v| v.fract() == 0.0);
+    match step {
+        ..=0.05 => 1.0,
+        ..=1.0 if !whole => 1.0,
+        ..=50.0 => 1e-3,
+        ..=50e3 => 1e-6,
+        _ => 1e-9,
+    }
 }

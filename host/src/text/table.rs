@@ -64,6 +64,21 @@ pub fn significant(value: f64) -> String {
     format!("{value:.*}", decimals.max(0) as usize)
 }
 
+/// Four significant digits: `1.470`, `3.000e-6`; a dash for what is no number.
+pub fn short(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    if !value.is_finite() {
+        return "–".into();
+    }
+    if (1e-3..1e5).contains(&value.abs()) {
+        let decimals = (3 - value.abs().log10().floor() as i32).max(0) as usize;
+        return format!("{value:.decimals$}");
+    }
+    format!("{value:.3e}")
+}
+
 /// A percentage with three digits behind the point, or three that count where it is small: `12.346 %`, `0.0000254 %`.
 pub fn percent(value: f64) -> String {
     match value.abs() {

@@ -7,6 +7,7 @@ use crate::study::survey::Survey;
 use crate::study::{Study, mistakes};
 use crate::text::error::{Error, Result};
 use crate::text::output;
+use crate::text::table::short;
 use clap::Args;
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -63,12 +64,12 @@ impl Init {
                 "there is no terminal to ask on; give --yes to take the guesses, which the file marks \"# guessed\"",
             ));
         }
-        for value in [self.rate, self.inertia].into_iter().flatten() {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::usage(format!(
-                    "{value} is no rate and no inertia; give a number above 0"
-                )));
-            }
+        self.check_values()?;
+        let to_file = !output::is_standard(&self.output);
+        if !to_file && console.json_file().is_some() {
+            return Err(Error::usage(
+                "-o - writes the study to standard output, so that --json has no study to tell of; name a file with -o",
+            ));
         }
         let working = console.working("reading the logs");
         let surveys: Vec<Survey> = self
@@ -77,7 +78,7 @@ impl Init {
             .map(|log| Survey::of(log))
             .collect::<Result<_>>()?;
         working.finish_and_clear();
-        for survey in &surveys {
+        for survey in surveys.iter().filter(|_| to_file) {
             console.say(survey::in_words(survey, false))?;
         }
         let mut said = Said {
@@ -95,13 +96,45 @@ impl Init {
             ask_inertia(&mut draft)?;
         }
         output::write_whole(&self.output, draft::text(&draft).as_bytes())?;
-        if output::is_standard(&self.output) {
+        if !to_file {
             return Ok(());
         }
-        self.report(console, &draft)
+        // What is wrong with the study now would be met by the next command; it is said here.
+        let study = Study::read(&self.output).map_err(|mut error| {
+            // A file that no command takes would be in the way of the next try.
+            let _ = std::fs::remove_file(&self.output);
+            error
+                .sentence
+                .push_str(&format!("; {} was not written", self.output.display()));
+            error
+        })?;
+        self.report(console, &draft, &study)
     }
 
-    fn report(&self, console: &Console, draft: &Draft) -> Result<()> {
+    /// Refuses what is no rate and no inertia, and what cannot hold at once.
+    fn check_values(&self) -> Result<()> {
+        let rate = self.rate.filter(|rate| !(rate.is_finite() && *rate > 0.0));
+        let inertia = self.inertia.filter(|m| !(m.is_finite() && *m >= 0.0));
+        if let Some(value) = rate {
+            return Err(Error::usage(format!(
+                "--rate {value}: a rate is a number above 0, in Hz"
+            )));
+        }
+        if let Some(value) = inertia {
+            return Err(Error::usage(format!(
+                "--inertia {value}: an inertia is a number above 0, or 0 where the force is the joint's own"
+            )));
+        }
+        let timeless = ("time".to_owned(), "none".to_owned());
+        if self.rate.is_some() && self.columns.contains(&timeless) {
+            return Err(Error::usage(
+                "--rate and --column time=none contradict each other; leave one of them out",
+            ));
+        }
+        Ok(())
+    }
+
+    fn report(&self, console: &Console, draft: &Draft, study: &Study) -> Result<()> {
         for finding in &draft.findings {
             console.say(format!("Guessed: {finding}."))?;
         }
@@ -109,12 +142,10 @@ impl Init {
             "\n{} written; what was guessed is marked in it.",
             self.output.display()
         ))?;
-        // What is wrong with the study now would be met by the next command; it is said here.
-        let study = Study::read(&self.output)?;
         for note in &study.notes {
             console.say(format!("Note: {note}."))?;
         }
-        let found = mistakes::check(&study);
+        let found = mistakes::check(study);
         for sentence in &found {
             console.say(format!("Check: {sentence}."))?;
         }
@@ -184,9 +215,9 @@ fn ask_inertia(draft: &mut Draft) -> Result<()> {
         if axis.inertia.is_some() {
             continue;
         }
-        let seen = axis
-            .inertia_seen
-            .map_or(String::new(), |m| format!("the logs say about {m:.3}; "));
+        let seen = axis.inertia_seen.map_or(String::new(), |m| {
+            format!("the logs say about {}; ", short(m))
+        });
         let answer = ask(&format!(
             "Inertia of axis {} in {}? ({seen}Enter: identify it) ",
             axis.name,

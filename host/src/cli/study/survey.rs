@@ -1,7 +1,7 @@
 //! A log that was looked at, as `inspect` and `init` show it: its channels, and a small plot of each.
 
 use crate::study::survey::{Survey, SurveyedColumn};
-use crate::text::table::Table;
+use crate::text::table::{Table, short};
 use crate::text::text_plot::TextPlot;
 
 /// Points of a plot.
@@ -133,21 +133,6 @@ pub(super) fn as_json(survey: &Survey) -> serde_json::Value {
         "columns": columns,
         "notes": survey.notes,
     })
-}
-
-/// Four significant digits.
-fn short(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    if !value.is_finite() {
-        return "–".into();
-    }
-    if (1e-3..1e5).contains(&value.abs()) {
-        let decimals = (3 - value.abs().log10().floor() as i32).max(0) as usize;
-        return format!("{value:.decimals$}");
-    }
-    format!("{value:.3e}")
 }
 
 /// A rate without the digits that nobody set.

@@ -1,6 +1,6 @@
 //! What a column is, by its name and unit: English, German and French words, and units written in brackets or behind the name.
 
-use super::units::{Quantity, is_a_unit};
+use super::units::{Quantity, is_a_unit, is_bare};
 use crate::study::AxisKind::{Rotation, Translation};
 
 /// What a name and a unit say.
@@ -12,8 +12,6 @@ pub(crate) struct Named {
     pub(crate) time: u8,
     /// What it may measure, with how surely.
     pub(crate) quantities: Vec<(Quantity, u8)>,
-    /// The name without unit, in lower case.
-    pub(crate) stem: String,
 }
 
 impl Named {
@@ -42,20 +40,26 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
         Quantity::Input => (&[], &[]),
         Quantity::Time => (
             &[
-                "t", "tout", "time", "zeit", "temps", "uhrzeit", "x_value", "sec", "seconds",
-                "sekunden",
+                "t", "ts", "tout", "time", "stamp", "millis", "micros", "zeit", "temps", "tiempo",
+                "tempo", "uhrzeit", "x_value", "sec", "seconds", "sekunden",
             ],
             &["time", "zeit", "temps", "uhrzeit", "elapsed", "seconds"],
         ),
         Quantity::Displacement(Translation) => (
             &[
-                "x", "d", "s", "q", "qm", "disp", "dist", "pos", "weg", "hub", "lvdt", "u",
+                "x", "y", "z", "d", "s", "q", "qm", "disp", "dist", "pos", "weg", "hub", "lvdt",
+                "u",
             ],
             &[
                 "displ",
                 "posit",
                 "auslenk",
                 "verschieb",
+                "extension",
+                "elongation",
+                "deflection",
+                "spostam",
+                "desplaz",
                 "stroke",
                 "travel",
                 "course",
@@ -67,16 +71,19 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
             ],
         ),
         Quantity::Velocity(Translation) => (
-            &["v", "vel", "xdot", "dx", "vx"],
+            &[
+                "v", "vel", "xdot", "dx", "vx", "vy", "vz", "qd", "qdot", "dq",
+            ],
             &["velocity", "speed", "geschwind", "vitesse"],
         ),
         Quantity::Acceleration(Translation) => (
-            &["a", "acc", "accel", "xddot", "ax", "adxl", "b"],
+            &["a", "acc", "accel", "xddot", "ax", "ay", "az", "adxl", "b"],
             &["accel", "accél", "beschl"],
         ),
         Quantity::Force(Translation) => (
             &[
-                "f", "force", "forc", "kraft", "load", "last", "fx", "fz", "effort", "thrust",
+                "f", "force", "forc", "kraft", "load", "last", "fx", "fy", "fz", "effort",
+                "thrust", "forza", "fuerza",
             ],
             &["force", "kraft", "loadcell", "effort"],
         ),
@@ -93,69 +100,93 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
             &["angacc", "angular_acc", "winkelbeschl", "alpha"],
         ),
         Quantity::Force(Rotation) => (
-            &["m", "mz", "torque", "moment", "drehmoment", "couple"],
+            &[
+                "m",
+                "mx",
+                "my",
+                "mz",
+                "torque",
+                "trq",
+                "tau",
+                "moment",
+                "drehmoment",
+                "couple",
+            ],
             &["torque", "drehmom", "moment"],
         ),
     }
 }
 
 /// Words that say that a column is what something was told to do, and not what it did.
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 23] = [
     "cmd",
     "command",
     "commanded",
+    "commande",
+    "consigne",
     "demand",
     "des",
     "desired",
     "goal",
+    "nominal",
     "ref",
     "reference",
     "referenz",
+    "set",
     "setpoint",
+    "setpt",
     "soll",
+    "sollkraft",
+    "sollweg",
     "sollwert",
+    "sp",
     "target",
+    "vorgabe",
 ];
+
+/// Words that say that a column is what was measured.
+const MEASURED: [&str; 9] = [
+    "act", "actual", "fbk", "feedback", "ist", "istwert", "meas", "measured", "mess",
+];
+
+/// Names that are units of time themselves.
+const CLOCKS: [(&str, &str); 2] = [("millis", "ms"), ("micros", "us")];
 
 /// Reads a column's name, and its unit where the file states one.
 pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
-    let (stem, own) = split_unit(name);
-    let stem = stem.to_lowercase();
+    let (written, own) = match split_unit(name) {
+        // What is in square brackets is a unit even where nobody here knows it.
+        (whole, None) => bracketed(whole).unwrap_or((whole, None)),
+        known => known,
+    };
+    let stem = written.to_lowercase();
+    let tokens = tokens(written);
+    let clock = CLOCKS
+        .iter()
+        .find(|(word, _)| tokens.iter().any(|t| t == word));
     let unit = stated.map(str::to_owned).or(own);
+    let unit = unit.or(clock.map(|(_, unit)| (*unit).to_owned()));
     let known = unit.as_deref().filter(|u| is_a_unit(u));
-    // “x2” is an x, “a_1” an a.
-    let tokens: Vec<&str> = stem
-        .split(|c: char| !c.is_alphanumeric())
-        .map(|t| t.trim_matches(|c: char| c.is_ascii_digit()))
-        .filter(|t| !t.is_empty())
-        .collect();
+    let among = |words: &[&str]| tokens.iter().any(|t| words.contains(&t.as_str()));
     let by_name = |quantity: Quantity| -> u8 {
         let (whole, parts) = words(quantity);
-        if tokens.iter().any(|t| whole.contains(t) && t.len() > 1)
-            || whole.contains(&stem.as_str()) && stem.len() > 1
-        {
+        let long = |t: &String| t.len() > 1 && whole.contains(&t.as_str());
+        if tokens.iter().any(long) || long(&stem) {
             3
         } else if parts.iter().any(|p| stem.contains(p)) {
             2
-        } else if tokens.iter().any(|t| whole.contains(t)) {
+        } else if among(whole) {
             1
         } else {
             0
         }
     };
-    let commanded = tokens.iter().any(|t| COMMANDS.contains(t));
+    let (commanded, measured) = (among(&COMMANDS), among(&MEASURED));
     let by_unit = |quantity: Quantity| known.map(|unit| quantity.factor(unit, false).is_ok());
     let score = |quantity: Quantity| match by_unit(quantity) {
         Some(true) => 4 + by_name(quantity),
         // A volt or a count says nothing; any other unit says that it is something else.
-        Some(false)
-            if !matches!(
-                unit.as_deref(),
-                Some("V" | "mV" | "counts" | "count" | "1" | "-")
-            ) =>
-        {
-            0
-        }
+        Some(false) if !known.is_some_and(is_bare) => 0,
         _ => by_name(quantity),
     };
     // Much is written in milliseconds that does not count the time: the width of a pulse, a delay.
@@ -173,10 +204,42 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
             .into_iter()
             .map(|q| (q, score(q)))
             .filter(|(_, score)| *score > 0 && !commanded)
+            .map(|(q, score)| (q, score + u8::from(measured)))
             .collect(),
         unit,
-        stem,
     }
+}
+
+/// The name before square brackets, and the word in them.
+fn bracketed(name: &str) -> Option<(&str, Option<String>)> {
+    let (stem, rest) = name.split_once('[')?;
+    let unit = rest.split_once(']')?.0.trim();
+    let is_word = unit.parse::<usize>().is_err() && !unit.is_empty();
+    is_word.then(|| (stem.trim(), Some(unit.to_owned())))
+}
+
+/// The words of a name in small letters: “x2” is an x, “a_1” an a, “TargetPosition” a target and a position.
+fn tokens(name: &str) -> Vec<String> {
+    let letters: Vec<char> = name.chars().collect();
+    let mut spaced = String::new();
+    for (at, letter) in letters.iter().enumerate() {
+        let before = at.checked_sub(1).map(|at| letters[at]);
+        let after = letters.get(at + 1);
+        if letter.is_uppercase()
+            && before.is_some_and(char::is_lowercase)
+            && after.is_some_and(|c| c.is_lowercase())
+        {
+            spaced.push(' ');
+        }
+        spaced.push(*letter);
+    }
+    spaced
+        .to_lowercase()
+        .split(|c: char| !c.is_alphanumeric())
+        .map(|t| t.trim_matches(|c: char| c.is_ascii_digit()))
+        .filter(|t| !t.is_empty())
+        .map(str::to_owned)
+        .collect()
 }
 
 /// Seconds per unit of time.
@@ -189,14 +252,14 @@ pub(crate) fn seconds(unit: &str) -> Option<f64> {
 pub(crate) fn unit_for(quantity: Quantity, name: &str) -> Option<String> {
     let unit = split_unit(name).1?;
     let is_word = unit.chars().any(|c| c.is_alphabetic() || c == '°');
-    let in_brackets = name.contains(['[', '(']);
+    let in_brackets = name.contains(['[', '(', '{', '<']);
     let fits = in_brackets || quantity.factor(&unit, false).is_ok() && unit != "in";
     (is_word && fits && quantity != Quantity::Input).then_some(unit)
 }
 
-/// The name and the unit in it: `Weg [mm]`, `Weg (mm)`, `Weg/mm`, `Weg in mm`, `x2_m`, `a_m_s2`.
+/// The name and the unit in it: `Weg [mm]`, `Weg (mm)`, `Weg/mm`, `Weg in mm`, `Weg: mm`, `x2_m`, `a_m_s2`.
 pub(super) fn split_unit(name: &str) -> (&str, Option<String>) {
-    for (open, close) in [('[', ']'), ('(', ')')] {
+    for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')] {
         if let Some((stem, rest)) = name.split_once(open)
             && let Some((unit, _)) = rest.split_once(close)
             // `x_F[1]` is a column of a matrix.
@@ -206,7 +269,7 @@ pub(super) fn split_unit(name: &str) -> (&str, Option<String>) {
             return (stem.trim(), Some(unit.trim().to_owned()));
         }
     }
-    for between in [" in ", " / ", ", "] {
+    for between in [" in ", " / ", ", ", ": ", ":"] {
         if let Some((stem, unit)) = name.split_once(between)
             && is_a_unit(unit)
             && !stem.trim().is_empty()
@@ -276,10 +339,18 @@ mod tests {
             "Force setpoint (N)",
             "x_target_m",
             "x_ref_mm",
+            "TargetPosition",
+            "posSoll [mm]",
+            "Force SP (N)",
         ] {
             assert_eq!(read(name, None).quantities, [], "{name}");
         }
         assert_eq!(read("chan_1", None).unit, None);
+        let score = |name| read(name, None).score(Quantity::Displacement(Translation));
+        assert!(score("PosIst [mm]") > score("Pos [mm]"));
+        let unknown = read("Kraft [Blub]", None);
+        assert_eq!(unknown.unit.as_deref(), Some("Blub"));
+        assert!(unknown.score(Quantity::Force(Translation)) > 0);
     }
 
     #[test]
@@ -306,6 +377,10 @@ mod tests {
             ("phi_rad", "phi", Some("rad")),
             ("Kraft in N", "Kraft", Some("N")),
             ("far side", "far side", None),
+            ("Stroke:mm", "Stroke", Some("mm")),
+            ("Stroke <mm>", "Stroke", Some("mm")),
+            ("Load {KN}", "Load", Some("KN")),
+            ("Load [left]", "Load [left]", None),
             ("F", "F", None),
         ] {
             assert_eq!(split_unit(name), (stem, unit.map(str::to_owned)), "{name}");

@@ -1,7 +1,7 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion stands.
 
-use super::parts::{DraftAxis, DraftChannel, Log, Said, names};
-use super::trial::{DERIVATIVE, Parts, Trial, factor, relative, trials};
+use super::parts::{DraftAxis, DraftChannel, Log, Said, factor, names};
+use super::trial::{DERIVATIVE, Parts, Trial, relative, trials};
 use crate::study::channels::units::{Quantity, is_bare};
 use crate::study::check::kinematics::derivative_likeness;
 use crate::study::survey::{Survey, SurveyedColumn};
@@ -22,8 +22,36 @@ pub(super) fn axes(
     findings: &mut Vec<String>,
 ) -> Result<Vec<DraftAxis>> {
     let survey = logs[0].survey;
+    check_said(survey, said)?;
+    let mut axes = Vec::new();
+    for kind in kinds(survey, time, said) {
+        let mut parts = Parts::of(survey, time, kind, said, &axes);
+        if parts.force.is_empty() || parts.displacement.is_empty() {
+            continue;
+        }
+        parts.keep_common(logs, said)?;
+        axes.push(best_axis(logs, &parts, kind, said, findings)?);
+        // Names that the user gave are those of one axis.
+        if !said.columns.is_empty() {
+            break;
+        }
+    }
+    match axes.is_empty() {
+        true => Err(nothing_to_draft(survey, time, said)),
+        false => Ok(axes),
+    }
+}
+
+/// Refuses columns that the user named twice, or that are not there.
+fn check_said(survey: &Survey, said: &Said) -> Result<()> {
     for (place, (role, column)) in said.columns.iter().enumerate() {
-        if let Some((other, _)) = said.columns[..place].iter().find(|(_, c)| c == column) {
+        let before = &said.columns[..place];
+        if before.iter().any(|(other, _)| other == role) {
+            return Err(Error::usage(format!(
+                "--column {role}= was given twice; give it once, and write a list of columns into study.toml where several make the {role}"
+            )));
+        }
+        if let Some((other, _)) = before.iter().find(|(_, c)| c == column) {
             return Err(Error::usage(format!(
                 "the column {column:?} cannot be the {other} and the {role}; give each a column of its own"
             )));
@@ -40,40 +68,51 @@ pub(super) fn axes(
             )));
         }
     }
-    let mut axes = Vec::new();
-    for kind in kinds(survey, time, said) {
-        let parts = Parts::of(survey, time, kind, said, &axes);
-        if parts.force.is_empty() || parts.displacement.is_empty() {
-            continue;
-        }
-        axes.push(best_axis(logs, &parts, kind, said, findings)?);
-        // Names that the user gave are those of one axis.
-        if !said.columns.is_empty() {
-            break;
-        }
-    }
-    if axes.is_empty() {
-        let missing = match Parts::of(survey, time, AxisKind::Translation, said, &[])
-            .force
-            .is_empty()
-        {
-            true => "force",
-            false => "displacement",
-        };
-        let instead = match missing {
-            "force" => format!(
-                "; the current of a motor may stand for it, or in study.toml a list of pressures, each with the piston's area as its scale; \
-                 {FREE_DECAY}"
-            ),
-            _ => String::new(),
-        };
-        return Err(Error::data(format!(
-            "{}: no column can be told to be the {missing}; name it with --column {missing}=COLUMN, of {}{instead}",
+    Ok(())
+}
+
+/// Says which part of an axis is missing, and why where a column would be it.
+fn nothing_to_draft(survey: &Survey, time: Option<&str>, said: &Said) -> Error {
+    let parts = Parts::of(survey, time, AxisKind::Translation, said, &[]);
+    let (missing, quantity): (_, fn(AxisKind) -> Quantity) = match parts.force.is_empty() {
+        true => ("force", Quantity::Force),
+        false => ("displacement", Quantity::Displacement),
+    };
+    let either = [AxisKind::Translation, AxisKind::Rotation].map(quantity);
+    let named = survey
+        .columns
+        .iter()
+        .filter(|c| either.iter().any(|q| c.named.score(*q) > 0));
+    if let Some(column) = named.clone().find(|c| c.missing > 0) {
+        let row = column.values.iter().position(|v| !v.is_finite());
+        return Error::data(format!(
+            "{}: column {:?} would be the {missing}, but {} of its rows hold no number, the first of them row {}; repair the log, or leave \
+             these rows out",
             survey.file,
-            names(survey)
-        )));
+            column.name,
+            column.missing,
+            row.unwrap_or(0)
+        ));
     }
-    Ok(axes)
+    if let Some(column) = named.clone().find(|c| c.rms == 0.0) {
+        return Error::data(format!(
+            "{}: column {:?} would be the {missing}, but all of its rows hold the same number; check the channel, or name another one with \
+             --column {missing}=COLUMN",
+            survey.file, column.name
+        ));
+    }
+    let instead = match missing {
+        "force" => format!(
+            "; the current of a motor may stand for it, or in study.toml a list of pressures, each with the piston's area as its scale; \
+             {FREE_DECAY}"
+        ),
+        _ => String::new(),
+    };
+    Error::data(format!(
+        "{}: no column can be told to be the {missing}; name it with --column {missing}=COLUMN, of {}{instead}",
+        survey.file,
+        names(survey)
+    ))
 }
 
 /// Translation first, unless a column that the user named turns, or the only position is an angle.
@@ -110,13 +149,24 @@ fn best_axis(
     let score = |c: &SurveyedColumn| c.named.score(Quantity::Force(kind));
     let likely = parts.force.iter().copied();
     let likely = likely.filter(|c| score(c) == score(parts.force[0]));
-    let rivals = likely.map(|force| (force, trials(logs, parts, force, kind)));
+    let likely: Vec<&SurveyedColumn> = likely.collect();
+    let rivals = likely
+        .iter()
+        .map(|force| (*force, trials(logs, parts, force, kind)));
     let least = |(_, trials): &(&SurveyedColumn, Vec<Trial<'_>>)| {
         let rests = trials.iter().map(|t| t.fitted.rest);
         rests.fold(f64::INFINITY, f64::min)
     };
     let best = rivals.min_by(|a, b| least(a).total_cmp(&least(b)));
     let (force, trials) = best.unwrap_or((parts.force[0], Vec::new()));
+    if let [_, _, ..] = likely.as_slice() {
+        let all: Vec<String> = likely.iter().map(|c| format!("{:?}", c.name)).collect();
+        findings.push(format!(
+            "of {} the motion explains {:?} best, so that is the force; where several act on the body, write all of them as a list",
+            all.join(", "),
+            force.name
+        ));
+    }
     let singles = trials
         .iter()
         .filter(|t| t.second.is_none())
@@ -153,17 +203,50 @@ fn best_axis(
     Ok(axis_of(logs, chosen, parts, force, kind, said, findings))
 }
 
-fn channel(column: &SurveyedColumn, quantity: Quantity, said: &Said) -> DraftChannel {
+/// A column as study.toml will have it; what its numbers are taken for where no log says so is a finding.
+fn channel(
+    logs: &[Log<'_>],
+    column: &SurveyedColumn,
+    quantity: Quantity,
+    said: &Said,
+    findings: &mut Vec<String>,
+) -> DraftChannel {
     let named = said.columns.iter().any(|(_, name)| *name == column.name);
-    let unit = column.unit.clone();
-    let unit = unit.filter(|u| quantity.factor(u, true).is_ok());
+    let units: Vec<Option<&str>> = logs
+        .iter()
+        .filter_map(|log| log.survey.column(&column.name))
+        .map(|c| c.unit.as_deref())
+        .collect();
+    let is_usable = |unit: &str| quantity.factor(unit, true).is_ok();
+    let unknown = units.iter().copied().flatten().find(|u| !is_usable(u));
+    let differ = units.iter().any(|unit| *unit != units[0]);
+    let unit = match unknown {
+        Some(unit) => {
+            findings.push(format!(
+                "column {:?} is in {unit:?}, which is no unit of it that is known here, so its numbers are taken for {} until you write \
+                 the unit, or how many of these one is as its scale",
+                column.name,
+                quantity.si()
+            ));
+            quantity.si_unit().map(str::to_owned)
+        }
+        // Each log then says its own.
+        None if differ => {
+            let each: Vec<&str> = units.iter().map(|u| u.unwrap_or("no unit")).collect();
+            findings.push(format!(
+                "column {:?} is in {} from log to log, each read in its own",
+                column.name,
+                each.join(", ")
+            ));
+            None
+        }
+        None => column.unit.clone(),
+    };
+    // Volts and counts have a size that nobody has stated.
     let bare = unit.as_deref().is_some_and(is_bare);
     DraftChannel {
         column: column.name.clone(),
-        // Volts and counts have a size that nobody has stated.
-        guessed: !named && column.named.score(quantity) < 2
-            || bare
-            || unit.is_none() && column.unit.is_some(),
+        guessed: !named && column.named.score(quantity) < 2 || bare || unknown.is_some() || differ,
         unit,
         scale: 1.0,
     }
@@ -210,10 +293,21 @@ fn axis_of(
 ) -> DraftAxis {
     let position = Quantity::Displacement(kind);
     let [mut inertia, damping, mut stiffness] = [0, 1, 2].map(|i| chosen.fitted.coefficients[i]);
-    let mut force_channel = channel(force, Quantity::Force(kind), said);
-    let mut acceleration = chosen
-        .acceleration
-        .map(|a| channel(a, Quantity::Acceleration(kind), said));
+    let mut channel = |column, quantity| channel(logs, column, quantity, said, findings);
+    let mut force_channel = channel(force, Quantity::Force(kind));
+    let accelerometer = Quantity::Acceleration(kind);
+    let mut acceleration = chosen.acceleration.map(|a| channel(a, accelerometer));
+    let logged = parts.velocity.first().copied();
+    let velocity = match parts.integrated {
+        true => Some(chosen.first),
+        false => logged
+            .filter(|v| !said.is_timeless(logs[0].survey) && agrees(&logs[0], v, chosen, kind)),
+    };
+    let velocity = velocity.map(|v| channel(v, Quantity::Velocity(kind)));
+    let positions = std::iter::once(chosen.first).chain(chosen.second);
+    let positions = positions.filter(|_| !parts.integrated);
+    let displacement: Vec<DraftChannel> = positions.map(|c| channel(c, position)).collect();
+    let body_position = displacement.get(1).cloned();
     let timeless = said.is_timeless(logs[0].survey);
     let mut judged = match chosen.fitted.sure(1) && !timeless {
         true => damping,
@@ -250,22 +344,15 @@ fn axis_of(
         ));
     }
     findings.extend(unit_to_replace(force, kind));
-    let logged = parts.velocity.first().copied();
-    let velocity = match parts.integrated {
-        true => Some(chosen.first),
-        false => logged.filter(|v| !timeless && agrees(&logs[0], v, chosen, kind)),
-    };
-    let positions = std::iter::once(chosen.first).chain(chosen.second);
-    let positions = positions.filter(|_| !parts.integrated);
     DraftAxis {
         name: match kind {
             AxisKind::Translation => "x".into(),
             AxisKind::Rotation => "phi".into(),
         },
         kind,
-        displacement: positions.map(|c| channel(c, position, said)).collect(),
-        velocity: velocity.map(|v| channel(v, Quantity::Velocity(kind), said)),
-        body_position: chosen.second.map(|c| channel(c, position, said)),
+        displacement,
+        velocity,
+        body_position,
         acceleration: acceleration.filter(|_| inertial || said.inertia.is_some()),
         force: force_channel,
         inertia: said.inertia.or((!inertial).then_some(0.0)),

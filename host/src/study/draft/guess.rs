@@ -1,8 +1,9 @@
 //! The guesses that concern the study as a whole: time, roles, and that the logs go together.
 
 use super::axis;
-use super::parts::{Draft, DraftAxis, DraftRecord, Log, Said, names};
+use super::parts::{Draft, DraftRecord, Log, Said, names};
 use crate::study::Role;
+use crate::study::channels::units::unit_of_time;
 use crate::study::quasi_static::ROWS_PER_SECOND;
 use crate::study::survey::{self, Survey, SurveyedTime};
 use crate::study::time::RATE_TOLERANCE;
@@ -29,8 +30,16 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         (Some(rate), _) => rate,
         (None, Some(time)) => time.rate_hz,
         (None, None) => {
+            let named = first.columns.iter().filter(|c| c.named.time > 1);
+            let broken = match named.max_by_key(|c| c.named.time) {
+                Some(c) if c.missing > 0 => {
+                    format!(" ({:?} holds no number in {} rows)", c.name, c.missing)
+                }
+                Some(c) => format!(" ({:?} does not rise from row to row)", c.name),
+                None => String::new(),
+            };
             return Err(Error::data(format!(
-                "{}: no column counts the time; name it with --column time=COLUMN, state the rate with --rate HZ, or say --column \
+                "{}: no column counts the time{broken}; name it with --column time=COLUMN, state the rate with --rate HZ, or say --column \
                  time=none for a quasi-static log without time",
                 first.file
             )));
@@ -42,8 +51,16 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
             .is_some_and(|c| c.named.time == 0)
     }) {
         findings.push(format!(
-            "column {:?} rises evenly, so it is taken for the time in seconds",
+            "column {:?} rises evenly, so it is taken for the time",
             time.column
+        ));
+    }
+    if let Some(time) = time.as_ref().filter(|time| time.guessed) {
+        findings.push(format!(
+            "column {:?} states no unit; by its steps it counts {}, which makes {} Hz",
+            time.column,
+            unit_of_time(time.seconds_per_unit).unwrap_or("s"),
+            time.rate_hz
         ));
     }
     let logs: Vec<Log<'_>> = surveys
@@ -59,15 +76,6 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         said,
         &mut findings,
     )?;
-    let needed: Vec<&str> = axes.iter().flat_map(DraftAxis::columns).collect();
-    for survey in surveys {
-        if let Some(column) = needed.iter().find(|c| survey.column(c).is_none()) {
-            return Err(Error::data(format!(
-                "{} has no column {column:?}, which {} has; give logs of one rig, or rename the column",
-                survey.file, first.file
-            )));
-        }
-    }
     Ok(Draft {
         name: "joint rig".into(),
         time: time.filter(|_| said.sample_rate_hz.is_none()),
@@ -92,7 +100,7 @@ fn time_of(surveys: &[Survey], said: &Said) -> Result<Option<SurveyedTime>> {
         };
         let mut only = first.clone();
         only.columns = vec![found.clone()];
-        only.columns[0].named.time = 1;
+        only.columns[0].named.time = 2;
         time = survey::time_of(&only.columns);
         if time.is_none() {
             return Err(Error::data(format!(
@@ -122,6 +130,17 @@ const SPLIT: f64 = 0.7;
 /// A record with fewer rows is not split: its parts would be too short for the study's filters.
 const MIN_SPLIT: usize = 1000;
 
+/// How words begin that say that a log is kept aside, the clearest first.
+const VALIDATION: [&[&str]; 2] = [&["valid"], &["check", "test", "pruef", "prüf", "kontroll"]];
+
+/// Whether a word in the name of a log begins like one of these: `valid2` and `Prüflauf-3`, but not `latest`.
+fn is_named(file: &str, starts: &[&str]) -> bool {
+    let stem = std::path::Path::new(file).file_stem();
+    let stem = stem.map_or(String::new(), |s| s.to_string_lossy().to_lowercase());
+    let mut words = stem.split(|c: char| !c.is_alphabetic());
+    words.any(|word| word == "val" || starts.iter().any(|start| word.starts_with(start)))
+}
+
 /// The shortest record validates, the last of several that are alike; a single one is split.
 fn records(surveys: &[Survey]) -> Vec<DraftRecord> {
     let record = |survey: &Survey, role, rows| DraftRecord {
@@ -142,30 +161,24 @@ fn records(surveys: &[Survey]) -> Vec<DraftRecord> {
         ];
     }
     let longest = surveys.iter().map(|s| s.rows).max().unwrap_or(0);
-    let validate = |word: &&str, survey: &&Survey| {
-        let name = std::path::Path::new(&survey.file).file_stem();
-        name.is_some_and(|n| n.to_string_lossy().to_lowercase().contains(word))
-    };
-    // A name that says so decides; then the shortest, when it is clearly shorter; then the last.
-    let named = ["valid", "check", "test", "pruef", "prüf", "kontroll"]
-        .iter()
-        .find_map(|word| {
-            let mut of = surveys
-                .iter()
-                .enumerate()
-                .filter(|(_, s)| validate(word, s));
-            of.next().map(|(i, _)| i)
-        });
+    // A name that says so decides, where not all do; then the shortest, when it is clearly shorter; then the last.
+    let named = VALIDATION.iter().find_map(|starts| {
+        let all = 0..surveys.len();
+        let named: Vec<usize> = all
+            .filter(|&i| is_named(&surveys[i].file, starts))
+            .collect();
+        (!named.is_empty() && named.len() < surveys.len()).then_some(named)
+    });
     let shortest = surveys.iter().enumerate().min_by_key(|(_, s)| s.rows);
     let shortest = shortest
         .filter(|(_, s)| 10 * s.rows < 9 * longest)
         .map(|(i, _)| i);
-    let chosen = named.or(shortest).unwrap_or(surveys.len() - 1);
+    let chosen = named.unwrap_or_else(|| vec![shortest.unwrap_or(surveys.len() - 1)]);
     surveys
         .iter()
         .enumerate()
         .map(|(i, survey)| {
-            let role = if i == chosen {
+            let role = if chosen.contains(&i) {
                 Role::Validate
             } else {
                 Role::Train

@@ -1,6 +1,7 @@
 //! What a draft is made of.
 
-use crate::study::survey::{Survey, SurveyedTime};
+use crate::study::channels::units::Quantity;
+use crate::study::survey::{Survey, SurveyedColumn, SurveyedTime};
 use crate::study::{AxisKind, Convention, Role};
 
 /// One column in a draft, and how its numbers become SI.
@@ -30,8 +31,7 @@ pub struct DraftRecord {
 /// What a user has said, so that it need not be guessed.
 #[derive(Clone, Debug, Default)]
 pub struct Said {
-    /// `role=column` pairs; roles are time (or `time=none` for a quasi-static log), displacement, far, velocity, body, acceleration and
-    /// force.
+    /// `role=column` pairs; roles are time (or `time=none` for a quasi-static log), displacement, velocity, acceleration and force.
     pub columns: Vec<(String, String)>,
     /// Sample rate, Hz; `None` where a column of time is named.
     pub sample_rate_hz: Option<f64>,
@@ -118,6 +118,20 @@ impl Log<'_> {
     pub(super) fn values(&self, column: &str) -> Option<&[f64]> {
         self.survey.column(column).map(|c| c.values.as_slice())
     }
+
+    /// The values of a column in SI, by the unit that this log states for it; as they are where it states none.
+    pub(super) fn si(&self, column: &str, quantity: Quantity) -> Option<Vec<f64>> {
+        let column = self.survey.column(column)?;
+        let factor = factor(column, quantity);
+        Some(column.values.iter().map(|v| v * factor).collect())
+    }
+}
+
+/// How many SI units one of a column's is; 1 where it states none.
+pub(super) fn factor(column: &SurveyedColumn, quantity: Quantity) -> f64 {
+    let unit = column.unit.as_deref();
+    unit.and_then(|u| quantity.factor(u, true).ok())
+        .unwrap_or(1.0)
 }
 
 /// The names of all columns, for a sentence.

@@ -1,12 +1,13 @@
 //! The columns that an axis can be put together from, each way of doing so, and how well it explains the force.
 
-use super::parts::{DraftAxis, Log, Said};
+use super::parts::{DraftAxis, Log, Said, factor};
 use crate::study::AxisKind;
 use crate::study::channels::axis::integral;
 use crate::study::channels::units::Quantity;
 use crate::study::check::kinematics::{alike, clear_lag, derivative_likeness, motion};
 use crate::study::check::linear::{Fitted, Linear};
 use crate::study::survey::{Survey, SurveyedColumn};
+use crate::text::error::{Error, Result};
 
 /// Candidates for one part that are tried against the numbers.
 const TRIED: usize = 4;
@@ -87,6 +88,35 @@ impl<'a> Parts<'a> {
             force,
         }
     }
+
+    /// Keeps the columns that all logs have.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`] where none is left for the force or the displacement, or a log lacks one that the user named.
+    pub(super) fn keep_common(&mut self, logs: &[Log<'_>], said: &Said) -> Result<()> {
+        let first = logs[0].survey;
+        let lists = [
+            ("force", &mut self.force),
+            ("displacement", &mut self.displacement),
+            ("velocity", &mut self.velocity),
+            ("acceleration", &mut self.acceleration),
+        ];
+        for (role, list) in lists {
+            let needed = ["force", "displacement"].contains(&role) || said.column(role).is_some();
+            let likeliest = list.first().copied();
+            list.retain(|c| logs.iter().all(|log| log.values(&c.name).is_some()));
+            let lacks = |name: &str| logs.iter().find(|log| log.values(name).is_none());
+            if let (true, true, Some(column)) = (needed, list.is_empty(), likeliest)
+                && let Some(log) = lacks(&column.name)
+            {
+                return Err(Error::data(format!(
+                    "{} has no column {:?}, which {} has; give logs of one rig, or rename the column",
+                    log.survey.file, column.name, first.file
+                )));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// A way of putting an axis together, and how well it explains the force.
@@ -131,10 +161,7 @@ pub(super) fn relative(
         true => Quantity::Velocity(kind),
         false => Quantity::Displacement(kind),
     };
-    let si = |c: &SurveyedColumn| -> Option<Vec<f64>> {
-        let factor = factor(c, quantity);
-        Some(log.values(&c.name)?.iter().map(|v| v * factor).collect())
-    };
+    let si = |c: &SurveyedColumn| log.si(&c.name, quantity);
     let mut values = si(first)?;
     if integrated {
         values = integral(&values, 1.0 / log.rate_hz);
@@ -145,13 +172,6 @@ pub(super) fn relative(
         }
     }
     Some(values)
-}
-
-/// How many SI units one of a column's is; 1 where it states none.
-pub(super) fn factor(column: &SurveyedColumn, quantity: Quantity) -> f64 {
-    let unit = column.unit.as_deref();
-    unit.and_then(|u| quantity.factor(u, true).ok())
-        .unwrap_or(1.0)
 }
 
 /// Fits force by acceleration, relative velocity and displacement over all logs.
@@ -182,19 +202,10 @@ fn trial<'a>(
         let lag = clear_lag(&of_body).max(2);
         let [x, v, _] = motion(&x, lag, log.rate_hz);
         let a = match acceleration {
-            Some(a) => {
-                let factor = factor(a, Quantity::Acceleration(kind));
-                let a: Vec<f64> = log.values(&a.name)?.iter().map(|v| v * factor).collect();
-                alike(&a, lag)
-            }
+            Some(a) => alike(&log.si(&a.name, Quantity::Acceleration(kind))?, lag),
             None => motion(&of_body, lag, log.rate_hz)[2].clone(),
         };
-        let factor = factor(force, Quantity::Force(kind));
-        let f: Vec<f64> = log
-            .values(&force.name)?
-            .iter()
-            .map(|v| v * factor)
-            .collect();
+        let f = log.si(&force.name, Quantity::Force(kind))?;
         fit.add(&[&a, &v, &x], &alike(&f, lag), 8);
     }
     Some(Trial {

@@ -1,9 +1,11 @@
 //! A draft as a study.toml that explains itself.
 
 use super::parts::{Draft, DraftAxis, DraftChannel};
-use crate::study::channels::units::is_bare;
+use crate::study::channels::units::{is_bare, unit_of_time};
 use crate::study::{AxisKind, Convention, Role};
+use crate::text::table::short;
 use std::fmt::Write as _;
+use std::path::Path;
 
 /// The mark of what nobody said.
 const GUESSED: &str = "# guessed";
@@ -21,17 +23,16 @@ pub fn text(draft: &Draft) -> String {
                 text,
                 "# The column that counts the time; rates and gaps are checked with it."
             );
-            let unit = match time.seconds_per_unit {
-                1.0 => String::new(),
-                per if (per - 1e-3).abs() < 1e-12 => ", unit = \"ms\"".into(),
-                per if (per - 1e-6).abs() < 1e-15 => ", unit = \"us\"".into(),
-                per => format!(", scale = {per:?}"),
-            };
             let column = quoted(&time.column);
-            let _ = match unit.as_str() {
-                "" => writeln!(text, "time = {column}"),
-                unit => writeln!(text, "time = {{ column = {column}{unit} }}"),
+            let value = match unit_of_time(time.seconds_per_unit) {
+                Some("s") => column,
+                Some(unit) => format!("{{ column = {column}, unit = {} }}", quoted(unit)),
+                None => format!(
+                    "{{ column = {column}, scale = {:?} }}",
+                    time.seconds_per_unit
+                ),
             };
+            line(&mut text, "time", &value, time.guessed);
         }
         None => {
             let _ = match draft.sample_rate_hz {
@@ -77,8 +78,12 @@ fn records_text(text: &mut String, draft: &Draft) {
     for record in &draft.records {
         let _ = write!(
             text,
-            "\n[[record]]\nfile = {}   # relative to this file\nrole = {}   {}\n",
+            "\n[[record]]\nfile = {}{}\nrole = {}   {}\n",
             quoted(&record.file),
+            match Path::new(&record.file).is_absolute() {
+                true => "",
+                false => "   # relative to this file",
+            },
             match record.role {
                 Role::Train => "\"train\"",
                 Role::Validate => "\"validate\"",
@@ -194,7 +199,8 @@ fn inertia_text(text: &mut String, axis: &DraftAxis) {
         (Some(inertia), _) => writeln!(text, "inertia = {inertia:?}"),
         (None, Some(seen)) => writeln!(
             text,
-            "# inertia = {seen:.3}   # about this, by these logs; weigh it if you can"
+            "# inertia = {}   # about this, by these logs; weigh it if you can",
+            short(seen)
         ),
         (None, None) => writeln!(text, "# inertia = 1.0"),
     };

@@ -69,8 +69,7 @@ fn read_plain(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
             return numpy::read_archive(request, &entries);
         }
     }
-    let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
-    if matches!(first, Some(b'{' | b'[')) {
+    if begins_like_json(bytes) {
         return json::read(request, bytes);
     }
     if let Some(seems) = foreign(bytes) {
@@ -81,11 +80,22 @@ fn read_plain(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     text::csv::read(request, bytes)
 }
 
+/// Whether bytes begin like an object or a list of JSON, and not like a table whose first name stands in brackets, as `[s];[mm]` does.
+fn begins_like_json(bytes: &[u8]) -> bool {
+    let mut visible = bytes.iter().filter(|b| !b.is_ascii_whitespace());
+    match (visible.next(), visible.next()) {
+        (Some(b'{'), Some(b'"' | b'}')) => true,
+        (Some(b'['), Some(next)) => matches!(next, b'[' | b'{' | b']' | b'-' | b'0'..=b'9' | b'"'),
+        _ => false,
+    }
+}
+
 /// Whether bytes that a file begins with are those of a table of text of which every line ends in one known byte.
 fn is_text_table(head: &[u8]) -> bool {
-    let first = head.iter().find(|b| !b.is_ascii_whitespace());
+    let is_blank = head.iter().all(u8::is_ascii_whitespace);
     !head.starts_with(&[0x1f, 0x8b])
-        && first.is_some_and(|b| !matches!(b, b'{' | b'['))
+        && !is_blank
+        && !begins_like_json(head)
         && BINARY.iter().all(|(recognises, _)| !recognises(head))
         && foreign(head).is_none()
         && text::is_bytewise(head)

@@ -12,6 +12,8 @@ const NEW_OBJECTS: u32 = 1 << 2;
 const RAW_DATA: u32 = 1 << 3;
 const INTERLEAVED: u32 = 1 << 5;
 const BIG_ENDIAN: u32 = 1 << 6;
+/// The type of time stamps: whole seconds since 1904, and 2⁻⁶⁴ of one.
+const TIME_STAMP: u32 = 0x44;
 /// Bytes of a lead-in.
 const LEAD_IN: usize = 28;
 /// Objects that one file may describe; more is a damaged count.
@@ -32,6 +34,8 @@ struct Channel {
     /// Values in a chunk of the current segment.
     count: usize,
     values: Vec<f64>,
+    /// Of time stamps, the whole second of the first one.
+    first_second: Option<i64>,
     order: usize,
 }
 
@@ -135,7 +139,7 @@ impl<'a> Cursor<'a> {
         if kind == 0x20 {
             return Ok((None, Some(self.text()?)));
         }
-        if kind == 0x44 {
+        if kind == TIME_STAMP {
             self.take(16)?;
             return Ok((None, None));
         }
@@ -258,8 +262,7 @@ impl File {
         let mut parts = Vec::new();
         for path in &self.active {
             let channel = &self.channels[path];
-            let size = size_of(channel.kind)
-                .ok_or("a channel holds text, complex numbers or time stamps")?;
+            let size = size_of(channel.kind).ok_or("a channel holds text or complex numbers")?;
             parts.push((path.clone(), channel.kind, size, channel.count));
         }
         let chunk = parts.iter().try_fold(0_usize, |sum, (_, _, size, count)| {
@@ -281,9 +284,11 @@ impl File {
                 {
                     let values = (0..*count)
                         .map_while(|i| chunk.get(from + i * step..from + i * step + size));
-                    channel
-                        .values
-                        .extend(values.map(|raw| number(*kind, raw, big)));
+                    let first = &mut channel.first_second;
+                    channel.values.extend(values.map(|raw| match *kind {
+                        TIME_STAMP => since(first, raw, big),
+                        kind => number(kind, raw, big),
+                    }));
                 }
                 from += if interleaved { *size } else { size * count };
             }
@@ -309,7 +314,10 @@ impl File {
             columns.push(Column {
                 values: request.needs(&name).then_some(channel.values),
                 name,
-                unit: channel.unit,
+                unit: match channel.first_second {
+                    Some(_) => Some("s".to_owned()),
+                    None => channel.unit,
+                },
             });
         }
         // Waveforms hold no time but its increment.
@@ -343,8 +351,22 @@ fn size_of(kind: u32) -> Option<usize> {
         2 | 6 => Some(2),
         3 | 7 | 9 | 0x19 => Some(4),
         4 | 8 | 10 | 0x1a => Some(8),
+        TIME_STAMP => Some(16),
         _ => None,
     }
+}
+
+/// Seconds of a time stamp since the whole second of the first one, which is kept.
+fn since(first: &mut Option<i64>, raw: &[u8], big: bool) -> f64 {
+    let mut bytes = [0_u8; 16];
+    bytes.copy_from_slice(raw);
+    if big {
+        bytes.reverse();
+    }
+    let stamp = i128::from_le_bytes(bytes);
+    let seconds = (stamp >> 64) as i64;
+    let first = *first.get_or_insert(seconds);
+    seconds.wrapping_sub(first) as f64 + stamp as u64 as f64 / 2_f64.powi(64)
 }
 
 /// The number in as many bytes as [`size_of`] says.

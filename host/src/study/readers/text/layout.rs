@@ -30,7 +30,7 @@ pub(super) struct Layout {
 }
 
 /// Every way of writing rows that is tried, the usual first: of two that fit alike the first is taken.
-const WAYS: [(Separator, Decimal); 8] = [
+const WAYS: [(Separator, Decimal); 10] = [
     (Separator::Char(','), Decimal::Point),
     (Separator::Char(';'), Decimal::Point),
     (Separator::Char('\t'), Decimal::Point),
@@ -39,6 +39,9 @@ const WAYS: [(Separator, Decimal); 8] = [
     (Separator::Blanks, Decimal::Point),
     (Separator::Blanks, Decimal::Comma),
     (Separator::Char('|'), Decimal::Point),
+    // Commas between cells and in quoted numbers.
+    (Separator::Char(','), Decimal::Comma),
+    (Separator::Char('|'), Decimal::Comma),
 ];
 
 /// Cells of a line, trimmed, without the quotation marks around them.
@@ -81,6 +84,11 @@ pub(super) fn is_comment(line: &str) -> bool {
 
 /// Finds the layout; `top` are the file's first lines, `further` some from its middle and end, blank lines left out.
 pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
+    // LabVIEW's measurement files end their two heads in a line of their own.
+    let head = top
+        .iter()
+        .rposition(|(_, l)| l.trim_start().starts_with("***End_of_Header***"));
+    let top = &top[head.map_or(0, |at| at + 1)..];
     let rows: Vec<(usize, &str)> = top
         .iter()
         .copied()
@@ -136,6 +144,13 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         _ => Vec::new(),
     };
     let mut heading = names.into_iter().next();
+    let mut units: Vec<Option<String>> = units;
+    if let Some(names) = heading
+        .as_deref()
+        .filter(|names| units.is_empty() && is_of_units_alone(names))
+    {
+        units = names.iter().cloned().map(bare_unit).collect();
+    }
     if heading.is_none() {
         heading = first.and_then(|i| commented_heading(top, rows[i].0, columns, &split_line));
     }
@@ -225,6 +240,12 @@ fn is_row_of_units(cells: &[String]) -> bool {
     let units = |c: &&String| bracketed(c).is_some() || is_a_unit(c);
     let known = filled.clone().filter(units).count();
     known > 0 && 2 * known >= filled.count()
+}
+
+/// Whether names are nothing but units, of three columns or more, as `s,mm,N`; one letter each may be names as well.
+fn is_of_units_alone(names: &[String]) -> bool {
+    let unit = |name: &String| is_a_unit(bracketed(name).unwrap_or(name));
+    names.len() > 2 && names.iter().all(unit) && names.iter().any(|name| name.chars().count() > 1)
 }
 
 fn bracketed(cell: &str) -> Option<&str> {
@@ -374,6 +395,32 @@ mod tests {
         let press = guessed(&row_repeated(head, "0.041,-0.137,0.041,-3.2"));
         assert_eq!(press.heading.unwrap()[1], "Force");
         assert_eq!(press.first_line, Some(5));
+    }
+
+    #[test]
+    fn a_measurement_file_of_labview_begins_below_its_heads() {
+        let head = "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t20\t20\t\n\
+                    Delta_X\t0.001\t0.001\n***End_of_Header***\t\t\nX_Value\tWeg\tKraft\tComment\n";
+        let found = guessed(&row_repeated(head, "0.000000\t1.5\t-3.25\t"));
+        assert_eq!(
+            found.heading.unwrap(),
+            ["X_Value", "Weg", "Kraft", "Comment"]
+        );
+        assert_eq!(found.separator, Separator::Char('\t'));
+    }
+
+    #[test]
+    fn quoted_numbers_may_have_commas_and_names_may_be_units_alone() {
+        let quoted = guessed(&row_repeated("\"t\",\"x\"\n", "\"0,125\",\"-2,5\""));
+        assert_eq!(
+            (quoted.separator, quoted.decimal),
+            (Separator::Char(','), Decimal::Comma)
+        );
+        let units = guessed(&row_repeated("s,mm,N\n", "0.1,2.5,3"));
+        assert_eq!(units.heading.unwrap(), ["s", "mm", "N"]);
+        assert_eq!(units.units, ["s", "mm", "N"].map(|u| Some(u.to_owned())));
+        let names = guessed(&row_repeated("t,s,m\n", "0.1,2.5,3"));
+        assert!(names.units.is_empty());
     }
 
     #[test]
