@@ -174,7 +174,10 @@ pub(super) fn in_words_found(added: &[AxisEffect], axes: &[&str]) -> Vec<Found> 
     let mut found = Vec::new();
     while !added.is_empty() {
         let bound = added.remove(0);
-        let twin = added.iter().position(|b| b.entry == bound.entry);
+        let is_twin = |b: &AxisEffect| {
+            b.entry == bound.entry && b.input == bound.input && b.axis != bound.axis
+        };
+        let twin = added.iter().position(is_twin);
         let axis = match twin {
             Some(twin) => {
                 added.remove(twin);

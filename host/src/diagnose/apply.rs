@@ -4,17 +4,17 @@ use crate::diagnose::add::{self, Added};
 use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::{self, Asked, Diagnosis, Found, PerAxis, Verdict};
 use crate::model::ModelEffect;
+use crate::model::corrections::of_the_joint;
 use crate::model::effects::AxisEffect;
 use crate::model::file::{AxisError, JudgedOn, ModelFile};
 use crate::study::Study;
 use crate::text::error::Result;
+use jointwatch_shared::base::terms::MAX_TERMS;
 use jointwatch_shared::effect::{Acts, Entry};
 use serde::Serialize;
 
 /// Of the power that was left, most is taken away where no more than one part in so many stays.
 const MOST_OF_WHAT_WAS_LEFT: f64 = 2.0;
-/// The most effects that a model carries on the device.
-const MAX_EFFECTS: usize = 8;
 
 /// One tread of the staircase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -220,7 +220,7 @@ fn add_all(
     staircase: &mut Staircase,
     each: &dyn Fn(&str),
 ) -> Result<Option<String>> {
-    let before = model.effects.len();
+    let before = staircase.steps.len();
     let mut waiting: Vec<String> = Vec::new();
     let mut left_out: Option<String> = None;
     let mut tries: Vec<Vec<String>> = found.iter().map(|f| to_add(f, study)).collect();
@@ -233,11 +233,6 @@ fn add_all(
             None => break,
         };
         let listed = names.join(", ");
-        if model.effects.len() + names.len() > MAX_EFFECTS {
-            return Ok(Some(format!(
-                "{listed} is missing as well, but a device carries {MAX_EFFECTS} effects at most"
-            )));
-        }
         each(&listed);
         let Added {
             model: wider,
@@ -256,6 +251,10 @@ fn add_all(
             left_out = Some(format!(
                 "{listed} was found on the training records but would be cancelled by {cancelled}, so it was left out"
             ));
+        } else if of_the_joint(&wider.effects_in_si()?).len() > MAX_TERMS {
+            left_out = Some(format!(
+                "{listed} is missing as well, but a device carries {MAX_TERMS} effects at most"
+            ));
         } else if helps {
             *model = wider;
             staircase.steps.push(Step {
@@ -272,7 +271,7 @@ fn add_all(
             waiting.extend(names);
         }
     }
-    Ok(left_out.filter(|_| model.effects.len() == before))
+    Ok(left_out.filter(|_| staircase.steps.len() == before))
 }
 
 /// What was found, as `add` takes it: once per axis where it was found on both.

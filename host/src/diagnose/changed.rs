@@ -5,7 +5,7 @@ use crate::assess::compare;
 use crate::fit::identify::{Prepared, base_terms, fit_alone};
 use crate::model::ModelEffect;
 use crate::model::file::{AxisError, Base, ModelFile};
-use crate::study::{Role, Source, Study};
+use crate::study::{Record, Role, Source, Study};
 use crate::text::error::{Error, Result};
 use serde::Serialize;
 
@@ -187,12 +187,18 @@ fn seen_as(source: &Source, old: &ModelFile) -> Option<Role> {
 /// The study with the records that the old model has not seen.
 fn fresh(study: &Study, seen: &[Option<Role>]) -> Result<Study> {
     let mut fresh = study.clone();
-    let known = |file: &str, role: Role| {
-        let mut sources = study.sources.iter().zip(seen);
-        sources.any(|(s, seen)| s.file == file && s.role == role && seen.is_some())
+    let is_known = |record: &Record| {
+        let sources = study.sources.iter().zip(seen);
+        let mut its = sources.filter(|(s, _)| s.file == record.file && s.role == record.role);
+        let several = its.clone().nth(1).is_some();
+        // A file may stand there twice, with rows that the old model has learnt from and with others.
+        let is_it = |s: &Source| !several || (s.rows[0]..s.rows[1]).contains(&record.first_row);
+        its.any(|(s, seen)| seen.is_some() && is_it(s))
     };
-    fresh.records.retain(|r| !known(&r.file, r.role));
-    fresh.sources.retain(|s| !known(&s.file, s.role));
+    fresh.records.retain(|record| !is_known(record));
+    let sources = study.sources.iter().zip(seen);
+    let unseen = sources.filter(|(_, seen)| seen.is_none());
+    fresh.sources = unseen.map(|(source, _)| source.clone()).collect();
     if fresh.records.is_empty() {
         return Err(Error::data(format!(
             "{}: all its records are those that the old model was made with, so that nothing can have changed; add records of the \

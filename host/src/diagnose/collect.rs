@@ -8,7 +8,6 @@ use super::hypothesis::{Column, Hypothesis, Part};
 use crate::fit::bounded;
 use crate::fit::effects::projection::product;
 use crate::fit::effects::unknowns::{ShapeUnknown, is_physical, shapes};
-use crate::fit::normal_equations::Cholesky;
 use crate::model::effects::AxisEffect;
 use crate::study::{Axis, AxisKind};
 use crate::text::work;
@@ -21,7 +20,7 @@ use std::ops::Range;
 const MAX_STARTS: usize = 40;
 /// Rows that a scan looks at: every so manieth of more.
 const MAX_ROWS: usize = 6000;
-/// A column of which less than this part is left beside a hypothesis is no news.
+/// Of what a hypothesis leaves, an effect that takes away less than this part is no news.
 const MIN_NEW: f64 = 1e-7;
 
 /// One effect at one choice of its shapes.
@@ -170,53 +169,16 @@ impl Library {
                 .map_or(bench.measured[row], |column| column.data[row])
         });
         let bounds: Vec<[f64; 2]> = design.iter().map(|c| c.bounds).collect();
-        let factors = bounded::factors(&product(&all, &all), &bounds);
-        // What stands at a bound is taken off as it is; what is free gives way to a candidate.
-        let (free, held): (Vec<usize>, Vec<usize>) = (0..design.len())
-            .partition(|&c| bounds[c][0] < factors[c] && factors[c] < bounds[c][1]);
-        let own = Mat::from_fn(rows, free.len(), |r, c| all[(r, free[c])]);
-        let series = Mat::from_fn(rows, 1, |r, _| {
-            let taken: f64 = held.iter().map(|&c| factors[c] * all[(r, c)]).sum();
-            all[(r, design.len())] - taken
-        });
-        let mut gram = product(&own, &own);
-        let scale: Vec<f64> = (0..gram.ncols())
-            .map(|c| gram[(c, c)])
-            .map(|square| {
-                if square > 0.0 {
-                    square.sqrt().recip()
-                } else {
-                    0.0
-                }
-            })
-            .collect();
-        for c in 0..gram.ncols() {
-            for d in 0..gram.ncols() {
-                gram[(c, d)] *= scale[c] * scale[d];
-            }
-            gram[(c, c)] = 1.0 + 1e-9;
-        }
-        let scaled = |mut m: Mat<f64>| {
-            for c in 0..m.ncols() {
-                for r in 0..m.nrows() {
-                    m[(r, c)] *= scale[r];
-                }
-            }
-            m
+        let own = product(&all, &all);
+        let left = bounded::left(&own, &bounded::factors(&own, &bounds));
+        let beside = Beside {
+            cross: product(&all, &self.matrix),
+            own,
+            bounds,
+            left,
         };
-        let cross = scaled(product(&own, &self.matrix));
-        let mut with_series = scaled(product(&own, &series));
-        let Some(factor) = Cholesky::new(gram) else {
-            return Vec::new();
-        };
-        let mut shares = cross.clone();
-        factor.solve(shares.as_mut());
-        factor.solve(with_series.as_mut());
-        let right = product(&self.matrix, &series) - cross.transpose() * &with_series;
-        let promises = self
-            .starts
-            .par_iter()
-            .filter_map(|start| promise(bench, hypothesis, start, (&cross, &shares, &right)));
+        let starts = self.starts.par_iter();
+        let promises = starts.filter_map(|start| promise(bench, hypothesis, start, &beside));
         let whole = rows as f64 * bench.power;
         let mut best: Vec<Promise> = Vec::new();
         for mut promise in promises.collect::<Vec<_>>() {
@@ -232,12 +194,23 @@ impl Library {
     }
 }
 
+/// What stands beside every start of a scan: the columns of a hypothesis, and the force as the last one.
+struct Beside {
+    /// Products of them with each other, and with the columns of all starts.
+    own: Mat<f64>,
+    cross: Mat<f64>,
+    /// The least and the most of each column's factor.
+    bounds: Vec<[f64; 2]>,
+    /// Σ of the squared error that they leave.
+    left: f64,
+}
+
 /// What one start explains beside a hypothesis.
 fn promise(
     bench: &Bench<'_>,
     hypothesis: &Hypothesis,
     start: &Start,
-    (cross, shares, right): (&Mat<f64>, &Mat<f64>, &Mat<f64>),
+    beside: &Beside,
 ) -> Option<Promise> {
     let bound = &start.part.bound;
     let rivals = |(at, term): (usize, &AxisEffect)| {
@@ -247,38 +220,31 @@ fn promise(
     if hypothesis.members.iter().enumerate().any(rivals) {
         return None;
     }
-    let count = start.columns.len();
-    let at = |c: usize| start.columns.start + c;
-    let mut products = Mat::zeros(count + 1, count + 1);
-    for c in 0..count {
-        for d in 0..count {
-            let inner: f64 = (0..cross.nrows())
-                .map(|r| cross[(r, at(c))] * shares[(r, at(d))])
-                .sum();
-            products[(c, d)] = start.products[(c, d)] - inner;
+    let (before, count) = (beside.bounds.len(), start.columns.len());
+    // Its columns stand between those of the hypothesis and the force.
+    let own = |c: usize| (before..before + count).contains(&c).then(|| c - before);
+    let others = |c: usize| if c < before { c } else { before };
+    let products = Mat::from_fn(before + count + 1, before + count + 1, |r, c| {
+        match (own(r), own(c)) {
+            (Some(r), Some(c)) => start.products[(r, c)],
+            (Some(r), None) => beside.cross[(others(c), start.columns.start + r)],
+            (None, Some(c)) => beside.cross[(others(r), start.columns.start + c)],
+            (None, None) => beside.own[(others(r), others(c))],
         }
-        if products[(c, c)] <= MIN_NEW * start.products[(c, c)] {
-            // Nothing of its own: as a column of zeros it gets no factor.
-            products[(c, c)] = 0.0;
-        }
-        products[(c, count)] = right[(at(c), 0)];
-        products[(count, c)] = right[(at(c), 0)];
-    }
-    let bounds: Vec<[f64; 2]> = start.part.columns.iter().map(|c| c.bounds).collect();
+    });
+    let columns = start.part.columns.iter().map(|c| c.bounds);
+    let bounds: Vec<[f64; 2]> = beside.bounds.iter().copied().chain(columns).collect();
     let factors = bounded::factors(&products, &bounds);
-    // The products hold no square of the force itself, so what is left is minus what is gained.
-    let mut gain = 0.0;
-    for c in 0..count {
-        let inner: f64 = (0..count).map(|d| products[(c, d)] * factors[d]).sum();
-        gain += factors[c] * (2.0 * products[(c, count)] - inner);
-    }
+    let gain = beside.left - bounded::left(&products, &factors);
     let mut values = start.part.values.clone();
-    bench.records.put(bound, &factors, &mut values);
-    (gain > 0.0 && is_physical(bound, &values, bench.records)).then_some(Promise {
-        bound: *bound,
-        values,
-        gain,
-    })
+    bench.records.put(bound, &factors[before..], &mut values);
+    (gain > MIN_NEW * beside.left && is_physical(bound, &values, bench.records)).then_some(
+        Promise {
+            bound: *bound,
+            values,
+            gain,
+        },
+    )
 }
 
 fn thinned(part: Part, step: usize) -> Part {

@@ -302,7 +302,11 @@ fn decided(
     known: &Known,
 ) -> (Decision, Option<AxisEffect>) {
     let mut names = OWN_ZEROS.to_vec();
-    names.retain(|name| !given.without.iter().any(|without| without == name));
+    let on_axis_of = |name: &str| format!("{name}@{}", given.axes[axis].name);
+    names.retain(|name| {
+        let mut without = given.without.iter();
+        !without.any(|w| w == name || *w == on_axis_of(name))
+    });
     let base = of_axis(axis, &known.terms, &known.values);
     let asked =
         |hypothesis: &Hypothesis, names: &[&str]| own_zero(records, axis, hypothesis, names);

@@ -4,8 +4,8 @@ use super::scalar::HostScalar;
 use super::time_history::law_parameters;
 use super::{InputRange, Network, Polynomial, exponents};
 use crate::model::corrections::of_the_joint;
-use crate::model::file::{Base, ModelFile, NoBase};
-use crate::text::error::Result;
+use crate::model::file::{Base, ModelFile, NoBase, followed};
+use crate::text::error::{Error, Result};
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::{
     Instrument, Kinematics, Law as EffectLaw, MAX_PARAMETERS, MAX_STATES, Parameters, States,
@@ -105,7 +105,7 @@ impl Evaluator {
     /// Prepares a model.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] naming the effect that this version does not know.
+    /// [`crate::text::error::Kind::Data`] naming the effect that this version does not know, or that follows an input.
     pub fn new(model: &ModelFile) -> Result<Self> {
         Self::lifted(model, |_, value| value)
     }
@@ -135,6 +135,12 @@ impl<S: HostScalar> Evaluator<S> {
     /// As [`Evaluator::new`].
     pub(crate) fn lifted(model: &ModelFile, lift: impl Fn(Number, f64) -> S) -> Result<Self> {
         let effects = of_the_joint(&model.effects_in_si()?);
+        if let Some(input) = followed(&effects).next() {
+            return Err(Error::data(format!(
+                "the model follows the input {input:?}, and a motion is simulated without inputs; use compare, which reads them from the \
+                 records"
+            )));
+        }
         let mut evaluator = Self::of_base(&model.base, &lift);
         let point = |(place, term): (usize, &EffectValues)| {
             EffectPoint::new(term, |index, value| {

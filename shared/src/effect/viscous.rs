@@ -24,7 +24,7 @@ impl Effect for Viscous {
             "c",
             "force per velocity",
             Dimension::DAMPING,
-            false,
+            true,
         )],
     };
 

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 #[derive(Clone, Copy)]
 pub(crate) struct At<'a> {
     pub(crate) bound: &'a AxisEffect,
-    /// Its parameters, SI; those that the force is proportional to are not read.
+    /// Its parameters, SI; those that the force is proportional to are taken from the factors.
     pub(crate) values: &'a [f64],
     /// The factors of its columns.
     pub(crate) factors: &'a [f64],
@@ -86,10 +86,10 @@ impl Records<'_> {
     where
         Dual<N>: HostScalar,
     {
-        let (entry, taken) = (
-            term.bound.entry,
-            law_parameters(term.bound.entry, term.values),
-        );
+        let entry = term.bound.entry;
+        let mut values = term.values.to_vec();
+        self.put(term.bound, term.factors, &mut values);
+        let taken = law_parameters(entry, &values);
         let mut parameters: Parameters<Dual<N>> = taken.map(Dual::constant);
         for (slot, &index) in by.iter().enumerate() {
             let role = entry.parameters()[index].role;
