@@ -9,7 +9,7 @@ use crate::signal::motion::{self, Motion};
 use crate::signal::statistics::peak;
 use crate::study::{Role, Study};
 use crate::text::error::Result;
-use crate::text::table::{Table, hertz, percent};
+use crate::text::table::{Table, hertz, percent, rounded};
 use crate::text::units::prefixed;
 use serde::Serialize;
 
@@ -246,8 +246,8 @@ fn figures_table(records: &[&RecordFigures], model: &ModelFile) -> Table {
                 } else {
                     format!("{:.4}", figures.relative_error)
                 },
-                format!("{} {unit}", where_it_fails::significant(figures.peak_error)),
-                format!("{} {unit}", where_it_fails::significant(figures.rms_force)),
+                format!("{} {unit}", rounded(figures.peak_error)),
+                format!("{} {unit}", rounded(figures.rms_force)),
                 format!("{:.2} %", 100.0 * figures.outside_range),
             ]);
         }

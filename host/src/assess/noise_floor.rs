@@ -9,7 +9,7 @@ use crate::model::per_record;
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::fir::apply;
 use crate::signal::motion::Motion;
-use crate::signal::spectrum::Accumulator;
+use crate::signal::spectrum::{Accumulator, window_for};
 use crate::study::Axis;
 use jointwatch_shared::base::terms::EffectValues;
 
@@ -242,8 +242,10 @@ fn slow<'a>(
     rate: f64,
     white: f64,
 ) -> f64 {
-    let shortest = residuals.clone().map(<[f64]>::len).min().unwrap_or(0);
-    let segment = ((SLOW_WINDOW_S * rate) as usize).min(shortest);
+    let segment = window_for(
+        residuals.clone().map(<[f64]>::len),
+        (SLOW_WINDOW_S * rate) as usize,
+    );
     let spectrum = |series: &mut dyn Iterator<Item = &'a [f64]>| {
         let mut sum = Accumulator::new(rate, segment);
         series.for_each(|s| sum.add(s));

@@ -3,7 +3,7 @@
 //! Noise of sensors is white, or grows towards low frequencies, or both: its density nowhere rises with the frequency, and falls ever less
 //! steeply. A force has frequencies of its own: its density stands above what is below them, and ends where they end.
 
-use crate::signal::spectrum::{Accumulator, Spectrum};
+use crate::signal::spectrum::{Accumulator, Spectrum, window_for};
 
 /// Length of the windows of the spectrum, s.
 const WINDOW_S: f64 = 4.0;
@@ -49,8 +49,8 @@ impl Shape {
         rate: f64,
         band_hz: f64,
     ) -> Self {
-        let shortest = residuals.clone().map(<[f64]>::len).min().unwrap_or(0);
-        let segment = ((WINDOW_S * rate) as usize).min(shortest / WINDOWS);
+        let lengths = residuals.clone().map(|series| series.len() / WINDOWS);
+        let segment = window_for(lengths, (WINDOW_S * rate) as usize);
         let mut sum = Accumulator::new(rate, segment);
         residuals.clone().for_each(|series| sum.add(series));
         let rows: usize = residuals.map(<[f64]>::len).sum();

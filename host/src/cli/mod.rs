@@ -131,7 +131,15 @@ fn command_line() -> clap::Command {
 impl Cli {
     /// Reads the command line of this process, with examples in every help; ends the process where it is wrong or asks for help.
     pub fn from_command_line() -> Self {
-        let matches = command_line().get_matches();
+        let mut command = command_line();
+        let matches = command.get_matches_mut();
+        if let Some((name, typed)) = matches.subcommand()
+            && let Some(subcommand) = command.find_subcommand(name)
+            && let Err(e) = outputs::refuse_overwriting(subcommand, typed)
+        {
+            eprintln!("jointwatch: {}", e.line());
+            std::process::exit(e.exit_code().into());
+        }
         Self::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
     }
 }

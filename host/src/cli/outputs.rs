@@ -4,42 +4,29 @@ use super::console::Console;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::output;
+use clap::{ArgMatches, Command};
+use std::any::TypeId;
 use std::path::{Path, PathBuf};
 
 impl Console {
-    /// Refuses outputs (those given and the one of `--json`) that could not be written, that the command reads (the study, its
-    /// records and `model`), or that are one file.
+    /// Refuses outputs (those given and the one of `--json`) that could not be written, or that are a record of the study.
+    /// [`refuse_overwriting`] has looked at everything that was typed.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Failed`] where a folder is missing or a folder is in the way, [`crate::text::error::Kind::Usage`] where
-    /// something would be written over; one sentence.
-    pub(super) fn check_outputs(
-        &self,
-        outputs: &[&Path],
-        study: &Study,
-        model: Option<&Path>,
-    ) -> Result<()> {
+    /// a record would be written over; one sentence.
+    pub(super) fn check_outputs(&self, outputs: &[&Path], study: &Study) -> Result<()> {
         let json = self
             .json_file()
             .map(PathBuf::as_path)
             .filter(|_| !self.json_to_stdout());
-        let outputs: Vec<&Path> = outputs.iter().copied().chain(json).collect();
         let folder = study.path.parent().unwrap_or(Path::new(""));
-        let mut read: Vec<(PathBuf, &str)> = vec![(study.path.clone(), "the study")];
-        let records = study.records.iter();
-        read.extend(records.map(|record| (folder.join(&record.file), "a record of the study")));
-        read.extend(model.map(|model| (model.to_path_buf(), "the model that was brought")));
-        for (at, path) in outputs.iter().enumerate() {
+        for path in outputs.iter().copied().chain(json) {
             output::check(path)?;
-            if let Some((_, what)) = read.iter().find(|(other, _)| same(path, other)) {
+            let mut records = study.records.iter();
+            if records.any(|record| same(path, &folder.join(&record.file))) {
                 return Err(Error::usage(format!(
-                    "{}: this is {what}, which would be written over; name another file",
-                    path.display()
-                )));
-            }
-            if outputs[..at].iter().any(|other| same(path, other)) {
-                return Err(Error::usage(format!(
-                    "{}: the model and --json are to be written to the same file; name another one",
+                    "{}: this is a record of the study, which would be written over; name another file",
                     path.display()
                 )));
             }
@@ -48,20 +35,48 @@ impl Console {
     }
 }
 
-/// Refuses an output that the command reads.
+/// Options and arguments that name what a command writes, by their names in clap; every other path is one that it reads.
+const WRITTEN: [&str; 9] = [
+    "output", "json", "report", "contents", "plots", "record", "frames", "out", "caught",
+];
+
+/// Refuses a command line on which an output is also an input, or two outputs are one file. It sees the paths as typed; the
+/// records that a study names are for [`Console::check_outputs`].
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Failed`] where it could not be written, [`crate::text::error::Kind::Usage`] where it would be written
-/// over what is read; one sentence.
-pub(super) fn keep(output: &Path, read: &[PathBuf]) -> Result<()> {
-    output::check(output)?;
-    match read.iter().any(|path| same(output, path)) {
-        false => Ok(()),
-        true => Err(Error::usage(format!(
-            "{}: this is read, and would be written over; name another file",
-            output.display()
-        ))),
+/// [`crate::text::error::Kind::Usage`], one sentence.
+pub(super) fn refuse_overwriting(command: &Command, typed: &ArgMatches) -> Result<()> {
+    let paths = command
+        .get_arguments()
+        .filter(|arg| arg.get_value_parser().type_id() == TypeId::of::<PathBuf>());
+    let (mut written, mut read) = (Vec::new(), Vec::new());
+    for arg in paths {
+        let name = arg.get_id().as_str();
+        let list = if WRITTEN.contains(&name) {
+            &mut written
+        } else {
+            &mut read
+        };
+        for path in typed.get_many::<PathBuf>(name).into_iter().flatten() {
+            let study = path.is_dir().then(|| path.join("study.toml"));
+            list.push(
+                study
+                    .filter(|_| !WRITTEN.contains(&name))
+                    .unwrap_or_else(|| path.clone()),
+            );
+        }
     }
+    for (at, path) in written.iter().enumerate() {
+        let sentence = if read.iter().any(|other| same(path, other)) {
+            "this is read, and would be written over; name another file"
+        } else if written[..at].iter().any(|other| same(path, other)) {
+            "two outputs of this command are the same file; name another one"
+        } else {
+            continue;
+        };
+        return Err(Error::usage(format!("{}: {sentence}", path.display())));
+    }
+    Ok(())
 }
 
 /// Whether two paths lead to one file, by whatever way, there already or yet to be written.
@@ -73,4 +88,41 @@ fn same(a: &Path, b: &Path) -> bool {
         })
     };
     whole(a).is_some_and(|a| whole(b) == Some(a))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::WRITTEN;
+    use std::any::TypeId;
+    use std::path::PathBuf;
+
+    /// Options that name what a command reads; an argument without an option is read too, but for those of [`WRITTEN`].
+    const READ: [&str; 9] = [
+        "from", "rig", "model", "beside", "new", "key", "study", "named", "data",
+    ];
+
+    #[test]
+    fn every_option_with_a_path_is_known_to_be_read_or_written() {
+        let mut command = super::super::command_line();
+        command.build();
+        let mut seen = Vec::new();
+        for subcommand in command.get_subcommands() {
+            for arg in subcommand.get_arguments() {
+                let name = arg.get_id().as_str();
+                if arg.get_value_parser().type_id() != TypeId::of::<PathBuf>() {
+                    continue;
+                }
+                let known = WRITTEN.contains(&name) || READ.contains(&name) || arg.is_positional();
+                assert!(
+                    known,
+                    "{} --{name}: read or written?",
+                    subcommand.get_name()
+                );
+                seen.push(name.to_owned());
+            }
+        }
+        for name in WRITTEN.iter().chain(&READ) {
+            assert!(seen.iter().any(|seen| seen == name), "{name} is no option");
+        }
+    }
 }

@@ -17,7 +17,7 @@ use std::path::PathBuf;
 pub(super) struct Plots {
     /// Draw pictures (SVG) into this folder: force and residual over time, phase plots, the residual over the state plane
     /// with the failing region framed, and the staircase of errors where effects are added.
-    #[arg(long = "plots", value_name = "DIR")]
+    #[arg(long = "plots", id = "plots", value_name = "DIR")]
     folder: Option<PathBuf>,
 }
 

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 pub(super) struct Report {
     /// Write a page (HTML, one file, opens without a network) that shows the model on its study: errors, forces over time, loops,
     /// the residual and where it is large.
-    #[arg(long = "report", value_name = "FILE")]
+    #[arg(long = "report", id = "report", value_name = "FILE")]
     file: Option<PathBuf>,
     /// Write what that page shows as JSON, for the lab's page.
     #[arg(long, value_name = "FILE", hide = true)]

@@ -17,8 +17,6 @@ use crate::signal::motion::Motion;
 use crate::study::{Role, Study};
 use crate::text::date;
 use crate::text::error::{Error, Result};
-use jointwatch_shared::effect::Entry;
-use jointwatch_shared::effect::about::Role as ParameterRole;
 use serde::Serialize;
 use std::path::Path;
 
@@ -87,19 +85,29 @@ impl Added {
 pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added> {
     from.check_fits(study)?;
     let mut terms = wider(study, from, effects)?;
-    let added = refitted(study, from, terms.clone(), effects)?;
+    let mut added = refitted(study, from, terms.clone(), effects)?;
+    let Some(other) = added.cancels.take() else {
+        return Ok(added);
+    };
     // Two that cancel are one too many: what was added takes the place of the other one, as a damper of some power may that of a viscous one.
-    let other = added.cancels.as_ref();
-    if let Some(other) = other.filter(|name| !effects.contains(name)) {
+    let listed = effects.join(", ");
+    if !effects.contains(&other) {
         let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
-        terms.retain(|term| term.name(&names) != *other);
+        terms.retain(|term| term.name(&names) != other);
         let mut alone = refitted(study, from, terms, effects)?;
         if alone.helps && alone.cancels.is_none() {
-            let added = effects.join(", ");
-            let place = format!("{added} takes the place of {other}, which would cancel it");
+            let place = format!("{listed} takes the place of {other}, which would cancel it");
             alone.model.warnings.push(place);
             return Ok(alone);
         }
+    }
+    // Together they may be the only description of a law that has no name here: better a force that is right than none.
+    if added.errors.halves() {
+        added.model.warnings.push(format!(
+            "{listed} and {other} cancel for the most part: their sum describes the force, neither value means anything by itself"
+        ));
+    } else {
+        added.cancels = Some(other);
     }
     Ok(added)
 }
@@ -179,7 +187,7 @@ fn learnt_without_vanished(
     added: &[String],
 ) -> Result<FitResult> {
     let learnt = learnt_with(study, prepared, model, &terms)?;
-    let vanished = learnt.effects.iter().filter(|e| has_vanished(e));
+    let vanished = learnt.effects.iter().filter(|e| e.has_vanished());
     let mut gone: Vec<String> = vanished.map(ModelEffect::name).collect();
     gone.retain(|name| !added.contains(name));
     if gone.is_empty() {
@@ -194,18 +202,6 @@ fn learnt_without_vanished(
         gone.join(", ")
     ));
     Ok(learnt)
-}
-
-/// Whether nothing is left of an effect: every strength that has to be positive is held at nothing.
-fn has_vanished(effect: &ModelEffect) -> bool {
-    let Some(entry) = Entry::named(&effect.effect) else {
-        return false;
-    };
-    let listed = entry.parameters().iter().zip(&effect.parameters);
-    let strengths =
-        listed.filter(|(p, _)| matches!(p.role, ParameterRole::Linear { positive: true }));
-    let values: Vec<f64> = strengths.map(|(_, found)| found.value).collect();
-    !values.is_empty() && values.iter().all(|value| *value == 0.0)
 }
 
 /// The effect of a model whose force is largest, where that is several times the measured force and every force of the model before.

@@ -3,7 +3,7 @@
 
 use super::blocks::Blocks;
 use super::criteria::CRITERIA;
-use super::hypothesis::{Column, Hypothesis, Part, driven, is_at_bound, mean_product};
+use super::hypothesis::{Column, Hypothesis, Part, driven, is_at_bound, is_replaced, mean_product};
 use crate::fit::bounded;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
@@ -52,7 +52,7 @@ pub(super) struct Bench<'a> {
     /// Inertia that is not stated.
     acceleration: Option<Column>,
     /// The base's columns, and the tangents of its shapes.
-    base_parts: Vec<Part>,
+    pub(super) base_parts: Vec<Part>,
     base_tangents: Vec<Column>,
 }
 
@@ -230,12 +230,16 @@ impl<'a> Bench<'a> {
         members.map(part).collect()
     }
 
-    /// The columns of parts, of which the first `base` belong to the base, and of what stands beside every hypothesis.
+    /// The columns of parts, of which the first `base` belong to the base, and of what stands beside every hypothesis. A term of the base
+    /// that an added effect replaces is held at nothing.
     pub(super) fn columns(&self, parts: &[Part], base: usize) -> Vec<Column> {
         let mut columns: Vec<Column> = Vec::new();
         for (at, part) in parts.iter().enumerate() {
+            let replaced = is_replaced(parts, base, at);
             columns.extend(part.columns.iter().cloned().map(|mut column| {
-                if at >= base {
+                if replaced {
+                    column.bounds = [0.0; 2];
+                } else if at >= base {
                     let by_size = self.scale / rms(&column.data).max(f64::MIN_POSITIVE);
                     let by_peak = self.peak / peak(&column.data).max(f64::MIN_POSITIVE);
                     let most = MAX_FORCE * by_size.min(by_peak);

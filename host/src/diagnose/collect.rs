@@ -233,7 +233,16 @@ fn promise(
         }
     });
     let columns = start.part.columns.iter().map(|c| c.bounds);
-    let bounds: Vec<[f64; 2]> = beside.bounds.iter().copied().chain(columns).collect();
+    let mut bounds: Vec<[f64; 2]> = beside.bounds.iter().copied().chain(columns).collect();
+    // It takes the place of its special cases in the base, whose columns stand first.
+    let mut first = 0;
+    for part in &bench.base_parts {
+        let columns = first..first + part.columns.len();
+        first = columns.end;
+        if bound.replaces(&part.bound) {
+            bounds[columns].fill([0.0; 2]);
+        }
+    }
     let factors = bounded::factors(&products, &bounds);
     let gain = beside.left - bounded::left(&products, &factors);
     let mut values = start.part.values.clone();

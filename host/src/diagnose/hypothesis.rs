@@ -47,6 +47,12 @@ impl Part {
     }
 }
 
+/// Whether a term of the base, the first `base` parts, has an added one as its general case, which takes its place.
+pub(super) fn is_replaced(parts: &[Part], base: usize, at: usize) -> bool {
+    let mut added = parts[base..].iter();
+    at < base && added.any(|part| part.bound.replaces(&parts[at].bound))
+}
+
 impl Hypothesis {
     /// The effects beside the base.
     pub(super) fn added(&self) -> &[AxisEffect] {

@@ -2,7 +2,7 @@
 
 use super::bench::{Bench, LEARNT};
 use super::criteria::CRITERIA;
-use super::hypothesis::{Column, Hypothesis, Part};
+use super::hypothesis::{Column, Hypothesis, Part, is_replaced};
 use crate::fit::bounded;
 use faer::Mat;
 
@@ -84,7 +84,9 @@ impl Bench<'_> {
                 squares += if at < self.blocks.turns { square } else { 0.0 };
             }
         }
-        let strengths = parts.iter().flat_map(|part| &part.columns);
+        let acting = parts.iter().enumerate();
+        let acting = acting.filter(|(at, _)| !is_replaced(parts, hypothesis.base, *at));
+        let strengths = acting.flat_map(|(_, part)| &part.columns);
         let strengths = strengths.filter(|c| c.data.iter().any(|v| *v != 0.0));
         let (of_base, others) = self.unknowns(hypothesis);
         let numbers = strengths.count() + of_base.len() + others.len();

@@ -25,7 +25,7 @@ use crate::signal::motion::Motion;
 use crate::study::quasi_static::effects_in_time;
 use crate::study::{AxisKind, Study};
 use crate::text::error::{Error, Result};
-use crate::text::table::hertz;
+use crate::text::table::{hertz, rounded};
 use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::effect::{EFFECTS, Entry};
 
@@ -385,7 +385,7 @@ fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) 
                 AxisKind::Translation => "N",
                 AxisKind::Rotation => "N·m",
             };
-            let does = does.replace("{}", &format!("{:.3} {unit}", zeros.size()));
+            let does = does.replace("{}", &format!("{} {unit}", rounded(zeros.size())));
             notes.push(format!("axis {}: the zero of force {does}", names[axis]));
         }
     }

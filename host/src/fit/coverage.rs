@@ -5,6 +5,7 @@
 
 use crate::signal::motion::Motion;
 use crate::study::Axis;
+use crate::text::table::rounded;
 
 /// An axis counts as excited in a record from this share of its largest RMS velocity over all records on.
 const EXCITED: f64 = 0.1;
@@ -99,8 +100,8 @@ pub fn training_warnings(axes: &[Axis], training: &[&Motion], parameters: usize)
         for motion in training.iter().filter(|m| share(m, i) >= EXCITED) {
             if peak(motion, i) < SMALL * peak(fastest, i) {
                 warnings.push(format!(
-                    "the velocity of axis {} reaches {:.3} in record {} but {:.3} in record {} ({}/s): one of them covers little of the range",
-                    axis.name, peak(motion, i), motion.record + 1, peak(fastest, i), fastest.record + 1, unit(axis)
+                    "the velocity of axis {} reaches {} in record {} but {} in record {} ({}/s): one of them covers little of the range",
+                    axis.name, rounded(peak(motion, i)), motion.record + 1, rounded(peak(fastest, i)), fastest.record + 1, unit(axis)
                 ));
             }
         }
@@ -127,8 +128,8 @@ pub fn validation_warnings(
             let seen = peak(motion, i);
             if seen > BEYOND * trained {
                 warnings.push(format!(
-                    "the velocity of axis {} reaches {seen:.3} {}/s in validation record {} but only {trained:.3} in training: errors there say nothing about the range that was learnt",
-                    axis.name, unit(axis), motion.record + 1
+                    "the velocity of axis {} reaches {} {}/s in validation record {} but only {} in training: errors there say nothing about the range that was learnt",
+                    axis.name, rounded(seen), unit(axis), motion.record + 1, rounded(trained)
                 ));
             }
         }

@@ -36,6 +36,19 @@ pub struct ParameterValue {
 }
 
 impl ModelEffect {
+    /// Whether nothing is left of it: every strength that has to be positive is held at nothing.
+    pub fn has_vanished(&self) -> bool {
+        let Some(entry) = Entry::named(&self.effect) else {
+            return false;
+        };
+        let listed = entry.parameters().iter().zip(&self.parameters);
+        let mut strengths = listed
+            .filter(|(p, _)| matches!(p.role, Role::Linear { positive: true }))
+            .map(|(_, found)| found.value)
+            .peekable();
+        strengths.peek().is_some() && strengths.all(|value| value == 0.0)
+    }
+
     /// An effect with its values in SI; `names` and `kinds` are those of the model's axes, `intervals` may be empty.
     pub fn new(
         bound: &AxisEffect,

@@ -138,6 +138,15 @@ pub struct ErrorChange {
     pub after: Vec<AxisError>,
 }
 
+impl ErrorChange {
+    /// Whether the error over all axes falls to half or less: the root of the sum of the squares of the relative errors.
+    pub fn halves(&self) -> bool {
+        let power =
+            |errors: &[AxisError]| -> f64 { errors.iter().map(|e| e.relative_error.powi(2)).sum() };
+        4.0 * power(&self.after) <= power(&self.before)
+    }
+}
+
 /// The rows that errors are measured on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

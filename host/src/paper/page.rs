@@ -9,9 +9,9 @@ use super::ratios::{
 use super::results::{PaperOptions, Results};
 use super::simulated::BothOnlyRun;
 use super::spread::Spread;
-use crate::assess::where_it_fails::significant;
 use crate::model::file::AxisError;
 use crate::simulate::{ENCODER_STEP, SimulationOptions};
+use crate::text::table::rounded;
 
 /// The axes of the simulated rig, as the text writes them.
 const AXES: [&str; 2] = ["x", "φ"];
@@ -111,7 +111,7 @@ fn trainings(restarts: usize) -> String {
 fn errors(of: &[AxisError]) -> String {
     let axis = |e: &AxisError| {
         let name = if e.axis == "phi" { "φ" } else { &e.axis };
-        format!("{name} {} %", significant(e.nmse_percent))
+        format!("{name} {} %", rounded(e.nmse_percent))
     };
     of.iter().map(axis).collect::<Vec<_>>().join(", ")
 }
@@ -161,9 +161,9 @@ fn ratios(results: &Results) -> String {
          | denominator | one training | {} | one training, up to a {PAPERS_ERROR_RATIO}th of the plain polynomial's error on both axes |\n\
          |---|---|---|---|\n\
          | the paper, plain | about {PAPERS_TIME_RATIO} | | |\n",
-        significant(SimulationOptions::default().snr_db.unwrap_or(f64::INFINITY)),
-        significant(1e6 * ENCODER_STEP[0]),
-        significant(1e6 * ENCODER_STEP[1]),
+        rounded(SimulationOptions::default().snr_db.unwrap_or(f64::INFINITY)),
+        rounded(1e6 * ENCODER_STEP[0]),
+        rounded(1e6 * ENCODER_STEP[1]),
         per_seed(runs, Band::Whole),
         per_seed(&results.rig, Band::Common),
         match results.restarts {
@@ -255,7 +255,7 @@ fn per_seed(runs: &[SeedRun], band: Band) -> String {
         let polynomials = run.polynomials.iter().map(|p| &p.validation_nmse_percent);
         let all = polynomials.chain([&run.network.validation_nmse_percent]);
         let cells: Vec<String> = all
-            .flat_map(|errors| errors.within(band).iter().map(|nmse| significant(*nmse)))
+            .flat_map(|errors| errors.within(band).iter().map(|nmse| rounded(*nmse)))
             .collect();
         text += &format!("| {} | {} |\n", run.seed, cells.join(" | "));
     }
@@ -265,7 +265,7 @@ fn per_seed(runs: &[SeedRun], band: Band) -> String {
 fn seconds(runs: &[SeedRun]) -> String {
     let polynomial = |index: usize| {
         let costs = runs.iter().filter_map(|r| r.polynomials.get(index));
-        Spread::of(costs.map(|p| 1e3 * p.cpu_s)).map_or(String::new(), |s| significant(s.median))
+        Spread::of(costs.map(|p| 1e3 * p.cpu_s)).map_or(String::new(), |s| rounded(s.median))
     };
     let network = Spread::of(runs.iter().map(|r| r.network.cpu_s));
     let reached = runs
@@ -283,7 +283,7 @@ fn seconds(runs: &[SeedRun]) -> String {
         polynomial(0),
         polynomial(1),
         polynomial(2),
-        network.map_or(String::new(), |s| significant(s.median)),
+        network.map_or(String::new(), |s| rounded(s.median)),
     )
 }
 
@@ -306,11 +306,11 @@ fn measured(source: &Source, joint: &MeasuredJoint) -> String {
     text += &format!(
         "{study} Of the validation rows, {} % lie outside the training range.\n\n\
          | fit | verification, NMSE | validation, NMSE |\n|---|---|---|\n",
-        significant(100.0 * joint.outside_range)
+        rounded(100.0 * joint.outside_range)
     );
     for fit in &joint.fits {
         let percent = |of: &[AxisError]| {
-            let first = of.first().map(|e| significant(e.nmse_percent));
+            let first = of.first().map(|e| rounded(e.nmse_percent));
             first.map_or(String::new(), |nmse| format!("{nmse} %"))
         };
         let (verification, validation) = (percent(&fit.verification), percent(&fit.validation));
@@ -345,7 +345,7 @@ fn trainings_of(joint: &MeasuredJoint) -> String {
     if joint.trainings.len() < 2 {
         return String::new();
     }
-    let each = joint.trainings.iter().map(|nmse| significant(*nmse));
+    let each = joint.trainings.iter().map(|nmse| rounded(*nmse));
     format!(
         "\nValidation NMSE of the {} trainings of the network: {} %. Training {} was kept, for its evidence on the training record.\n",
         joint.trainings.len(),

@@ -1,6 +1,6 @@
 //! A figure over several seeds: its median and its range.
 
-use crate::assess::where_it_fails::significant;
+use crate::text::table::rounded;
 use serde::Serialize;
 use std::fmt;
 
@@ -35,9 +35,9 @@ impl fmt::Display for Spread {
         write!(
             f,
             "{} ({} to {})",
-            significant(self.median),
-            significant(self.least),
-            significant(self.most)
+            rounded(self.median),
+            rounded(self.least),
+            rounded(self.most)
         )
     }
 }

@@ -3,9 +3,9 @@
 use super::figure::failed;
 use super::quantity::tick;
 use super::style;
-use crate::assess::where_it_fails::significant;
 use crate::diagnose::PerAxis;
 use crate::text::error::{Error, Result};
+use crate::text::table::rounded;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -155,7 +155,7 @@ fn labels(treads: &[(&str, f64)], floor: Option<f64>, low: f64) -> Vec<Label> {
     for (index, (label, error)) in treads.iter().enumerate() {
         let middle = index as f64 + 0.5;
         labels.push(Label {
-            text: format!("{} %", significant(*error)),
+            text: format!("{} %", rounded(*error)),
             at: (middle, error.max(low)),
             lower: -8,
             letters: letters(style::NUMBER_SIZE, VPos::Bottom),
@@ -172,7 +172,7 @@ fn labels(treads: &[(&str, f64)], floor: Option<f64>, low: f64) -> Vec<Label> {
     }
     if let Some(floor) = floor {
         labels.push(Label {
-            text: format!("noise floor {} %", significant(floor)),
+            text: format!("noise floor {} %", rounded(floor)),
             at: (0.02 * count, floor),
             lower: 10,
             letters: style::letters(style::NUMBER_SIZE)

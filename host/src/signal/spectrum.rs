@@ -34,6 +34,20 @@ impl Spectrum {
     }
 }
 
+/// Rows of a window that is to have `wanted` of them: fewer where less than half of all rows stand in series that are as long. A short
+/// series between long ones takes no resolution from them; it has no part in the spectrum.
+pub fn window_for(lengths: impl Iterator<Item = usize>, wanted: usize) -> usize {
+    let mut lengths: Vec<usize> = lengths.collect();
+    lengths.sort_unstable_by(|a, b| b.cmp(a));
+    let whole: usize = lengths.iter().sum();
+    let mut rows = 0;
+    let long = lengths.into_iter().find(|length| {
+        rows += length;
+        2 * rows >= whole
+    });
+    wanted.min(long.unwrap_or(0))
+}
+
 /// Averages the windows of several records into one spectrum.
 #[derive(Clone, Debug)]
 pub struct Accumulator {
@@ -106,6 +120,16 @@ impl Accumulator {
 mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn a_short_series_between_long_ones_takes_no_resolution_from_them() {
+        let of = |lengths: &[usize]| window_for(lengths.iter().copied(), 1000);
+        assert_eq!(of(&[5000, 4000, 12]), 1000);
+        assert_eq!(of(&[400, 300, 300]), 300);
+        assert_eq!(of(&[800, 700, 600, 12]), 700);
+        assert_eq!(of(&[12]), 12);
+        assert_eq!(of(&[]), 0);
+    }
 
     #[test]
     fn power_of_a_sine_is_half_its_amplitude_squared_and_lies_at_its_frequency() {

@@ -64,6 +64,27 @@ pub fn significant(value: f64) -> String {
     format!("{value:.*}", decimals.max(0) as usize)
 }
 
+/// Three significant digits, rounded as a person writes them: without an exponent where a person would not write one.
+pub fn rounded(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let digits = 2 - value.abs().log10().floor() as i32;
+    match digits {
+        ..=0 => {
+            let step = 10_f64.powi(-digits);
+            let rounded = (value / step).round() * step;
+            if rounded.abs() >= 1e7 {
+                format!("{value:.2e}")
+            } else {
+                format!("{rounded:.0}")
+            }
+        }
+        1..=7 => format!("{value:.*}", digits as usize),
+        _ => format!("{value:.2e}"),
+    }
+}
+
 /// Four significant digits: `1.470`, `3.000e-6`; a dash for what is no number.
 pub fn short(value: f64) -> String {
     if value == 0.0 {

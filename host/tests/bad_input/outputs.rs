@@ -75,20 +75,35 @@ fn what_is_read_is_never_written_over() {
     let folder = learnt();
     let folder = folder.path();
     let add = |output| ["add", ".", "model.json", "coulomb@x", "-o", output];
-    refused(folder, &add("model.json"), 2, &["model that was brought"]);
+    refused(folder, &add("model.json"), 2, &["this is read"]);
     refused(folder, &add("./model.json"), 2, &["would be written over"]);
-    refused(folder, &add("study.toml"), 2, &["the study"]);
+    refused(folder, &add("study.toml"), 2, &["this is read"]);
     refused(folder, &add("two.csv"), 2, &["a record of the study"]);
     let apply = ["diagnose", ".", "model.json", "--apply", "-o", "one.csv"];
     refused(folder, &apply, 2, &["a record of the study"]);
     for command in ["compare", "diagnose"] {
         let json = [command, ".", "model.json", "--json", "model.json"];
-        refused(folder, &json, 2, &["model that was brought"]);
+        refused(folder, &json, 2, &["this is read"]);
     }
     let both = [&add("new.json")[..], &["--json", "./new.json"]].concat();
     refused(folder, &both, 2, &["same file"]);
     let learn = ["identify", ".", "--model", "physical", "-o", "two.csv"];
     refused(folder, &learn, 2, &["a record of the study"]);
+    for words in [
+        "export model.json -o model.json",
+        "export model.json --study . -o study.toml",
+        "sign model.json --development-key -o ./model.json",
+        "replay model.json . --json model.json",
+        "replay model.json . -o out.csv --frames out.csv",
+        "study-from model.json --rig study.toml -o out --json study.toml",
+        "monitor model.json --record model.json",
+        "inspect model.json --json model.json",
+        "merge model.json two.csv -o two.csv",
+        "init one.csv -o one.csv",
+    ] {
+        let words: Vec<&str> = words.split(' ').collect();
+        refused(folder, &words, 2, &["; name another"]);
+    }
 }
 
 #[test]

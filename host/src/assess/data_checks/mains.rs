@@ -4,7 +4,7 @@
 
 use super::channel::{Kind, channels};
 use super::finding::Finding;
-use crate::signal::spectrum::{Accumulator, Spectrum};
+use crate::signal::spectrum::{Accumulator, Spectrum, window_for};
 use crate::study::Study;
 
 /// Windows of this length: lines half a hertz wide stand apart from tones of the drive a hertz away.
@@ -27,8 +27,10 @@ const MIN_SHARE: f64 = 0.002;
 pub(super) fn check(study: &Study, index: usize) -> Vec<Finding> {
     let axis = &study.axes[index];
     let rate = study.sample_rate_hz;
-    let shortest = study.records.iter().map(|r| r.rows).min().unwrap_or(0);
-    let segment = ((WINDOW_S * rate) as usize).min(shortest);
+    let segment = window_for(
+        study.records.iter().map(|r| r.rows),
+        (WINDOW_S * rate) as usize,
+    );
     if (segment as f64) < 0.5 * WINDOW_S * rate {
         return Vec::new();
     }

@@ -1,6 +1,7 @@
 //! Where the error of a model sits: in which region of the states, in which stretch of time, at which frequencies.
 
 use crate::signal::spectrum::Accumulator;
+use crate::text::table::rounded;
 use serde::Serialize;
 
 /// One place that holds a large part of an axis's error.
@@ -134,7 +135,7 @@ pub fn zero(axis: &str, unit: &str, records: &[ErrorRecord<'_>]) -> Option<Faili
         kind: "zero",
         region: format!(
             "a constant {} {unit} in {}: the zero of its force, so tare the channel or add force_zero@{axis}",
-            significant(mean),
+            rounded(mean),
             record.file
         ),
         share_of_error: held / total,
@@ -314,7 +315,7 @@ fn region_in_words(conditions: &[Condition], names: &[StateName]) -> String {
         } else {
             name.name.clone()
         };
-        let side = |threshold: Option<f64>| threshold.map(|t| significant(t * name.factor));
+        let side = |threshold: Option<f64>| threshold.map(|t| rounded(t * name.factor));
         match (side(condition.above), side(condition.below)) {
             (Some(low), Some(high)) => format!("{quantity} from {low} to {high} {}", name.unit),
             (Some(low), None) => format!("{quantity} above {low} {}", name.unit),
@@ -419,32 +420,11 @@ fn frequency_band(
     Some(FailingRegion {
         axis: axis.into(),
         kind: "frequency",
-        region: format!("{} Hz to {} Hz", significant(low), significant(high)),
+        region: format!("{} Hz to {} Hz", rounded(low), rounded(high)),
         share_of_error: share,
         share_of_rows: ((last + 1 - first) as f64 * step / band_hz).min(1.0),
         extent: Extent::Frequency([low, high]),
     })
-}
-
-/// Three significant digits, without an exponent where a person would not write one.
-pub fn significant(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    let digits = 2 - value.abs().log10().floor() as i32;
-    match digits {
-        ..=0 => {
-            let step = 10_f64.powi(-digits);
-            let rounded = (value / step).round() * step;
-            if rounded.abs() >= 1e7 {
-                format!("{value:.2e}")
-            } else {
-                format!("{rounded:.0}")
-            }
-        }
-        1..=7 => format!("{value:.*}", digits as usize),
-        _ => format!("{value:.2e}"),
-    }
 }
 
 #[cfg(test)]

@@ -108,7 +108,7 @@ fn an_error_without_a_place_is_not_given_one() {
 
 #[test]
 fn three_digits_as_a_person_writes_them() {
-    let seen = [0.000_812_34, 0.8123, 41.26, 123.4, 5123.0, 1.5e-9].map(significant);
+    let seen = [0.000_812_34, 0.8123, 41.26, 123.4, 5123.0, 1.5e-9].map(rounded);
     assert_eq!(
         seen,
         ["0.000812", "0.812", "41.3", "123", "5120", "1.50e-9"]

@@ -3,7 +3,6 @@
 use super::export::drift;
 use super::watched::{self, Basis, FailOn};
 use crate::assess::compare::relative_to_applied;
-use crate::assess::where_it_fails::significant;
 use crate::cli::console::Console;
 use crate::device::monitor_limits::{self, Purpose};
 use crate::device::replay::{self, RecordReplay, Replayed};
@@ -14,7 +13,7 @@ use crate::fit::errors::AT_REST_BELOW;
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
 use crate::text::output;
-use crate::text::table::{Table, percent};
+use crate::text::table::{Table, percent, rounded};
 use clap::Args;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::monitor::Cause;
@@ -217,11 +216,7 @@ fn in_words(records: &[RecordReplay], study: &Study, delays_s: [f64; 2]) -> Stri
                 axis.name.clone(),
                 unless_at_rest(percent(figures.nmse_percent)),
                 unless_at_rest(format!("{:.4}", figures.relative_error)),
-                format!(
-                    "{} {}",
-                    significant(figures.peak_error),
-                    axis.kind.force_unit()
-                ),
+                format!("{} {}", rounded(figures.peak_error), axis.kind.force_unit()),
                 format!("{:.2} %", 100.0 * record.outside_range),
                 record.digest.clone(),
             ]);

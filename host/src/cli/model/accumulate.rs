@@ -1,7 +1,6 @@
 //! `jointwatch accumulate`: sum records into a part, from which and others a model is made without the records.
 
 use crate::cli::console::Console;
-use crate::cli::outputs::keep;
 use crate::fit::sums::{Part, Plan};
 use crate::study::Study;
 use crate::study::further::Template;
@@ -31,8 +30,7 @@ impl Accumulate {
     pub(crate) fn run(self, console: &Console) -> Result<()> {
         let working = console.working("reading the study");
         let study = Study::read_whole(&self.study)?;
-        console.check_outputs(&[&self.output], &study, None)?;
-        keep(&self.output, &self.records)?;
+        console.check_outputs(&[&self.output], &study)?;
         let template = Template::of_study(&study)?;
         let plan = Plan::of(&study, &template)?;
         let part = if self.records.is_empty() {

@@ -44,7 +44,7 @@ impl Add {
             .into_iter()
             .chain(self.report.outputs())
             .collect();
-        console.check_outputs(&written, &study, Some(&self.model))?;
+        console.check_outputs(&written, &study)?;
         working.set_message("finding all values anew");
         let added = add::add(&study, &model, &self.effects)?;
         let drawings = self.plots.of_added(&study, &added, &self.effects)?;

@@ -29,7 +29,7 @@ impl Change {
         let new = self.new.as_deref().map(ModelFile::read).transpose()?;
         let study = new.as_ref().unwrap_or(&old).read_study(&self.study, &[])?;
         let written: Vec<&Path> = self.report.outputs().collect();
-        console.check_outputs(&written, &study, Some(&self.old))?;
+        console.check_outputs(&written, &study)?;
         working.set_message("comparing then and now");
         let (changed, now) = changed::changed(&study, &old, new.as_ref())?;
         let page = self.report.of_change(&old, &changed, &now)?;

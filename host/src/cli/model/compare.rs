@@ -33,7 +33,7 @@ impl Compare {
         let beside = self.beside.as_deref().map(ModelFile::read).transpose()?;
         let study = model.read_study(&self.study, &[])?;
         let written: Vec<&Path> = self.report.outputs().collect();
-        console.check_outputs(&written, &study, Some(&self.model))?;
+        console.check_outputs(&written, &study)?;
         let found = compared(&study, &model)?;
         let comparison = &found.comparison;
         let drawings = self.plots.of_comparison(&study, &model, comparison)?;

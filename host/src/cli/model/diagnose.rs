@@ -55,7 +55,7 @@ impl Diagnose {
             .into_iter()
             .chain(self.report.outputs())
             .collect();
-        console.check_outputs(&written, &study, Some(&self.model))?;
+        console.check_outputs(&written, &study)?;
         working.set_message("searching for missing effects");
         let asked = Asked::checked(self.without, self.explain)?;
         if self.apply {

@@ -5,7 +5,6 @@ use super::identify_network::{self, NetworkArguments};
 use super::merge;
 use crate::assess::compare;
 use crate::cli::console::Console;
-use crate::cli::outputs::keep;
 use crate::cli::report::Report;
 use crate::fit::identify::{self, Identified, from_sums};
 use crate::fit::polynomial::{Method, PolynomialOptions};
@@ -14,6 +13,7 @@ use crate::model::file::ModelFile;
 use crate::simulate::refine::{self, Refinement};
 use crate::study::Study;
 use crate::text::error::{Error, Result};
+use crate::text::output;
 use crate::text::table::{Table, significant};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
@@ -120,7 +120,7 @@ impl Identify {
             .into_iter()
             .chain(self.page.outputs())
             .collect();
-        console.check_outputs(&written, &study, None)?;
+        console.check_outputs(&written, &study)?;
         let identified = match self.model {
             Kind::Polynomial => self.fit_polynomial(&study, &working)?,
             Kind::Network => self.network.train(&study, &working)?,
@@ -166,7 +166,7 @@ impl Identify {
                 "--criterion simulation needs records, which sums are not; leave out --from",
             ));
         }
-        keep(&self.output, &[sums.to_owned()])?;
+        output::check(&self.output)?;
         let part = merge::read(sums)?;
         let study = self.study.as_deref().map(Study::read).transpose()?;
         let written: Vec<&Path> = [self.output.as_path()]
@@ -174,7 +174,7 @@ impl Identify {
             .chain(self.page.outputs())
             .collect();
         match &study {
-            Some(study) => console.check_outputs(&written, study, None)?,
+            Some(study) => console.check_outputs(&written, study)?,
             None if written.len() > 1 => {
                 return Err(Error::usage(
                     "--report draws records; name a study beside --from",

@@ -2,7 +2,6 @@
 
 use super::accumulate::{as_json, say};
 use crate::cli::console::Console;
-use crate::cli::outputs::keep;
 use crate::fit::sums::Part;
 use crate::text::error::{Error, Result};
 use crate::text::{input, output};
@@ -22,7 +21,7 @@ pub(crate) struct Merge {
 
 impl Merge {
     pub(crate) fn run(self, console: &Console) -> Result<()> {
-        keep(&self.output, &self.parts)?;
+        output::check(&self.output)?;
         let working = console.working("merging");
         let mut whole = read(&self.parts[0])?;
         for path in &self.parts[1..] {

@@ -43,7 +43,7 @@ impl Respond {
             .into_iter()
             .chain(self.report.outputs())
             .collect();
-        console.check_outputs(&written, &logged, Some(&self.model))?;
+        console.check_outputs(&written, &logged)?;
         let study = model.corrected(&logged)?.into_owned();
         let options = Options {
             record: self.record,

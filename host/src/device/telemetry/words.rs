@@ -1,7 +1,7 @@
 //! A device's messages as a person reads them: one line each, with the names, units and times that the device has told of itself.
 
-use crate::assess::where_it_fails::significant;
 use crate::text::printable;
+use crate::text::table::rounded;
 use jointwatch_shared::chain::Output;
 use jointwatch_shared::monitor::{CHANNEL_NAMES, Cause};
 use jointwatch_shared::wire::telemetry::{
@@ -93,7 +93,7 @@ impl Reader {
         match self.model.as_ref().and_then(|model| model.axes.get(axis)) {
             Some(axis) => format!(
                 "{} {}",
-                significant(f64::from(raw) * axis.force_per_lsb),
+                rounded(f64::from(raw) * axis.force_per_lsb),
                 unit(axis.kind)
             ),
             None => raw.to_string(),

@@ -21,7 +21,6 @@ use columns::Records;
 use intervals::{Errors, QUANTILE};
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::{Role, Shape};
-use jointwatch_shared::units::Dimension;
 use projection::{Problem, Solved};
 
 /// One effect as found.
@@ -148,10 +147,7 @@ pub(crate) fn assemble(
         {
             let (interval, doubt) = match parameter.role {
                 Role::Linear { .. } => {
-                    let found = of_linear(value, bound.is_positive(parameter), linear.next());
-                    let gives = parameter.dimension == Dimension::DAMPING
-                        && found.0.is_some_and(|[_, high]| high < 0.0);
-                    (found.0, found.1.or_else(|| gives.then(gives_energy)))
+                    of_linear(value, bound.is_positive(parameter), linear.next())
                 }
                 Role::SizePerRecord { .. } => {
                     let count = problem.records.columns_of(parameter);
@@ -234,13 +230,6 @@ pub(in crate::fit) fn of_linear(
         "would be below 0, which is not physical, and is held there: another effect is missing or takes its place".to_owned()
     });
     (interval, doubt)
-}
-
-/// What is said of a damper that drives.
-fn gives_energy() -> String {
-    "is below 0, and gives the joint energy: the sign of the force or restoring_force in study.toml is wrong, or another force is missing, \
-     such as a preload or a controller's"
-        .to_owned()
 }
 
 /// The interval of √(Σf²/records), for the records' sizes f and the standard errors of all of them, or of all but the first.

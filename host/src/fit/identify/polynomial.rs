@@ -6,6 +6,7 @@ use crate::model::file::{AxisFit, Base, ModelFile};
 use crate::model::{ModelAxis, Polynomial, exponents};
 use crate::study::{Axis, Study};
 use crate::text::error::Result;
+use crate::text::table::significant;
 
 /// Learns a polynomial from the training records of a study.
 ///
@@ -80,7 +81,7 @@ fn equation(
         } else {
             " ".into()
         };
-        text.push_str(&format!("{lead}{:.6}", value.abs()));
+        text.push_str(&format!("{lead}{}", significant(value.abs())));
         for (symbol, exponent) in symbols.iter().zip(terms[at]) {
             match exponent {
                 0 => {}

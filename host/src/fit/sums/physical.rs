@@ -6,7 +6,7 @@ use super::products::{FLUSHED, LANES, Rows, add_products};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::intervals::QUANTILE;
 use crate::fit::effects::{EffectsFit, FittedEffect, Stopped, found_inertia, of_linear};
-use crate::fit::normal_equations;
+use crate::fit::{bounded, normal_equations};
 use crate::model::effects::AxisEffect;
 use crate::signal::motion::Motion;
 use crate::text::error::{Error, Result};
@@ -91,9 +91,9 @@ fn normal(plan: &Plan, sums: &Exact, without: Option<usize>) -> Vec<Mat<f64>> {
     plan.columns.iter().enumerate().map(of_axis).collect()
 }
 
-/// The factors of all columns, with the axes weighed by `weights`, and how many of them the sums determine.
-fn factors(normal: &[Mat<f64>], weights: &[f64]) -> Result<(Vec<f64>, usize)> {
-    let unknowns = normal[0].ncols() - 1;
+/// The factors of all columns within their bounds, with the axes weighed by `weights`, and how many of them the sums determine.
+fn factors(normal: &[Mat<f64>], weights: &[f64], bounds: &[[f64; 2]]) -> Result<(Vec<f64>, usize)> {
+    let unknowns = bounds.len();
     let sum = |i: usize, j: usize| -> f64 {
         let axes = normal.iter().zip(weights);
         axes.map(|(products, weight)| weight * weight * products[(i, j)])
@@ -102,8 +102,14 @@ fn factors(normal: &[Mat<f64>], weights: &[f64]) -> Result<(Vec<f64>, usize)> {
     let gram = Mat::from_fn(unknowns, unknowns, sum);
     let cross = Mat::from_fn(unknowns, 1, |i, _| sum(i, unknowns));
     let solution = normal_equations::solve(&gram, &cross)?;
-    let found = (0..unknowns).map(|c| solution.coefficients[(c, 0)]);
-    Ok((found.collect(), solution.rank))
+    let mut found: Vec<f64> = (0..unknowns)
+        .map(|c| solution.coefficients[(c, 0)])
+        .collect();
+    let mut pairs = found.iter().zip(bounds);
+    if pairs.any(|(factor, [least, most])| factor < least || factor > most) {
+        found = bounded::factors(&Mat::from_fn(unknowns + 1, unknowns + 1, sum), bounds);
+    }
+    Ok((found, solution.rank))
 }
 
 /// One over the standard deviation of what the factors leave of each axis's force.
@@ -143,17 +149,33 @@ pub(super) fn solve(plan: &Plan, sums: &Exact, rows: u64) -> Result<EffectsFit> 
             plan.axes[axis].name
         )));
     }
+    let bounds = bounds(&terms, unknowns);
     let mut weighed = vec![1.0; whole.len()];
     for _ in 0..WEIGHINGS {
-        let (found, _) = factors(&whole, &weighed)?;
+        let (found, _) = factors(&whole, &weighed, &bounds)?;
         weighed = weights(&whole, &found, rows as f64);
     }
-    let (found, rank) = factors(&whole, &weighed)?;
-    let left_out =
-        (0..STRETCHES).map(|stretch| Ok(factors(&normal(plan, sums, Some(stretch)), &weighed)?.0));
+    let (found, rank) = factors(&whole, &weighed, &bounds)?;
+    let left_out = (0..STRETCHES)
+        .map(|stretch| Ok(factors(&normal(plan, sums, Some(stretch)), &weighed, &bounds)?.0));
     let left_out: Vec<Vec<f64>> = left_out.collect::<Result<_>>()?;
-    let errors = (0..unknowns).map(|c| (rank == unknowns).then(|| jackknife(&left_out, c)));
+    // What is held at a bound has no interval.
+    let determined = |c: usize| rank == unknowns && !bounds[c].contains(&found[c]);
+    let errors = (0..unknowns).map(|c| determined(c).then(|| jackknife(&left_out, c)));
     assemble(plan, &terms, &found, errors, rank)
+}
+
+/// The least and the most of each factor: a strength that has to be positive is, and an inertia may be anything.
+fn bounds(terms: &[AxisEffect], unknowns: usize) -> Vec<[f64; 2]> {
+    let strengths = terms.iter().flat_map(|bound| {
+        let parameters = bound.entry.parameters().iter();
+        parameters.map(|parameter| match bound.is_positive(parameter) {
+            true => [0.0, f64::INFINITY],
+            false => [f64::NEG_INFINITY, f64::INFINITY],
+        })
+    });
+    let free = std::iter::repeat([f64::NEG_INFINITY, f64::INFINITY]);
+    strengths.chain(free).take(unknowns).collect()
 }
 
 /// The standard error of a factor, by what it is without each stretch.

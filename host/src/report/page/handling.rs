@@ -2,10 +2,10 @@
 
 use super::contents::Handling;
 use crate::assess::data_checks;
-use crate::assess::where_it_fails::significant;
 use crate::model::corrections;
 use crate::model::file::ModelFile;
 use crate::study::Study;
+use crate::text::table::rounded;
 
 /// The keys of an `[[axis]]` that name channels.
 const CHANNELS: [&str; 5] = [
@@ -19,10 +19,10 @@ const CHANNELS: [&str; 5] = [
 /// Gathers it from the study, its file and the model.
 pub(super) fn gather(study: &Study, model: &ModelFile) -> Handling {
     let filters = &model.filters;
-    let hz = |value: f64| format!("{} Hz", significant(value));
+    let hz = |value: f64| format!("{} Hz", rounded(value));
     let taps = |count: usize| {
         let lost_ms = 1e3 * (count / 2) as f64 / filters.sample_rate_hz;
-        format!("{count} taps, {} ms at either end", significant(lost_ms))
+        format!("{count} taps, {} ms at either end", rounded(lost_ms))
     };
     let row = |what: &str, value: String| [what.to_string(), value];
     Handling {

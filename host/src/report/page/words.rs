@@ -3,7 +3,7 @@
 use super::asked::Asked;
 use super::contents::{ModelWords, Term, Value};
 use super::version::Version;
-use crate::assess::where_it_fails::{Extent, significant};
+use crate::assess::where_it_fails::Extent;
 use crate::diagnose::{Diagnosis, Found, PerAxis, Verdict};
 use crate::fit::identify;
 use crate::model::ModelEffect;
@@ -11,6 +11,7 @@ use crate::model::effects::is_correction;
 use crate::model::file::{Base, ModelFile};
 use crate::report::staircase::Step;
 use crate::simulate::respond::Response;
+use crate::text::table::rounded;
 use jointwatch_shared::effect::Entry;
 
 /// A change of an error is told from this part of it on.
@@ -104,7 +105,7 @@ fn of_response(response: &Response) -> String {
     let records = response.records.iter().flat_map(|record| {
         let moving = record.axes.iter().filter(|(_, figures)| !figures.at_rest);
         moving.map(|(axis, figures)| {
-            let nmse = significant(figures.displacement_nmse_percent);
+            let nmse = rounded(figures.displacement_nmse_percent);
             format!("{axis} in {} by {nmse} % NMSE", record.file)
         })
     });
@@ -171,7 +172,7 @@ fn fall(first: &Step, last: &Step, floors: &PerAxis) -> String {
 }
 
 fn percent(ratio: f64) -> String {
-    format!("{} %", significant(100.0 * ratio))
+    format!("{} %", rounded(100.0 * ratio))
 }
 
 fn floor(axis: &str, floors: &PerAxis) -> String {
@@ -214,7 +215,7 @@ pub(super) fn model(model: &ModelFile, axis: usize) -> ModelWords {
     };
     notes.push(format!(
         "Inertia {} {}, {inertia}.",
-        significant(own.inertia),
+        rounded(own.inertia),
         own.kind.inertia_unit()
     ));
     ModelWords {

@@ -2,13 +2,14 @@
 
 mod cells;
 
-use crate::assess::where_it_fails::{Condition, Extent, FailingRegion, significant};
+use crate::assess::where_it_fails::{Condition, Extent, FailingRegion};
 use crate::report::axis_history::AxisHistory;
 use crate::report::figure::{failed, limits};
 use crate::report::quantity::{Quantity, tick};
 use crate::report::style;
 use crate::signal::statistics::peak;
 use crate::text::error::{Error, Result};
+use crate::text::table::rounded;
 use cells::{Cells, share};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -288,7 +289,7 @@ fn draw_scale(
     let mut all = cells.rms.iter().flatten();
     if all.any(|rms| *rms > cells.most) {
         numbers.retain(|(at, _)| at - top > 2 * style::NUMBER_SIZE as i32);
-        numbers.push((top, format!("> {}", significant(most))));
+        numbers.push((top, format!("> {}", rounded(most))));
     }
     for (at, words) in numbers {
         let letters = style::letters(style::NUMBER_SIZE).pos(Pos::new(HPos::Left, VPos::Center));

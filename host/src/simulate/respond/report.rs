@@ -3,9 +3,8 @@
 use super::compare::{Band, Drift};
 use super::run::{DIVERGED, SETTLED};
 use super::{Against, Options, RecordResponse, Response};
-use crate::assess::where_it_fails::significant;
 use crate::study::{Role, Study};
-use crate::text::table::Table;
+use crate::text::table::{Table, rounded};
 use std::fmt::Write;
 
 /// How far the figures may be trusted, one sentence each, without a full stop.
@@ -25,17 +24,17 @@ pub(super) fn notes(
         let spring = if worst.stiffness > 0.0 {
             format!(
                 "the {} {}/{unit} that hold it balance the model's force error of {} {} only {} {unit} away, and it moves {} {unit} RMS",
-                significant(worst.stiffness),
+                rounded(worst.stiffness),
                 axis.kind.force_unit(),
-                significant(worst.force_error),
+                rounded(worst.force_error),
                 axis.kind.force_unit(),
-                significant(worst.force_error / worst.stiffness),
-                significant(worst.displacement)
+                rounded(worst.force_error / worst.stiffness),
+                rounded(worst.displacement)
             )
         } else {
             format!(
                 "nothing in the model pulls it back, and its force error is {} {} RMS",
-                significant(worst.force_error),
+                rounded(worst.force_error),
                 axis.kind.force_unit()
             )
         };
@@ -56,7 +55,7 @@ pub(super) fn notes(
                  the integration's as much as the model's",
                 record.file,
                 record.steps_per_row,
-                significant(100.0 * record.step_error)
+                rounded(100.0 * record.step_error)
             ));
         }
     }
@@ -67,7 +66,7 @@ pub(super) fn notes(
                 let figures = record.axes.get(&axis.name).filter(|f| !f.at_rest)?;
                 Some(format!(
                     "{} % of the time in {}, first at {:.3} s",
-                    significant(100.0 * figures.outside_range),
+                    rounded(100.0 * figures.outside_range),
                     record.file,
                     figures.first_outside_s?
                 ))
@@ -160,8 +159,8 @@ fn table(response: &Response, study: &Study) -> Table {
                 axis.name.clone(),
                 percent(figures.displacement_nmse_percent),
                 percent(figures.velocity_nmse_percent),
-                format!("{} m{unit}", significant(1e3 * figures.peak_error)),
-                format!("{} m{unit}", significant(1e3 * figures.rms_displacement)),
+                format!("{} m{unit}", rounded(1e3 * figures.peak_error)),
+                format!("{} m{unit}", rounded(1e3 * figures.rms_displacement)),
                 format!("{:.2} %", 100.0 * figures.outside_range),
             ];
             if diverged {
@@ -186,7 +185,7 @@ fn divergence(record: &RecordResponse, study: &Study, restart_s: Option<f64>) ->
             "the {} of {} reached {} {unit}, more than {DIVERGED} half-ranges from the middle of what the model was trained on",
             first.state,
             first.axis,
-            significant(first.value)
+            rounded(first.value)
         )
     } else {
         format!(

@@ -1,9 +1,9 @@
 //! The screen of `jointwatch monitor`: a live view drawn with characters.
 
-use crate::assess::where_it_fails::significant;
 use crate::device::live::{
     AxisPicture, COLUMN_S, Column, Counter, Happened, LiveView, Picture, SHOWN_S, Trace,
 };
+use crate::text::table::rounded;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -130,7 +130,7 @@ fn figures(axis: &AxisPicture) -> String {
     let [fast, slow] = axis.nmse_percent.map(percent);
     let mut text = format!("{limit} · NMSE {fast} fast, {slow} slow");
     if let Some([measured, predicted, residual]) = axis.forces {
-        let force = |value: f64| format!("{} {}", significant(value), axis.unit);
+        let force = |value: f64| format!("{} {}", rounded(value), axis.unit);
         text += &format!(
             " · measured {}, predicted {}, residual {}",
             force(measured),
@@ -201,7 +201,7 @@ fn plot(frame: &mut Frame, area: Rect, title: String, curves: &[(&[(f64, f64)], 
             .style(*colour)
             .data(curve)
     });
-    let label = |value: f64| Line::from(significant(value));
+    let label = |value: f64| Line::from(rounded(value));
     let chart = Chart::new(sets.collect())
         .block(Block::new().borders(Borders::TOP).title(title))
         .x_axis(
