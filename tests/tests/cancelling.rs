@@ -99,3 +99,20 @@ fn a_simpler_law_takes_the_place_of_a_general_one_where_it_does_as_well() {
         assert_eq!(last.as_deref(), simpler);
     }
 }
+
+/// A damper that is seven times as strong one way, on a base with one strength for both: while the law with two strengths is judged, the
+/// base's must not take up what they share, or one of them would be nothing and no physics.
+#[test]
+fn a_general_law_is_judged_in_the_place_of_its_special_case() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_study(folder, "\"viscous@x\"", |_, v| {
+        if v > 0.0 { 540.0 * v } else { 3650.0 * v }
+    });
+    let identify = ["identify", "study.toml", "--model", "physical"];
+    succeed(folder, &[&identify[..], &["-o", "base.json"]].concat());
+    let diagnose = ["diagnose", "study.toml", "base.json", "--apply"];
+    let said = succeed(folder, &[&diagnose[..], &["-o", "wider.json"]].concat());
+    println!("{said}");
+    assert_eq!(names(&folder.join("wider.json")), ["viscous_by_direction"]);
+}

@@ -91,18 +91,22 @@ pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added>
     };
     // Two that cancel are one too many: what was added takes the place of the other one, as a damper of some power may that of a viscous one.
     let listed = effects.join(", ");
+    let mut change = added.errors.clone();
     if !effects.contains(&other) {
         let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
         terms.retain(|term| term.name(&names) != other);
         let mut alone = refitted(study, from, terms, effects)?;
         if alone.helps && alone.cancels.is_none() {
-            let place = format!("{listed} takes the place of {other}, which would cancel it");
-            alone.model.warnings.push(place);
-            return Ok(alone);
+            change.before.clone_from(&alone.errors.after);
+            if !change.halves() {
+                let place = format!("{listed} takes the place of {other}, which would cancel it");
+                alone.model.warnings.push(place);
+                return Ok(alone);
+            }
         }
     }
     // Together they may be the only description of a law that has no name here: better a force that is right than none.
-    if added.errors.halves() {
+    if change.halves() {
         added.model.warnings.push(format!(
             "{listed} and {other} cancel for the most part: their sum describes the force, neither value means anything by itself"
         ));
