@@ -54,9 +54,7 @@ fn main() -> ! {
     let mut lost = Lost::default();
     ticker::start(clock, rate);
     loop {
-        while let Some(byte) = serial::received() {
-            server.receive(byte, &mut watch);
-        }
+        server.hear(serial::received, &mut watch);
         let Some(missed) = ticker::due() else {
             continue;
         };

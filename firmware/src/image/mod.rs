@@ -202,8 +202,10 @@ mod app {
     fn serve(cx: serve::Context) {
         let begun = board::count();
         let mut watch = Locked(cx.shared.watch);
-        while let Some(byte) = cx.local.received.dequeue() {
-            cx.local.server.receive(byte, &mut watch);
+        let received = cx.local.received;
+        cx.local.server.hear(|| received.dequeue(), &mut watch);
+        if received.ready() {
+            rtic::pend(Interrupt::UART5);
         }
         cx.local.server.turn(cx.local.stream, &mut watch);
         if watch.0.lock(|watch| watch.restart_now()) {

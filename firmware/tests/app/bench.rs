@@ -320,6 +320,17 @@ impl Bench {
         self.server.receive(byte, &mut self.watch);
     }
 
+    /// A line on which bytes come without a pause, and how many of them are taken.
+    pub(crate) fn flood(&mut self) -> usize {
+        let mut taken = 0;
+        let next = || {
+            taken += 1;
+            (taken < 100_000).then_some(0)
+        };
+        self.server.hear(next, &mut self.watch);
+        taken
+    }
+
     pub(crate) fn ask(&mut self, request: &Request) {
         let mut place = [0; MAX_FRAME];
         let frame = encode(request, self.asked, &mut place).expect("it fits");

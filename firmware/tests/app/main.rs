@@ -353,6 +353,12 @@ fn noise_on_the_line_is_counted_and_requests_after_it_are_answered() {
 }
 
 #[test]
+fn a_line_that_never_pauses_does_not_hold_the_device_up() {
+    let mut bench = Bench::start([Slot::Empty, Slot::Empty]);
+    assert!((253..1000).contains(&bench.flood()));
+}
+
+#[test]
 fn a_slow_line_refuses_a_stream_that_it_cannot_carry() {
     let mut bench = Bench::start([Slot::Empty, Slot::Empty]);
     // 1 kHz without a rig block: a sample takes 118 bytes at most, the line carries 100,000 a second.
