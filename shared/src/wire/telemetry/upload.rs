@@ -166,7 +166,9 @@ impl Refusal {
             Self::Rig(_) => "the device cannot use this rig block",
             Self::Mismatch => "model and rig block do not fit each other",
             Self::Flash => "the flash could not be written; the slot may be worn out",
-            Self::Worn => "the device's flash has been erased as often as it may be",
+            Self::Worn => {
+                "the device's flash has been erased as often as it may be, or its journal is full"
+            }
             Self::TooOften => {
                 "the device's flash has been erased too often this hour; try again in an hour"
             }
