@@ -11,7 +11,7 @@ use jointwatch_shared::wire::telemetry::{
 };
 use std::collections::BTreeMap;
 
-/// For each axis: displacement far and near, body, acceleration, force.
+/// For each axis: displacement far and near, body, acceleration, force, input.
 pub(super) type Counts = [[i32; CHANNELS]; 2];
 
 /// Samples of one run of a device, by their number.

@@ -19,7 +19,7 @@ pub const MAX_CHUNK: usize = 128;
 pub enum Kind {
     /// A model blob.
     Model,
-    /// A rig block.
+    /// A rig block alone, which today's firmware takes no more.
     Rig,
 }
 
@@ -124,7 +124,7 @@ pub enum Refusal {
     Unsigned,
     /// The signature is not one of a key that the firmware trusts.
     Signature,
-    /// No key is built into the firmware, so that nothing can be verified.
+    /// No key is built into the firmware, so that nothing can be verified. Today's firmware always has one, and never sends this.
     NoKey,
     /// The bytes are no model that the device can use.
     Model(ModelFault),
