@@ -312,3 +312,18 @@ fn what_comes_slowly_is_told_from_what_is_there_at_once() {
     assert_eq!(onset(200.0), Onset::Slow);
     assert_eq!(onset(600.0), Onset::Slow);
 }
+
+#[test]
+fn a_block_that_was_begun_anew_knows_nothing_of_the_range_before() {
+    for phase in 0..64 {
+        let mut watched = Watched::new();
+        watched.run(1.0 + f64::from(phase) / RATE_HZ, [WELL; 2], 0);
+        watched.run(0.01, [WELL; 2], 1);
+        watched.sample([WELL; 2], 0, 40);
+        let (before, ..) = watched.state.last_gross_block();
+        while watched.state.last_gross_block().0 == before {
+            watched.sample([WELL; 2], 0, 0);
+        }
+        assert!(!watched.state.last_gross_block().2, "{phase}");
+    }
+}

@@ -194,7 +194,6 @@ fn a_force_that_follows_a_voltage_runs_on_the_device_with_the_hosts_bits() {
     let emulated = json(&["emulate", "model.bin", "study.toml"]);
     for record in emulated["records"].as_array().unwrap() {
         assert_eq!(record["agrees"], true, "{record}");
-        assert_eq!(record["agrees"], true, "{record}");
         let outputs = record["comparison"]["outputs"].as_u64();
         assert!(outputs.unwrap() > 7000, "{record}");
     }

@@ -15,8 +15,8 @@ use jointwatch_shared::wire::rig::Rig;
 use jointwatch_shared::wire::rig_block::{self, RIG_BLOCK_LEN};
 use jointwatch_shared::wire::slot::Order;
 use jointwatch_shared::wire::telemetry::{
-    Access, Answer, Answered, Decoder, Hello, MAX_FRAME, Occasion, PROTOCOL_VERSION, Report,
-    Request, encode,
+    Access, Answer, Answered, Decoder, Hello, KeptAlarm, MAX_FRAME, Occasion, PROTOCOL_VERSION,
+    Report, Request, Verdict, encode,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -44,6 +44,8 @@ struct Device {
     sequence: u16,
     /// Orders that were.
     carried_out: u32,
+    /// The next order does not arrive, and the device remembers something else meanwhile.
+    loses_order: bool,
 }
 
 fn trust(key: [u8; 32]) -> Trust<Key> {
@@ -70,6 +72,7 @@ impl Device {
             restart_after: None,
             sequence: 0,
             carried_out: 0,
+            loses_order: false,
         }
     }
 
@@ -82,6 +85,7 @@ impl Device {
             rig: None,
             access: Access {
                 number: self.store.standing().unwrap().number,
+                keys: self.store.trusted(),
                 ..Access::default()
             },
         })
@@ -140,6 +144,15 @@ impl Write for Device {
                     Report::Upload(reply)
                 }
                 Request::Hello => self.hello(),
+                Request::Order { .. } if std::mem::take(&mut self.loses_order) => {
+                    self.store
+                        .keep_alarm(KeptAlarm {
+                            sample: 0,
+                            verdict: Verdict::default(),
+                        })
+                        .unwrap();
+                    continue;
+                }
                 Request::Order {
                     order,
                     number,
@@ -464,4 +477,20 @@ fn an_order_is_carried_out_once_over_good_and_bad_lines_and_only_when_its_owner_
     let mut silent = Device::new(1.0, 0.0, 25);
     let gone = give(&mut silent, Order::Restart, &owner).unwrap_err();
     assert!(gone.sentence.contains("did not answer"), "{gone}");
+}
+
+#[test]
+fn a_key_counts_as_revoked_only_when_the_device_says_that_it_is() {
+    let owner = PrivateKey::development();
+    let mut device = Device::new(0.0, 0.0, 26);
+    let other = PrivateKey::generate().unwrap();
+    let trust = Trust {
+        keys: [PUBLIC_KEY, other.public()].map(|key| Some(Key::new(key))),
+        ..trust(PUBLIC_KEY)
+    };
+    device.store = Store::new(Flash::new(vec![0xFF; 2 * SECTOR]), trust);
+    device.store.start(&mut [0; BLOB_LEN]);
+    device.loses_order = true;
+    give(&mut device, Order::RevokeOther, &owner).unwrap();
+    assert_eq!((device.carried_out, device.store.trusted()), (1, 0b01));
 }

@@ -1,6 +1,6 @@
 //! Which chip feeds which channel: to count a chip's failures under the channels that a user knows.
 
-use crate::sensor::acquire::{CHIPS, CONVERTER};
+use crate::sensor::acquire::{ACCELERATION_CHANNEL, CHIPS, CONVERTER};
 use heapless::Vec;
 use jointwatch_shared::monitor::limits::CHANNELS;
 use jointwatch_shared::wire::wiring::{AxisWiring, Signed, SignedDirection, Wiring};
@@ -10,6 +10,8 @@ use jointwatch_shared::wire::wiring::{AxisWiring, Signed, SignedDirection, Wirin
 pub struct Places {
     /// A place in [`CHIP_NAMES`](crate::sensor::acquire::CHIP_NAMES) per axis and channel.
     pub chips: [[Option<u8>; CHANNELS]; 2],
+    /// The other accelerometer of an axis that takes the difference of two.
+    pub second: [Option<u8>; 2],
     /// Axes of the rig: 1 or 2.
     pub axes: u8,
 }
@@ -21,13 +23,17 @@ impl Places {
             axes: wiring.axes.len() as u8,
             ..Self::default()
         };
-        for (chips, axis) in places.chips.iter_mut().zip(&wiring.axes) {
-            let [first, _] = axis.acceleration;
+        let all = places.chips.iter_mut().zip(&mut places.second);
+        for ((chips, other), axis) in all.zip(&wiring.axes) {
+            let [first, second] = axis
+                .acceleration
+                .map(|one| one.map(|one| (CONVERTER + 1) as u8 + one.chip));
+            *other = second.filter(|_| second != first);
             *chips = [
                 Some(axis.far.place),
                 axis.near.map(|near| near.place),
                 axis.body.map(|body| body.place),
-                first.map(|one| (CONVERTER + 1) as u8 + one.chip),
+                first,
                 Some(CONVERTER as u8),
                 axis.input.map(|_| CONVERTER as u8),
             ];
@@ -35,12 +41,23 @@ impl Places {
         places
     }
 
+    /// The chips that feed a channel.
+    pub fn of_channel(&self, axis: usize, channel: usize) -> [Option<u8>; 2] {
+        let chips = self.chips.get(axis).and_then(|chips| chips.get(channel));
+        let second = self
+            .second
+            .get(axis)
+            .filter(|_| channel == ACCELERATION_CHANNEL);
+        [chips, second].map(|chip| chip.copied().flatten())
+    }
+
     /// The first channel that a chip feeds, numbered as in a status report; `None` when it feeds none.
     pub fn first_channel(&self, chip: usize) -> Option<u8> {
-        let all = self.chips.as_flattened().iter();
-        let mut numbered = all.zip(0..);
+        let places = (0..2).flat_map(|axis| (0..CHANNELS).map(move |channel| (axis, channel)));
+        let mut numbered = places.zip(0..);
+        let feeds = |place: Option<u8>| place.is_some_and(|place| usize::from(place) == chip);
         numbered
-            .find(|(place, _)| place.is_some_and(|place| usize::from(place) == chip))
+            .find(|((axis, channel), _)| self.of_channel(*axis, *channel).into_iter().any(feeds))
             .map(|(_, number)| number)
     }
 
@@ -91,5 +108,27 @@ pub fn raw_wiring() -> Wiring {
     Wiring {
         axes,
         ..Wiring::unconfigured()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_accelerometers_of_a_pair_have_a_channel() {
+        let mut wiring = raw_wiring();
+        let [first, _] = wiring.axes[1].acceleration;
+        wiring.axes[0].acceleration[1] = first;
+        wiring.axes.truncate(1);
+        let places = Places::of(&wiring);
+        let chips = [1, 2].map(|number| CONVERTER + number);
+        for chip in chips {
+            assert_eq!(places.first_channel(chip), Some(ACCELERATION_CHANNEL as u8));
+        }
+        let fed_by = chips.map(|chip| Some(chip as u8));
+        assert_eq!(places.of_channel(0, ACCELERATION_CHANNEL), fed_by);
+        assert_eq!(places.of_channel(0, 0), [Some(0), None]);
+        assert_eq!(places.first_channel(3), None);
     }
 }

@@ -26,7 +26,16 @@ pub struct Evaluated {
     pub output: Option<Output>,
 }
 
-/// Evaluates every frame that waits. `overruns` counts what found no room on the way out until something does. Gives the number of
+/// What was lost since the last frame that found room on the way out of the evaluation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lost {
+    /// Instants at which no sample was taken.
+    missed: u32,
+    /// Samples that found no room.
+    overruns: u32,
+}
+
+/// Evaluates every frame that waits. `lost` counts what found no room on the way out until something does. Gives the number of
 /// the newest frame that did, which tells that all goes on.
 ///
 /// The chain goes on over a gap as if there were none; the frame behind it says so, and the monitor judges no residual that
@@ -35,7 +44,7 @@ pub fn evaluate<K: Kernels>(
     mut evaluator: Option<&mut Evaluator>,
     frames: &mut Consumer<'_, Frame>,
     evaluated: &mut Producer<'_, Evaluated>,
-    overruns: &mut u32,
+    lost: &mut Lost,
 ) -> Option<u64> {
     let mut newest = None;
     while let Some(waiting) = frames.peek() {
@@ -51,14 +60,17 @@ pub fn evaluate<K: Kernels>(
             chain.step_by::<K>(state, model, &waiting.sample)
         });
         let mut frame = *waiting;
-        frame.overruns = frame.overruns.saturating_add(*overruns);
-        let lost = frame.overruns.saturating_add(1);
-        *overruns = match evaluated.enqueue(Evaluated { frame, output }) {
+        frame.missed = frame.missed.saturating_add(lost.missed);
+        frame.overruns = frame.overruns.saturating_add(lost.overruns);
+        *lost = match evaluated.enqueue(Evaluated { frame, output }) {
             Ok(()) => {
                 newest = Some(frame.number);
-                0
+                Lost::default()
             }
-            Err(_) => lost,
+            Err(_) => Lost {
+                missed: frame.missed,
+                overruns: frame.overruns.saturating_add(1),
+            },
         };
         let _ = frames.dequeue();
     }

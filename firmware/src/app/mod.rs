@@ -18,7 +18,7 @@ mod start;
 mod watch;
 
 pub use channels::{Places, raw_wiring};
-pub use evaluation::{Evaluated, Evaluator, evaluate};
+pub use evaluation::{Evaluated, Evaluator, Lost, evaluate};
 pub use progress::Progress;
 pub use sampling::{Frame, Sampler};
 pub use server::{SerialPort, Server, Shared, Supplied};

@@ -30,7 +30,7 @@ impl Progress {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Evaluated, Frame, evaluate};
+    use super::super::{Evaluated, Frame, Lost, evaluate};
     use super::*;
     use heapless::spsc::Queue;
     use jointwatch_shared::base::kernels::Portable;
@@ -41,7 +41,7 @@ mod tests {
         let mut evaluated: Queue<Evaluated, 4> = Queue::new();
         let (mut frames_in, mut frames) = frames.split();
         let (mut evaluated_in, mut evaluated) = evaluated.split();
-        let (mut progress, mut overruns, mut number) = (Progress::default(), 0, 0);
+        let (mut progress, mut lost, mut number) = (Progress::default(), Lost::default(), 0);
         let mut turn = |samples: u32, monitor_takes: bool| {
             for _ in 0..samples {
                 let frame = Frame {
@@ -51,7 +51,7 @@ mod tests {
                 frames_in.enqueue(frame).unwrap();
                 number += 1;
             }
-            let newest = evaluate::<Portable>(None, &mut frames, &mut evaluated_in, &mut overruns);
+            let newest = evaluate::<Portable>(None, &mut frames, &mut evaluated_in, &mut lost);
             while monitor_takes && evaluated.dequeue().is_some() {}
             progress.made(newest, &AtomicBool::new(true))
         };

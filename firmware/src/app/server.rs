@@ -20,6 +20,9 @@ pub trait SerialPort {
     fn send(&mut self, frame: &[u8]) -> bool;
 }
 
+/// Received bytes that are looked at in one go; the longest frame is shorter.
+const AT_ONCE: usize = 256;
+
 /// What the board of a flash knows of the supply that it is written with.
 pub trait Supplied {
     /// The supply as it is now; nothing is known of it where a board does not say.
@@ -113,6 +116,15 @@ impl<F: NorFlash + Supplied, V: Verifier, O: SerialPort> Server<F, V, O> {
         self.sequence = self.sequence.wrapping_add(1);
         if !sent {
             watch.with(|watch| watch.dropped(1));
+        }
+    }
+
+    /// Takes received bytes as long as there is a `next` one, but not so many that a line that never pauses keeps the device from
+    /// telling anything.
+    pub fn hear(&mut self, mut next: impl FnMut() -> Option<u8>, watch: &mut impl Shared) {
+        for _ in 0..AT_ONCE {
+            let Some(byte) = next() else { return };
+            self.receive(byte, watch);
         }
     }
 

@@ -5,7 +5,7 @@
 use cortex_m::peripheral::SCB;
 use heapless::spsc::Queue;
 use jointwatch_firmware::app::{
-    Begun, Evaluated, Frame, Room, Sampler, Server, Setup, Streamed, begin, evaluate,
+    Begun, Evaluated, Frame, Lost, Room, Sampler, Server, Setup, Streamed, begin, evaluate,
 };
 use jointwatch_firmware::board::Kernels;
 use jointwatch_firmware::board::an500::chips::NoChip;
@@ -51,18 +51,16 @@ fn main() -> ! {
     let (mut frames_in, mut frames) = FRAMES.split();
     let (mut evaluated_in, mut evaluated) = EVALUATED.split();
     let (mut stream_in, mut stream) = STREAM.split();
-    let mut overruns = 0;
+    let mut lost = Lost::default();
     ticker::start(clock, rate);
     loop {
-        while let Some(byte) = serial::received() {
-            server.receive(byte, &mut watch);
-        }
+        server.hear(serial::received, &mut watch);
         let Some(missed) = ticker::due() else {
             continue;
         };
         sampler.sample(missed, &mut frames_in);
         let evaluator = evaluator.as_deref_mut();
-        evaluate::<Kernels>(evaluator, &mut frames, &mut evaluated_in, &mut overruns);
+        evaluate::<Kernels>(evaluator, &mut frames, &mut evaluated_in, &mut lost);
         while let Some(evaluated) = evaluated.dequeue() {
             if let Some(streamed) = watch.update(&evaluated)
                 && stream_in.enqueue(streamed).is_err()

@@ -25,7 +25,7 @@ mod app {
     use core::sync::atomic::{AtomicBool, Ordering};
     use heapless::spsc::{Consumer, Producer, Queue};
     use jointwatch_firmware::app::{
-        Begun, Evaluated, Evaluator, Frame, Progress, Room, Sampler, Server, Setup, Streamed,
+        Begun, Evaluated, Evaluator, Frame, Lost, Progress, Room, Sampler, Server, Setup, Streamed,
         Watch, begin, evaluate,
     };
     use jointwatch_firmware::board::Kernels;
@@ -63,7 +63,7 @@ mod app {
         frames: Consumer<'static, Frame>,
         evaluator: Option<&'static mut Evaluator>,
         evaluated_in: Producer<'static, Evaluated>,
-        overruns: u32,
+        lost: Lost,
         progress: Progress,
         evaluated: Consumer<'static, Evaluated>,
         stream_in: Producer<'static, Streamed>,
@@ -131,7 +131,7 @@ mod app {
             frames,
             evaluator,
             evaluated_in,
-            overruns: 0,
+            lost: Lost::default(),
             progress: Progress::default(),
             evaluated,
             stream_in,
@@ -165,14 +165,14 @@ mod app {
     }
 
     /// Borrows the vector of a peripheral that is not used, as the steps after it do.
-    #[task(binds = UART4, priority = 3, local = [evaluator, frames, evaluated_in, overruns, progress])]
+    #[task(binds = UART4, priority = 3, local = [evaluator, frames, evaluated_in, lost, progress])]
     fn evaluate_frames(cx: evaluate_frames::Context) {
         let begun = board::count();
         let newest = evaluate::<Kernels>(
             cx.local.evaluator.as_deref_mut(),
             cx.local.frames,
             cx.local.evaluated_in,
-            cx.local.overruns,
+            cx.local.lost,
         );
         if cx.local.progress.made(newest, &SERVED) {
             watchdog::feed();
@@ -202,8 +202,10 @@ mod app {
     fn serve(cx: serve::Context) {
         let begun = board::count();
         let mut watch = Locked(cx.shared.watch);
-        while let Some(byte) = cx.local.received.dequeue() {
-            cx.local.server.receive(byte, &mut watch);
+        let received = cx.local.received;
+        cx.local.server.hear(|| received.dequeue(), &mut watch);
+        if received.ready() {
+            rtic::pend(Interrupt::UART5);
         }
         cx.local.server.turn(cx.local.stream, &mut watch);
         if watch.0.lock(|watch| watch.restart_now()) {

@@ -27,6 +27,10 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         }
     };
 
+    /// Entries of the journal of the model that runs which only erasures may take: without one no upload begins, and it is an upload that
+    /// makes room.
+    const FOR_ERASURES: usize = Self::ENTRIES / 2;
+
     /// What the device remembers.
     ///
     /// # Errors
@@ -70,6 +74,16 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     /// # Errors
     /// [`SlotFault::Worn`] when the journal is full, [`SlotFault::Flash`] when the entry does not read back.
     pub(super) fn remember(&mut self, place: SlotName, entry: Entry) -> Result<(), SlotFault> {
+        self.remember_within(place, entry, Self::ENTRIES)
+    }
+
+    /// The same in a journal of which so many places may be used.
+    fn remember_within(
+        &mut self,
+        place: SlotName,
+        entry: Entry,
+        most: usize,
+    ) -> Result<(), SlotFault> {
         let number = entry.number.checked_add(1).ok_or(SlotFault::Worn)?;
         let entry = Entry { number, ..entry };
         let bytes = entry.encode();
@@ -83,7 +97,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
                 break;
             }
         }
-        let free = free.ok_or(SlotFault::Worn)?;
+        let free = free.filter(|free| *free < most).ok_or(SlotFault::Worn)?;
         self.write(place, JOURNAL_OFFSET + free * ENTRY_LEN, &bytes)?;
         if self.entry(place, free)? == bytes {
             self.latest = Some(entry);
@@ -128,6 +142,6 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     pub(super) fn remember_anywhere(&mut self, entry: Entry) -> Result<(), SlotFault> {
         let active = self.active.unwrap_or(SlotName::B);
         self.remember(active.other(), entry)
-            .or_else(|_| self.remember(active, entry))
+            .or_else(|_| self.remember_within(active, entry, Self::ENTRIES - Self::FOR_ERASURES))
     }
 }

@@ -70,7 +70,10 @@ impl Upload {
             }
         };
         let reply = outcome.unwrap_or_else(|why| {
-            if !matches!(why, Refusal::WrongOffset { .. } | Refusal::EmptyChunk) {
+            // What begins another upload says itself when that ends the one under way: whoever may not, ends none.
+            let goes_on = matches!(why, Refusal::WrongOffset { .. } | Refusal::EmptyChunk)
+                || matches!(request, UploadRequest::Begin { .. });
+            if !goes_on {
                 self.under_way = None;
             }
             UploadReply::Refused(why)

@@ -5,8 +5,8 @@ use super::signing::{CLASS, header, keys, signature};
 use embedded_hal::spi::{ErrorType as SpiError, Operation, SpiDevice};
 use heapless::spsc::{Consumer, Producer, Queue};
 use jointwatch_firmware::app::{
-    Evaluated, Evaluator, Frame, Room, Sampler, SerialPort, Server, Setup, Streamed, Watch, begin,
-    evaluate,
+    Evaluated, Evaluator, Frame, Lost, Room, Sampler, SerialPort, Server, Setup, Streamed, Watch,
+    begin, evaluate,
 };
 use jointwatch_firmware::clock::Clock;
 use jointwatch_firmware::sensor::acquire::{CHIPS, Sensors};
@@ -179,7 +179,7 @@ pub(crate) struct Bench {
     evaluated: Consumer<'static, Evaluated>,
     stream_in: Producer<'static, Streamed>,
     stream: Consumer<'static, Streamed>,
-    overruns: u32,
+    lost: Lost,
     number: u64,
     asked: u16,
     decoder: Decoder<Report>,
@@ -231,7 +231,7 @@ impl Bench {
             evaluated,
             stream_in,
             stream,
-            overruns: 0,
+            lost: Lost::default(),
             number: 0,
             asked: 0,
             decoder: Decoder::default(),
@@ -306,7 +306,7 @@ impl Bench {
             evaluator,
             &mut self.frames,
             &mut self.evaluated_in,
-            &mut self.overruns,
+            &mut self.lost,
         );
         while let Some(evaluated) = self.evaluated.dequeue() {
             if let Some(streamed) = self.watch.update(&evaluated) {
@@ -318,6 +318,17 @@ impl Bench {
 
     pub(crate) fn receive(&mut self, byte: u8) {
         self.server.receive(byte, &mut self.watch);
+    }
+
+    /// A line on which bytes come without a pause, and how many of them are taken.
+    pub(crate) fn flood(&mut self) -> usize {
+        let mut taken = 0;
+        let next = || {
+            taken += 1;
+            (taken < 100_000).then_some(0)
+        };
+        self.server.hear(next, &mut self.watch);
+        taken
     }
 
     pub(crate) fn ask(&mut self, request: &Request) {

@@ -11,7 +11,7 @@ mod trial;
 
 use bench::{Bench, RATE_HZ, Slot, content, reference_rig, sealed, sealed_as, signed};
 use heapless::spsc::Queue;
-use jointwatch_firmware::app::{Evaluated, Frame, evaluate};
+use jointwatch_firmware::app::{Evaluated, Frame, Lost, evaluate};
 use jointwatch_firmware::sensor::acquire::CHIPS;
 use jointwatch_firmware::sensor::presence::ChipState;
 use jointwatch_shared::base::Model;
@@ -217,21 +217,25 @@ fn what_finds_no_room_behind_the_evaluation_is_counted_with_the_next_that_does()
     let mut evaluated: Queue<Evaluated, 4> = Queue::new();
     let (mut frames_in, mut frames) = frames.split();
     let (mut evaluated_in, mut evaluated) = evaluated.split();
-    let mut overruns = 0;
+    let mut unseen = Lost::default();
     let mut turn = |samples: u32| {
         for _ in 0..samples {
-            frames_in.enqueue(Frame::default()).expect("room");
+            let frame = Frame {
+                missed: 1,
+                ..Frame::default()
+            };
+            frames_in.enqueue(frame).expect("room");
         }
-        evaluate::<Portable>(None, &mut frames, &mut evaluated_in, &mut overruns);
+        evaluate::<Portable>(None, &mut frames, &mut evaluated_in, &mut unseen);
         let mut lost = Vec::new();
         while let Some(evaluated) = evaluated.dequeue() {
-            lost.push(evaluated.frame.overruns);
+            lost.push((evaluated.frame.missed, evaluated.frame.overruns));
         }
         lost
     };
-    assert_eq!(turn(5), [0, 0, 0]);
-    assert_eq!(turn(1), [2]);
-    assert_eq!(turn(1), [0]);
+    assert_eq!(turn(5), [(1, 0); 3]);
+    assert_eq!(turn(1), [(3, 2)]);
+    assert_eq!(turn(1), [(1, 0)]);
 }
 
 #[test]
@@ -346,6 +350,12 @@ fn noise_on_the_line_is_counted_and_requests_after_it_are_answered() {
     bench.ask(&Request::Hello);
     let asked = bench.reports();
     assert!(matches!(&asked[0], Report::Hello(hello) if hello.occasion == Occasion::Asked));
+}
+
+#[test]
+fn a_line_that_never_pauses_does_not_hold_the_device_up() {
+    let mut bench = Bench::start([Slot::Empty, Slot::Empty]);
+    assert!((253..1000).contains(&bench.flood()));
 }
 
 #[test]

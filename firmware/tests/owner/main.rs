@@ -431,6 +431,24 @@ fn a_chunk_that_does_not_follow_the_one_before_it_or_the_header_is_refused() {
 }
 
 #[test]
+fn a_begin_that_is_refused_leaves_the_upload_under_way_alone() {
+    let mut bench = proven();
+    let second = release(2, reference_network());
+    let reply = begin(&mut bench, second.header(), second.signature().unwrap());
+    assert_eq!(reply, UploadReply::Accepted { next: 0 });
+    let nobodys = UploadRequest::Begin {
+        header: release(3, reference_model()).header(),
+        signature: None,
+    };
+    assert_eq!(step(&mut bench, nobodys), refused(Refusal::Unsigned));
+    let chunk = UploadRequest::Chunk {
+        offset: 0,
+        data: heapless::Vec::from_slice(&[0; 8]).unwrap(),
+    };
+    assert_eq!(step(&mut bench, chunk), UploadReply::Accepted { next: 8 });
+}
+
+#[test]
 fn a_model_that_was_taken_back_on_trial_comes_never_again() {
     let mut bench = proven();
     let second = release(2, reference_network());

@@ -66,6 +66,29 @@ fn a_full_journal_refuses_what_it_cannot_remember() {
 }
 
 #[test]
+fn orders_that_fill_both_journals_leave_room_for_the_upload_that_makes_some() {
+    let mut bench = proven();
+    let mut number = hello(&mut bench).access.number;
+    let mut order = |bench: &mut Bench| {
+        let request = signing::order(0, Order::Restart, number);
+        let answered = answer(bench, &request);
+        number = hello(bench).access.number;
+        answered
+    };
+    let carried_out = (0..5000)
+        .take_while(|_| order(&mut bench) == Answered::Done)
+        .count();
+    // A journal has 200 places on this flash.
+    assert_eq!(carried_out, 200 + 100);
+    let second = release(2, reference_network());
+    let reply = begin(&mut bench, second.header(), second.signature().unwrap());
+    assert_eq!(reply, UploadReply::Accepted { next: 0 });
+    number = hello(&mut bench).access.number;
+    let request = signing::order(0, Order::Restart, number);
+    assert_eq!(answer(&mut bench, &request), Answered::Done);
+}
+
+#[test]
 fn a_flash_that_takes_nothing_is_told_and_nothing_of_it_counts() {
     // A supply that is too low, and cells that are worn out.
     for spoil in [

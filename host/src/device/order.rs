@@ -43,8 +43,7 @@ pub fn give(line: &mut (impl Read + Write), order: Order, key: &PrivateKey) -> R
         })?;
         return match answered {
             Some(Answered::Done) => Ok(()),
-            // Its answer was lost and it is done, or something else was done meanwhile: the next number tells.
-            None if owner.access()?.number != access.number => Ok(()),
+            None if owner.is_done(order, &access)? => Ok(()),
             None | Some(Answered::Stale | Answered::Busy) => continue,
             Some(Answered::NotSigned) => Err(Error::data(
                 "the device does not trust this key; give the key that its firmware was built with",
@@ -91,6 +90,14 @@ impl<L: Read + Write> Owner<'_, L> {
         Err(Error::failed(
             "the device did not answer; check the port, the baud rate and that the device runs",
         ))
+    }
+
+    /// Whether an order was carried out whose answer did not come: the next number tells, or that something else was done meanwhile.
+    /// So where more than the number tells it, that counts.
+    fn is_done(&mut self, order: Order, before: &Access) -> Result<bool> {
+        let now = self.access()?;
+        let only_this_key = order != Order::RevokeOther || now.keys != before.keys;
+        Ok(now.number != before.number && only_this_key)
     }
 
     /// Reads until a report is wanted or the time is over.

@@ -250,8 +250,15 @@ impl AxisChain {
         let wait = Settling::of(rig).wait;
         let delay = rig.velocity.taps.len() / 2 + wait;
         let acceleration = Acceleration::of(axis, wired);
-        let late_acceleration =
-            acceleration == Acceleration::Logged && axis.delays.acceleration != 0.0;
+        // Also where it is in time: the filters may wait for longer than samples are kept.
+        let accelerometer = match acceleration {
+            Acceleration::Logged => Some(Channel::filtered(
+                "age of the acceleration sample that the delay of its channel asks for",
+                axis.delays.acceleration,
+                delay,
+            )?),
+            Acceleration::None | Acceleration::Derived => None,
+        };
         Ok(Self {
             difference: wired.near.is_some(),
             has_body: wired.body.is_some(),
@@ -267,15 +274,7 @@ impl AxisChain {
                 axis.force_delay_samples,
                 delay,
             )?,
-            late_acceleration: if late_acceleration {
-                Some(Channel::filtered(
-                    "age of the acceleration sample that the delay of its channel asks for",
-                    axis.delays.acceleration,
-                    delay,
-                )?)
-            } else {
-                None
-            },
+            late_acceleration: accelerometer.filter(|_| axis.delays.acceleration != 0.0),
             input: match &trained.input {
                 None => None,
                 Some(input) => Some(FollowedInput::new(axis, wired, input, delay)?),

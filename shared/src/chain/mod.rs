@@ -222,7 +222,7 @@ impl Chain {
 
     /// Outputs that a wrong count invalidates, from the one that comes with it on.
     pub fn invalidated_by_fault(&self) -> u16 {
-        // The filters have 129 taps at most, and counters wait for 4 samples.
+        // The filters have 129 taps at most, and counters wait for 3 samples at most.
         (2 * self.delay() + 1) as u16
     }
 

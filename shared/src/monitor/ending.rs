@@ -53,6 +53,7 @@ impl Monitor {
             // A channel stands still: what was summed up meanwhile says nothing about the joint.
             state.fine.discard();
             state.gross.discard();
+            state.gross_outside[0] = false;
             state.spoilt_fault = self.after_fault;
             (state.held, state.is_lost) = (None, false);
             state.kept_out = Some(Reason::Sensor);

@@ -271,6 +271,7 @@ impl Monitor {
             if state.lost > u32::from(self.limits.block) / MAX_LOST {
                 state.fine.begin();
                 state.gross.begin();
+                state.gross_outside[0] = false;
                 state.lost = 0;
             }
         }

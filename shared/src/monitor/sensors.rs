@@ -53,7 +53,7 @@ impl Faults {
     }
 }
 
-/// A rate of faults, 1 in 2⁻¹⁶, over the last eight blocks or so (recursive, forgetting an eighth per block).
+/// A rate of samples, 1 in 2⁻¹⁶, over the last 2^`log_memory` blocks or so: recursive, one part of so many is forgotten per block.
 pub(super) fn forget(rate: &mut i32, count: u16, log_block: u32, log_memory: u32) {
     let now = (i32::from(count) << 16) >> (log_block & 15);
     *rate += (now - *rate) >> (log_memory & 15);

@@ -2,7 +2,7 @@
 
 use super::{late_motion, model, motion, rig, run};
 use jointwatch_shared::chain::{Chain, Output};
-use jointwatch_shared::wire::rig::ChannelDelays;
+use jointwatch_shared::wire::rig::{ChannelDelays, MAX_TAPS};
 
 /// Outputs by the row that they describe, for rows that both chains know.
 fn aligned<'a>(
@@ -114,4 +114,23 @@ fn a_channel_late_by_part_of_a_sample_is_put_in_time() {
         );
         assert!(without[0] > 8.0, "late by {late}: the test shows nothing");
     }
+}
+
+#[test]
+fn an_accelerometer_is_refused_where_the_filters_wait_for_longer_than_its_codes_are_kept() {
+    let (model, mut rig) = (model(), rig(4e-5, 2e-6, [350.0, 1.2], false));
+    for taps in [&mut rig.velocity.taps, &mut rig.acceleration.taps] {
+        let around = vec![0; (MAX_TAPS - taps.len()) / 2];
+        let long = [&around, &taps[..], &around].concat();
+        *taps = long.into_iter().collect();
+    }
+    for axis in &mut rig.axes {
+        axis.delays.displacement = 2.0;
+        axis.force_delay_samples = 2.0;
+    }
+    assert!(Chain::new(&model, &rig).is_err());
+    for axis in &mut rig.axes {
+        axis.delays.acceleration = 2.0;
+    }
+    assert!(Chain::new(&model, &rig).is_ok());
 }

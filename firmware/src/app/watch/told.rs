@@ -5,6 +5,7 @@ use crate::app::evaluation::Evaluated;
 use crate::sensor::acquire::CHIPS;
 use heapless::Vec;
 use jointwatch_shared::chain::{Output, RawSample};
+use jointwatch_shared::monitor::limits::CHANNELS;
 use jointwatch_shared::monitor::{Cause, Faults, MonitorState, State, Verdict as Said, Window};
 use jointwatch_shared::wire::telemetry::{
     Answered, AxisStatus, Counters, Health, MAX_FRAME, Report, Request, STATUS_HZ, Sample,
@@ -117,6 +118,18 @@ impl Watch {
         health
     }
 
+    /// What was counted of the chips that feed a channel.
+    fn tally(&self, axis: usize, channel: usize) -> Tally {
+        let mut all = Tally::default();
+        for chip in self.places.of_channel(axis, channel).into_iter().flatten() {
+            let own = self.chips.get(usize::from(chip));
+            let own = own.copied().unwrap_or_default();
+            all.bus_errors = all.bus_errors.saturating_add(own.bus_errors);
+            all.crc_errors = all.crc_errors.saturating_add(own.crc_errors);
+        }
+        all
+    }
+
     fn status(&mut self) -> Status {
         let axes = usize::from(self.places.axes);
         let mut status = Status {
@@ -138,10 +151,9 @@ impl Watch {
                 });
             }
         }
-        for (axis, chips) in self.places.chips.iter().enumerate().take(axes) {
-            for (channel, chip) in chips.iter().enumerate() {
-                let tally = chip.and_then(|chip| self.chips.get(usize::from(chip)));
-                let tally = tally.copied().unwrap_or_default();
+        for axis in 0..axes.min(2) {
+            for channel in 0..CHANNELS {
+                let tally = self.tally(axis, channel);
                 // The list holds the channels of two axes.
                 let _ = status.channels.push(SensorStatus {
                     fault: cause(&self.faults, Faults::bit(axis, channel)),

@@ -1,7 +1,7 @@
 //! The two model slots in the chip's own flash, sectors 10 and 11, erased and programmed in place.
 //!
 //! The processor fetches its program from the same flash: an erasure stops it for about a second (2 s at most, DS8626, “Flash
-//! memory characteristics”), a word for about 16 µs.
+//! memory programming”), a word for about 16 µs.
 
 use super::chip::FLASH;
 use super::supply;

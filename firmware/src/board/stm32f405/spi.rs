@@ -140,6 +140,9 @@ impl Bytewise for SpiChip {
         unsafe {
             bus().cr1().write(|w| w.bits((self.cr1 & !ENABLED) as _));
             bus().cr1().write(|w| w.bits(self.cr1 as _));
+            // A byte of a transaction that timed out may have come since.
+            bus().dr().read();
+            bus().sr().read();
             (*GPIOB::PTR)
                 .bsrr()
                 .write(|w| w.bits(u32::from(self.select) << 16));

@@ -112,7 +112,7 @@ impl Acquired {
 }
 
 /// The accelerometer's place among the channels of an axis.
-const ACCELERATION_CHANNEL: usize = 3;
+pub(crate) const ACCELERATION_CHANNEL: usize = 3;
 
 /// The chips of a board.
 pub struct Sensors<L, C: SpiDevice, A: SpiDevice, X: SpiDevice> {

@@ -258,11 +258,7 @@ fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
         if channel == CHANNELS - 1 {
             return 0;
         }
-        let counts = whole(channel);
-        let spread = (mean_square(&counts) - mean(&counts).powi(2))
-            .max(0.0)
-            .sqrt();
-        spread.round() as u32
+        spread(&whole(channel)).round() as u32
     });
     let never = Cusum {
         drift: MAX_CUSUM,
@@ -284,6 +280,13 @@ fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
         gross: [u8::MAX; 2],
         moving_counts,
     }
+}
+
+/// Standard deviation, also of counts that vary little around a large one.
+fn spread(counts: &[f64]) -> f64 {
+    let mean = mean(counts);
+    let off: Vec<f64> = counts.iter().map(|count| count - mean).collect();
+    mean_square(&off).sqrt()
 }
 
 fn channels(raw: &RawSample, axis: usize) -> [i32; CHANNELS] {
@@ -416,7 +419,14 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::rate::band_every_log2;
+    use super::spread;
     use crate::signal::filters::Filters;
+
+    #[test]
+    fn a_channel_that_varies_little_around_a_large_count_is_seen_to_vary() {
+        let counts: Vec<f64> = (0..30_000).map(|n| 2e9 + f64::from(n % 8)).collect();
+        assert_eq!(spread(&counts).round(), 2.0);
+    }
 
     #[test]
     fn the_usual_rig_is_judged_at_every_fourth_sample() {

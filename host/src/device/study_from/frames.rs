@@ -2,6 +2,7 @@
 
 use crate::device::rig_block;
 use crate::device::telemetry::listen::{Heard as Word, Listener, Tally};
+use crate::study::time::LONGEST_GAP;
 use jointwatch_shared::monitor::limits::CHANNELS;
 use jointwatch_shared::wire::capture::{CHUNK, unpack};
 use jointwatch_shared::wire::rig::Rig;
@@ -10,7 +11,7 @@ use jointwatch_shared::wire::telemetry::{
 };
 use std::collections::BTreeMap;
 
-/// For each axis: displacement far and near, body, acceleration, force.
+/// For each axis: displacement far and near, body, acceleration, force, input.
 pub(super) type Counts = [[i32; CHANNELS]; 2];
 
 /// Samples of one run of a device, by their number.
@@ -211,12 +212,52 @@ impl Reading {
             };
             let run = kept.entry(alarm).or_default();
             run.alarm = Some(alarm);
-            run.samples.extend((contents.first..).zip(samples));
+            // Instants without a sample have no number, and how many there were is not known: so many samples are left out that
+            // nobody bridges what is missing.
+            let unusable = match contents.follows_gap && !run.samples.is_empty() {
+                true => LONGEST_GAP + 1,
+                false => 0,
+            };
+            let samples = (contents.first..).zip(samples).skip(unusable);
+            run.samples.extend(samples);
         }
         for (alarm, all) in std::mem::take(&mut self.pieces_of) {
             let have = whole.get(&alarm).copied().unwrap_or_default();
             self.heard.pieces_lost += usize::from(all).saturating_sub(have);
         }
         self.heard.runs.extend(kept.into_values());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use jointwatch_shared::chain::RawSample;
+    use jointwatch_shared::wire::capture::Capture;
+
+    #[test]
+    fn instants_without_a_sample_leave_a_gap_that_is_not_bridged() {
+        let mut capture = Capture::new(vec![[0; CHUNK]; 4].leak());
+        capture.alarm(0);
+        for number in 0..20_000 {
+            // Something went by without a sample before the tenth one.
+            capture.sample(number, &RawSample::default(), 1, number == 10);
+        }
+        let mut reading = Reading {
+            axes: 1,
+            checksum: 0,
+            stream: Run::default(),
+            pieces: BTreeMap::new(),
+            pieces_of: BTreeMap::new(),
+            status: None,
+            heard: Heard::default(),
+        };
+        let pieces = (0..).map_while(|piece| capture.piece(piece).ok());
+        pieces.for_each(|piece| reading.piece(&piece));
+        reading.end_run();
+        let numbers: Vec<u64> = reading.heard.runs[0].samples.keys().copied().collect();
+        assert_eq!(numbers[..11], [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16]);
+        let steps = numbers.windows(2).filter(|pair| pair[1] - pair[0] > 1);
+        assert_eq!(steps.count(), 1);
     }
 }

@@ -227,7 +227,8 @@ fn record(
     };
     let mut next = None;
     for (number, counts) in run.samples.range(range) {
-        let distance = number - next.unwrap_or(*number);
+        // A stream that was asked for anew may come more often than most of it did.
+        let distance = number.saturating_sub(next.unwrap_or(*number));
         if distance > 0 {
             written.gaps += 1;
             written.missing += distance / every;
@@ -352,5 +353,22 @@ fn axis_toml(text: &mut String, axis: &Axis<'_>) {
     let _ = writeln!(text, "encoder_step = {:?}", rig.displacement_step);
     if let Some(column) = column(INPUT) {
         let _ = write!(text, "\n[[input]]\nname = {column}\ncolumn = {column}\n");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_that_come_more_often_than_the_rest_are_no_gap() {
+        let numbers = [0, 10, 20, 21, 22, 32, 62];
+        let samples = numbers.map(|number| (number, Counts::default()));
+        let run = Run {
+            samples: samples.into_iter().collect(),
+            alarm: None,
+        };
+        let (written, _) = record("run.csv".into(), &run, .., 10, 1000.0, &[]).unwrap();
+        assert_eq!((written.rows, written.gaps, written.missing), (7, 1, 2));
     }
 }

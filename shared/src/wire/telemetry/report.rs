@@ -57,7 +57,7 @@ pub enum Occasion {
     Restart,
     /// The host asked for it.
     Asked,
-    /// Its model or its rig block has changed.
+    /// Its model or its rig block has changed. Today's firmware restarts then, and never sends this.
     Changed,
 }
 
@@ -167,7 +167,7 @@ pub struct Status {
     pub outside_permille: u16,
     /// What the monitor knows of each axis; empty without a model.
     pub axes: Vec<AxisStatus, 2>,
-    /// The channels of axis 0 (displacement far, displacement near, body, acceleration, force), then those of axis 1.
+    /// The channels of axis 0 (displacement far, displacement near, body, acceleration, force, input), then those of axis 1.
     pub channels: Vec<SensorStatus, MAX_CHANNELS>,
     /// What went wrong since the restart or the last reset.
     pub counters: Counters,
@@ -251,16 +251,16 @@ impl From<monitor::AxisHealth> for AxisHealth {
 pub struct SensorStatus {
     /// What is wrong with it, as the code of a cause; 0 when nothing is.
     pub fault: u8,
-    /// Transfers that failed, of the chip that the channel belongs to.
+    /// Transfers that failed, of the chip that the channel belongs to, or of both accelerometers of a pair.
     pub bus_errors: u32,
-    /// Readings whose checksum was wrong, of the chip that the channel belongs to.
+    /// Readings whose checksum was wrong, of the same.
     pub crc_errors: u32,
 }
 
 /// What the device could not do, counted since the restart or the last reset; each stays at its largest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
-    /// Samples that were taken late.
+    /// Instants at which no sample was taken.
     pub missed_deadlines: u32,
     /// Samples that were lost because the evaluation had not kept up.
     pub queue_overruns: u32,
@@ -268,7 +268,7 @@ pub struct Counters {
     pub frames_dropped: u32,
     /// Forces that ran into a rail of their 32 bits.
     pub saturated: u32,
-    /// Damaged frames that were received.
+    /// Frames that were received damaged, or with a tag that the device does not know.
     pub link_errors: u32,
 }
 
@@ -335,9 +335,10 @@ impl Sample {
 /// for one axis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SampleOutput {
-    /// Bit i is set when state i of [x, ẋ, φ, φ̇] was outside the training range.
+    /// Bit i is set when state i of [x, ẋ, φ, φ̇] was outside the training range, bit 4 + a when the input of axis a was.
     pub outside: u8,
-    /// Bit a is set when a force of axis a ran into a rail of its 32 bits.
+    /// Bit a is set when a force of axis a ran into a rail of its 32 bits; bit 2 while a fault of a sensor is within the filters, so that
+    /// mains hum is not tracked.
     pub saturated: u8,
     /// Restoring force from the equation of motion.
     pub measured: [i32; 2],

@@ -19,7 +19,7 @@ pub const MAX_CHUNK: usize = 128;
 pub enum Kind {
     /// A model blob.
     Model,
-    /// A rig block.
+    /// A rig block alone, which today's firmware takes no more.
     Rig,
 }
 
@@ -124,7 +124,7 @@ pub enum Refusal {
     Unsigned,
     /// The signature is not one of a key that the firmware trusts.
     Signature,
-    /// No key is built into the firmware, so that nothing can be verified.
+    /// No key is built into the firmware, so that nothing can be verified. Today's firmware always has one, and never sends this.
     NoKey,
     /// The bytes are no model that the device can use.
     Model(ModelFault),
@@ -166,7 +166,9 @@ impl Refusal {
             Self::Rig(_) => "the device cannot use this rig block",
             Self::Mismatch => "model and rig block do not fit each other",
             Self::Flash => "the flash could not be written; the slot may be worn out",
-            Self::Worn => "the device's flash has been erased as often as it may be",
+            Self::Worn => {
+                "the device's flash has been erased as often as it may be, or its journal is full"
+            }
             Self::TooOften => {
                 "the device's flash has been erased too often this hour; try again in an hour"
             }

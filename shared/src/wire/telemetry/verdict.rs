@@ -13,7 +13,7 @@ pub struct Verdict {
     pub cause: u8,
     /// The axis that it is about, from 0.
     pub axis: u8,
-    /// The channel of that axis, from 0, when a sensor is meant.
+    /// The channel of that axis, from 0, when a sensor is meant; of a change of the joint how it came ([`Onset`](monitor::Onset)).
     pub channel: u8,
     /// How far it is, in 1/1000: of the threshold for a change of the joint, of the time for everything else.
     pub permille: u16,
