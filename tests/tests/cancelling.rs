@@ -116,3 +116,31 @@ fn a_general_law_is_judged_in_the_place_of_its_special_case() {
     println!("{said}");
     assert_eq!(names(&folder.join("wider.json")), ["viscous_by_direction"]);
 }
+
+/// Springs whose best description by two effects are values that cancel: moderate ones are kept for their sum, with a warning, as long as
+/// neither does it alone; a stiffness of thousands of times the force over the travel never is.
+#[test]
+fn two_that_cancel_are_kept_only_for_a_sum_of_moderate_sizes() {
+    fn bent(x: f64, _: f64) -> f64 {
+        let u = x / 7e-3;
+        250.0 * (u.abs().powf(1.5) * u.signum() - 0.88 * u)
+    }
+    fn logarithmic(x: f64, _: f64) -> f64 {
+        4e3 * x * (x.abs() / 3e-3 + 1e-9).ln()
+    }
+    let cases: [(Force, bool); 2] = [(bent, true), (logarithmic, false)];
+    for (force, kept) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        write_study(folder, "\"stiffness@x\"", force);
+        let identify = ["identify", "study.toml", "--model", "physical"];
+        succeed(folder, &[&identify[..], &["-o", "base.json"]].concat());
+        let add = ["add", "study.toml", "base.json", "power_spring@x"];
+        let said = succeed(folder, &[&add[..], &["-o", "wider.json"]].concat());
+        println!("{said}");
+        let both = ["stiffness", "power_spring"];
+        let expected = if kept { &both[..] } else { &both[1..] };
+        assert_eq!(names(&folder.join("wider.json")), expected);
+        assert_eq!(said.contains("cancel for the most part"), kept, "{said}");
+    }
+}

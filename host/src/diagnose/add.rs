@@ -22,6 +22,8 @@ use std::path::Path;
 
 /// An effect that lowers no axis's error by this part is of no help.
 pub(super) const MIN_HELP: f64 = 0.01;
+/// Two effects that cancel are kept for their sum up to this size: beyond it their values lose more than a digit and a half.
+const MAX_PAIR: f64 = 30.0;
 
 /// Errors of one axis on one record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -61,8 +63,8 @@ pub struct Added {
     pub helps: bool,
     /// Whether every noise floor was seen on an axis at rest.
     pub floors_at_rest: bool,
-    /// An effect whose force has become so large that only another one cancels it, where there is one: the two are one too many.
-    pub cancels: Option<String>,
+    /// An effect so large that only another one cancels it, and how many times as large as is usual: the two are one too many.
+    pub cancels: Option<(String, f64)>,
 }
 
 impl Added {
@@ -86,19 +88,18 @@ pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added>
     from.check_fits(study)?;
     let mut terms = wider(study, from, effects)?;
     let mut added = refitted(study, from, terms.clone(), effects)?;
-    let Some(other) = added.cancels.take() else {
+    let Some((other, times)) = added.cancels.take() else {
         return Ok(added);
     };
-    // Two that cancel are one too many: what was added takes the place of the other one, as a damper of some power may that of a viscous one.
-    let listed = effects.join(", ");
-    let mut change = added.errors.clone();
+    // What was added takes the place of the other one, as a damper of some power may that of a viscous one.
+    let (listed, mut change) = (effects.join(", "), added.errors.clone());
     if !effects.contains(&other) {
         let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
         terms.retain(|term| term.name(&names) != other);
         let mut alone = refitted(study, from, terms, effects)?;
         if alone.helps && alone.cancels.is_none() {
             change.before.clone_from(&alone.errors.after);
-            if !change.halves() {
+            if times > MAX_PAIR || !change.halves() {
                 let place = format!("{listed} takes the place of {other}, which would cancel it");
                 alone.model.warnings.push(place);
                 return Ok(alone);
@@ -106,12 +107,12 @@ pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added>
         }
     }
     // Together they may be the only description of a law that has no name here: better a force that is right than none.
-    if change.halves() {
+    if change.halves() && times <= MAX_PAIR {
         added.model.warnings.push(format!(
             "{listed} and {other} cancel for the most part: their sum describes the force, neither value means anything by itself"
         ));
     } else {
-        added.cancels = Some(other);
+        added.cancels = Some((other, times));
     }
     Ok(added)
 }
@@ -172,7 +173,7 @@ pub(super) fn refitted(
         helps: errors.before.iter().zip(&errors.after).any(fell),
         noise_floor: noise_floor.collect(),
         floors_at_rest: floors.iter().all(|f| f.at_rest),
-        // A strength a + b·u is two terms, of which one cancels the mean of the other.
+        // Of the two terms of a strength a + b·u one cancels the mean of the other.
         cancels: match effects.iter().any(|e| input_of(e).is_some()) {
             true => None,
             false => cancelled(study, &prepared, from, &model)?,
@@ -214,7 +215,7 @@ fn cancelled(
     prepared: &Prepared,
     before: &ModelFile,
     after: &ModelFile,
-) -> Result<Option<String>> {
+) -> Result<Option<(String, f64)>> {
     let training = prepared.training(study);
     let records = Records::new(&study.axes, &training, &after.filters.band);
     let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
@@ -241,25 +242,24 @@ fn cancelled(
             after.axes[axis].inertia * rms(&column[axis * rows..][..rows])
         })
     };
-    let axes = 0..study.axes.len();
-    let mut known: Vec<f64> = axes
-        .map(|axis| records.references.force[axis].max(inertia_force(axis)))
-        .collect();
-    let beyond = |known: &[f64], sizes: &[f64]| {
-        let mut pairs = sizes.iter().zip(known);
-        pairs.any(|(size, known)| *size > MAX_FORCE * known)
+    let known = |axis: usize| records.references.force[axis].max(inertia_force(axis));
+    let mut known: Vec<f64> = (0..study.axes.len()).map(known).collect();
+    let times = |known: &[f64], sizes: &[f64]| -> f64 {
+        let pairs = sizes.iter().zip(known);
+        pairs.map(|(size, known)| size / known).fold(0.0, f64::max)
     };
     let mut large = sizes(after)?;
-    large.retain(|(_, sizes)| beyond(&known, sizes));
+    large.retain(|(_, sizes)| times(&known, sizes) > MAX_FORCE);
     // The forces of the model before are asked for only where they could excuse one.
     if !large.is_empty() {
         for (_, sizes) in sizes(before)? {
             known.iter_mut().zip(sizes).for_each(|(k, s)| *k = k.max(s));
         }
     }
-    let mut large = large.into_iter();
-    let cancelled = large.find(|(_, sizes)| beyond(&known, sizes));
-    Ok(cancelled.map(|(name, _)| name))
+    let mut large = large
+        .into_iter()
+        .map(|(name, sizes)| (name, times(&known, &sizes)));
+    Ok(large.find(|(_, times)| *times > MAX_FORCE))
 }
 
 /// The model's terms, without those that are special cases of what is added, and those to be added.

@@ -247,7 +247,7 @@ fn add_all(
                 continue;
             }
         };
-        if let Some(cancelled) = cancels {
+        if let Some((cancelled, _)) = cancels {
             left_out = Some(format!(
                 "{listed} was found on the training records but would be cancelled by {cancelled}, so it was left out"
             ));

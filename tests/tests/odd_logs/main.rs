@@ -1,6 +1,8 @@
 //! Logs that are not one file of time, displacement and force: without time, without displacement, in several files, with the force
 //! twice, as JSON. Each becomes a study by `init`, or by a line in study.toml, and gives the values that are true.
 
+mod drafts;
+
 use jointwatch::fit::identify;
 use jointwatch::study::Study;
 use jointwatch_tests::program::{run, succeed};

@@ -1,0 +1,122 @@
+//! What a draft takes names, units and numbers for, and what it refuses.
+
+use super::{RATE, assert_near, init, motion, refused, text, values};
+use jointwatch::study::Study;
+use jointwatch_tests::program::succeed;
+use std::fs;
+use tempfile::TempDir;
+
+#[test]
+fn logs_of_one_joint_in_different_units_are_each_read_in_their_own() {
+    let folder = TempDir::new().unwrap();
+    for (name, head, size) in [
+        ("a.csv", "millis,Weg,Kraft\nms,mm,N", 1e3),
+        ("b.csv", "millis,Weg,Kraft\nms,m,N", 1.0),
+    ] {
+        let log = text(head, |t| {
+            let [x, v, _] = motion(t);
+            [1e3 * t, size * x, 40.0 * x + 3.0 * v]
+        });
+        fs::write(folder.path().join(name), log).unwrap();
+    }
+    let said = succeed(folder.path(), &["init", "--yes", "a.csv", "b.csv"]);
+    assert!(said.contains("each read in its own"), "{said}");
+    let study = folder.path().join("study.toml");
+    assert_eq!(Study::read(&study).unwrap().sample_rate_hz, RATE);
+    let found = values(&study);
+    assert_near(&found, "stiffness", 40.0, 1e-3);
+    assert_near(&found, "viscous", 3.0, 1e-2);
+}
+
+#[test]
+fn a_unit_that_nobody_knows_is_told_and_marked_as_guessed() {
+    let folder = TempDir::new().unwrap();
+    let log = text("Time (s),Stroke:mm,Kraft [Blub]", |t| {
+        let [x, v, _] = motion(t);
+        [t, 1e3 * x, 40.0 * x + 3.0 * v]
+    });
+    fs::write(folder.path().join("run.csv"), log).unwrap();
+    let said = succeed(folder.path(), &["init", "--yes", "run.csv"]);
+    assert!(said.contains("is in \"Blub\", which is no unit"), "{said}");
+    let study = fs::read_to_string(folder.path().join("study.toml")).unwrap();
+    let force = study.lines().find(|line| line.starts_with("force"));
+    assert!(
+        force.is_some_and(|line| line.contains("guessed")),
+        "{study}"
+    );
+}
+
+#[test]
+fn a_command_beside_what_was_measured_is_not_taken_for_it() {
+    let folder = TempDir::new().unwrap();
+    let log = text(
+        "t,posSoll [mm],posIst [mm],Force SP (N),Force act (N)",
+        |t| {
+            let [x, v, _] = motion(t);
+            let [ahead, ..] = motion(t + 0.02);
+            [t, 1e3 * ahead, 1e3 * x, 41.0 * ahead, 40.0 * x + 3.0 * v]
+        },
+    );
+    fs::write(folder.path().join("run.csv"), log).unwrap();
+    init(&folder, &["run.csv"]);
+    let found = values(&folder.path().join("study.toml"));
+    assert_near(&found, "stiffness", 40.0, 1e-3);
+}
+
+#[test]
+fn what_init_cannot_draft_is_refused_with_its_reason() {
+    let folder = TempDir::new().unwrap();
+    let write = |name: &str, force: fn(f64, f64) -> f64| {
+        let log = text("t,x_mm,F_N", |t| {
+            let [x, ..] = motion(t);
+            [t, 1e3 * x, force(t, x)]
+        });
+        fs::write(folder.path().join(name), log).unwrap();
+    };
+    write("good.csv", |_, x| 40.0 * x);
+    write("dead.csv", |_, _| 1.5);
+    write("broken.csv", |t, x| {
+        if t > 2.0 && t < 2.1 {
+            f64::NAN
+        } else {
+            40.0 * x
+        }
+    });
+    let drafted = |words: &[&'static str]| [&["init", "--yes"], words].concat();
+    let twice = [
+        "good.csv",
+        "--column",
+        "force=F_N",
+        "--column",
+        "force=x_mm",
+    ];
+    for (words, code, parts) in [
+        (
+            &["good.csv", "--rate", "0"][..],
+            2,
+            "a rate is a number above 0",
+        ),
+        (
+            &["good.csv", "--inertia=-1"],
+            2,
+            "an inertia is a number above 0",
+        ),
+        (
+            &["good.csv", "--rate", "9", "--column", "time=none"],
+            2,
+            "contradict each other",
+        ),
+        (&twice, 2, "was given twice"),
+        (
+            &["good.csv", "-o", "-", "--json", "said.json"],
+            2,
+            "-o - writes the study",
+        ),
+        (&["dead.csv"], 3, "all of its rows hold the same number"),
+        (&["broken.csv"], 3, "of its rows hold no number"),
+    ] {
+        let said = refused(&folder, &drafted(words), code);
+        assert!(said.contains(parts), "{words:?}: {said}");
+        assert!(!folder.path().join("study.toml").exists(), "{words:?}");
+    }
+}
