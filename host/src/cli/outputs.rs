@@ -36,8 +36,8 @@ impl Console {
 }
 
 /// Options and arguments that name what a command writes, by their names in clap; every other path is one that it reads.
-const WRITTEN: [&str; 9] = [
-    "output", "json", "report", "contents", "plots", "record", "frames", "out", "caught",
+const WRITTEN: [&str; 8] = [
+    "output", "json", "report", "contents", "plots", "record", "frames", "out",
 ];
 
 /// Refuses a command line on which an output is also an input, or two outputs are one file. It sees the paths as typed; the

@@ -2,9 +2,8 @@
 
 use crate::assess::compare::{self, RecordFigures};
 use crate::assess::noise_floor;
-use crate::diagnose::PerAxis;
-use crate::diagnose::bench::{MAX_FORCE, rms};
 use crate::diagnose::start::start;
+use crate::diagnose::{PerAxis, bench::MAX_FORCE};
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::{FitResult, Prepared, effect_terms, fit_alone, fit_in_time};
 use crate::fit::with_base::{OnRecords, WithBase};
@@ -14,6 +13,7 @@ use crate::model::effects::{AxisEffect, input_of};
 use crate::model::file::{AxisError, Base, ErrorChange, HistoryEntry, JudgedOn, ModelFile};
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::motion::Motion;
+use crate::signal::statistics::rms;
 use crate::study::{Role, Study};
 use crate::text::date;
 use crate::text::error::{Error, Result};

@@ -10,6 +10,7 @@ use crate::fit::effects::projection::product;
 use crate::fit::effects::slopes::At;
 use crate::fit::effects::unknowns::{ShapeUnknown, column_bounds, shapes};
 use crate::model::effects::AxisEffect;
+use crate::signal::statistics::{peak, rms};
 use faer::Mat;
 use jointwatch_shared::effect::Entry;
 use std::ops::Range;
@@ -60,14 +61,6 @@ pub(super) struct Bench<'a> {
 pub(super) fn rows_of(records: &Records<'_>, axis: usize) -> Range<usize> {
     let rows = records.rows_per_axis();
     axis * rows..(axis + 1) * rows
-}
-
-pub(super) fn rms(series: &[f64]) -> f64 {
-    (series.iter().map(|v| v * v).sum::<f64>() / series.len().max(1) as f64).sqrt()
-}
-
-fn peak(series: &[f64]) -> f64 {
-    series.iter().fold(0.0, |most, v| most.max(v.abs()))
 }
 
 /// Whether an axis travels both ways, by more than a hundredth of its way.

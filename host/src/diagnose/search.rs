@@ -1,6 +1,6 @@
 //! The decision on every axis, and the model that it makes: everything that is missing beside the base, all values found together.
 
-use super::bench::{Bench, rms};
+use super::bench::Bench;
 use super::chances::{falls, is_gained, is_refuted, mean_and_error};
 use super::collect::{Library, candidates};
 use super::criteria::CRITERIA;
@@ -13,6 +13,7 @@ use crate::fit::effects::columns::Records;
 use crate::fit::effects::{Solution, solve, solved_at};
 use crate::model::effects::AxisEffect;
 use crate::signal::motion::Motion;
+use crate::signal::statistics::rms;
 use crate::study::Axis;
 use crate::text::error::Result;
 use crate::text::work;

@@ -4,6 +4,7 @@
 //! model is to be trusted outside the range and the spectrum it was learnt from.
 
 use crate::signal::motion::Motion;
+use crate::signal::statistics::{peak, rms};
 use crate::study::Axis;
 use crate::text::table::rounded;
 
@@ -19,16 +20,9 @@ const BEYOND: f64 = 1.1;
 /// Fewer rows than this per parameter are worth a word: rows of a record are far from independent.
 const ROWS_PER_PARAMETER: usize = 20;
 
-/// Root mean square of an axis's velocity.
-fn rms(motion: &Motion, axis: usize) -> f64 {
-    let v = &motion.states[2 * axis + 1];
-    (v.iter().map(|v| v * v).sum::<f64>() / v.len().max(1) as f64).sqrt()
-}
-
-fn peak(motion: &Motion, axis: usize) -> f64 {
-    motion.states[2 * axis + 1]
-        .iter()
-        .fold(0.0, |most, v| v.abs().max(most))
+/// An axis's velocity.
+fn velocity(motion: &Motion, axis: usize) -> &[f64] {
+    &motion.states[2 * axis + 1]
 }
 
 /// A list such as "0.12, 0 and 1".
@@ -45,11 +39,16 @@ fn shares(values: impl Iterator<Item = f64>) -> String {
 pub fn training_warnings(axes: &[Axis], training: &[&Motion], parameters: usize) -> Vec<String> {
     let mut warnings = Vec::new();
     let most: Vec<f64> = (0..axes.len())
-        .map(|axis| training.iter().map(|m| rms(m, axis)).fold(0.0, f64::max))
+        .map(|axis| {
+            training
+                .iter()
+                .map(|m| rms(velocity(m, axis)))
+                .fold(0.0, f64::max)
+        })
         .collect();
     let share = |motion: &Motion, axis: usize| {
         if most[axis] > 0.0 {
-            rms(motion, axis) / most[axis]
+            rms(velocity(motion, axis)) / most[axis]
         } else {
             0.0
         }
@@ -93,15 +92,15 @@ pub fn training_warnings(axes: &[Axis], training: &[&Motion], parameters: usize)
     for (i, axis) in axes.iter().enumerate() {
         let Some(fastest) = training
             .iter()
-            .max_by(|a, b| peak(a, i).total_cmp(&peak(b, i)))
+            .max_by(|a, b| peak(velocity(a, i)).total_cmp(&peak(velocity(b, i))))
         else {
             continue;
         };
         for motion in training.iter().filter(|m| share(m, i) >= EXCITED) {
-            if peak(motion, i) < SMALL * peak(fastest, i) {
+            if peak(velocity(motion, i)) < SMALL * peak(velocity(fastest, i)) {
                 warnings.push(format!(
                     "the velocity of axis {} reaches {} in record {} but {} in record {} ({}/s): one of them covers little of the range",
-                    axis.name, rounded(peak(motion, i)), motion.record + 1, rounded(peak(fastest, i)), fastest.record + 1, unit(axis)
+                    axis.name, rounded(peak(velocity(motion, i))), motion.record + 1, rounded(peak(velocity(fastest, i))), fastest.record + 1, unit(axis)
                 ));
             }
         }
@@ -123,9 +122,12 @@ pub fn validation_warnings(
 ) -> Vec<String> {
     let mut warnings = Vec::new();
     for (i, axis) in axes.iter().enumerate() {
-        let trained = training.iter().map(|m| peak(m, i)).fold(0.0, f64::max);
+        let trained = training
+            .iter()
+            .map(|m| peak(velocity(m, i)))
+            .fold(0.0, f64::max);
         for motion in validation {
-            let seen = peak(motion, i);
+            let seen = peak(velocity(motion, i));
             if seen > BEYOND * trained {
                 warnings.push(format!(
                     "the velocity of axis {} reaches {} {}/s in validation record {} but only {} in training: errors there say nothing about the range that was learnt",

@@ -3,7 +3,7 @@
 use crate::model::ModelAxis;
 use crate::model::file::{AxisError, ModelFile};
 use crate::signal::motion::{self, Motion, low_pass};
-use crate::signal::statistics::{peak, root_mean_square};
+use crate::signal::statistics::{peak, rms};
 use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
 use serde::Serialize;
@@ -197,7 +197,7 @@ impl<'a> Evaluated<'a> {
                 let rms = self
                     .forces
                     .iter()
-                    .map(|forces| root_mean_square(&forces[axis].force_band));
+                    .map(|forces| rms(&forces[axis].force_band));
                 rms.fold(0.0, f64::max)
             })
             .collect();

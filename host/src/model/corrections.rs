@@ -18,7 +18,7 @@ use crate::model::ModelEffect;
 use crate::model::effects::{AxisEffect, is_correction};
 use crate::study::Record;
 use crate::text::error::{Error, Result};
-use crate::text::table::value_with_unit;
+use crate::text::table::{short, value_with_unit};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::axis::AxisKind;
 use jointwatch_shared::base::corrections::ForceCorrection;
@@ -186,8 +186,8 @@ pub fn in_words(effects: &[ModelEffect]) -> Vec<String> {
         let (value, unit) = (first.value, &first.unit);
         Some(match term.effect.as_str() {
             "inertia_error" => format!(
-                "the inertia of {axis} is {:.4e} {unit} {} than the study states",
-                value.abs(),
+                "the inertia of {axis} is {} {unit} {} than the study states",
+                short(value.abs()),
                 if value < 0.0 { "less" } else { "more" }
             ),
             "force_gain" => format!(
@@ -205,7 +205,8 @@ pub fn in_words(effects: &[ModelEffect]) -> Vec<String> {
                 100.0 * value
             ),
             "crosstalk" => format!(
-                "the force channel of {axis} reads {value:.3e} {unit} of the force on the other axis"
+                "the force channel of {axis} reads {} {unit} of the force on the other axis",
+                short(value)
             ),
             "force_zero" => format!(
                 "the force channel of {axis} has another zero in every record, {} from nothing (RMS), which is found and taken out in every \
@@ -226,9 +227,11 @@ pub fn in_words(effects: &[ModelEffect]) -> Vec<String> {
                 let size = term.parameters.get(size)?;
                 let frequency = term.parameters.iter().find(|p| p.name != size.name)?;
                 format!(
-                    "the force channel of {axis} hums at {:.3} {} with an amplitude of {:.3e} {}, which is found and taken out in \
+                    "the force channel of {axis} hums at {:.3} {} with an amplitude of {}, which is found and taken out in \
                      every record anew, and on a device as it goes",
-                    frequency.value, frequency.unit, size.value, size.unit
+                    frequency.value,
+                    frequency.unit,
+                    value_with_unit(size.value, &size.unit)
                 )
             }
         })

@@ -6,6 +6,6 @@ pub(crate) fn peak(series: &[f64]) -> f64 {
 }
 
 /// The root of the mean square of a series.
-pub(crate) fn root_mean_square(series: &[f64]) -> f64 {
+pub(crate) fn rms(series: &[f64]) -> f64 {
     (series.iter().map(|v| v * v).sum::<f64>() / series.len().max(1) as f64).sqrt()
 }

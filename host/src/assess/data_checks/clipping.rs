@@ -2,6 +2,7 @@
 
 use super::channel::{Channel, Kind, constant_runs, extremes, quantile, steps};
 use super::finding::{Finding, RecordPosition};
+use crate::text::table::significant;
 
 /// Rows at the very same extreme value that make a flat top.
 const FLAT: usize = 3;
@@ -59,12 +60,13 @@ pub(super) fn check(channel: &Channel<'_>, place: &RecordPosition<'_>) -> Option
     let first = runs.first()?.0;
     Some(Finding {
         sentence: format!(
-            "{}, {}: {} is clipped: {all} rows ({:.2} %) stand at its extreme value, {rail:.5e} {}, first there; widen its range or \
+            "{}, {}: {} is clipped: {all} rows ({:.2} %) stand at its extreme value, {} {}, first there; widen its range or \
              shake more gently, and log anew",
             place.file,
             place.row(first),
             channel.name,
             100.0 * share,
+            significant(rail),
             channel.unit
         ),
         serious: share >= SERIOUS,

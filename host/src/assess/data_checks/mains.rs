@@ -6,6 +6,7 @@ use super::channel::{Kind, channels};
 use super::finding::Finding;
 use crate::signal::spectrum::{Accumulator, Spectrum, window_for};
 use crate::study::Study;
+use crate::text::table::short;
 
 /// Windows of this length: lines half a hertz wide stand apart from tones of the drive a hertz away.
 const WINDOW_S: f64 = 4.0;
@@ -79,10 +80,10 @@ pub(super) fn check(study: &Study, index: usize) -> Vec<Finding> {
             let at: Vec<String> = lines.iter().map(|l| format!("{:.2}", l.hz)).collect();
             found.push(Finding {
                 sentence: format!(
-                    "all records: {name} has mains hum at {} Hz, {:.3e} {unit} RMS, which the displacement does not have; screen \
+                    "all records: {name} has mains hum at {} Hz, {} {unit} RMS, which the displacement does not have; screen \
                      its cable and earth it at one end",
                     at.join(", "),
-                    power.sqrt()
+                    short(power.sqrt())
                 ),
                 serious: false,
             });

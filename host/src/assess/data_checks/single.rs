@@ -3,6 +3,7 @@
 use super::channel::{Channel, Kind, liveliness};
 use super::finding::{Finding, RecordPosition};
 use crate::study::check::lone::{Lone, lone, lone_by};
+use crate::text::table::significant;
 
 /// A body does not jump by so many times what it moves by from row to row around it. Measured displacements come to 6, where a logger
 /// was late by a row.
@@ -40,11 +41,11 @@ fn finding(
     let part = (power / channel.series.len() as f64).sqrt() / liveliness(channel.series);
     Some(Finding {
         sentence: format!(
-            "{}, {}: {}, {:.5e} {}, {what}; {} such rows in all, {:.1} % of its RMS; {what_to_do}",
+            "{}, {}: {}, {} {}, {what}; {} such rows in all, {:.1} % of its RMS; {what_to_do}",
             place.file,
             place.row(first),
             channel.name,
-            channel.series[first],
+            significant(channel.series[first]),
             channel.unit,
             rows.len(),
             100.0 * part

@@ -2,6 +2,7 @@
 
 use super::channel::{Channel, Kind, constant_runs, liveliness, quantile, range, steps};
 use super::finding::{Finding, RecordPosition};
+use crate::text::table::significant;
 
 /// A stretch shorter than this may be a joint that turns round.
 const MIN_S: f64 = 0.2;
@@ -70,11 +71,12 @@ fn stuck(
     let share = rows as f64 / series.len() as f64;
     Some(Finding {
         sentence: format!(
-            "{}, {}: {} is stuck: it stands at {value:.5e} {} for {rows} rows ({:.1} %) while {} moves; check its sensor, and log \
+            "{}, {}: {} is stuck: it stands at {} {} for {rows} rows ({:.1} %) while {} moves; check its sensor, and log \
              anew or cut these rows with `rows`",
             place.file,
             place.row(start),
             channel.name,
+            significant(value),
             channel.unit,
             100.0 * share,
             other.name

@@ -32,6 +32,7 @@ use crate::model::InputRange;
 use crate::signal::motion::Motion;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};
+use crate::text::table::short;
 use options::parameters;
 use rows::{Piece, Rows};
 
@@ -55,10 +56,10 @@ fn output_ranges(axes: &[Axis], pieces: &[Piece<'_>]) -> Result<Vec<InputRange>>
         let size = low.abs().max(high.abs());
         if range.half_range <= CONSTANT * size {
             return Err(Error::data(format!(
-                "the restoring force of axis {} is {:.4e} {} at every training row, so there is nothing to learn: check its force \
+                "the restoring force of axis {} is {} {} at every training row, so there is nothing to learn: check its force \
                  column in study.toml, or drive that axis",
                 axis.name,
-                range.center,
+                short(range.center),
                 axis.kind.force_unit()
             )));
         }

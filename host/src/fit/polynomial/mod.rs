@@ -8,6 +8,7 @@ use crate::model::{InputRange, Polynomial, exponents};
 use crate::signal::motion::Motion;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};
+use crate::text::table::short;
 
 /// How the coefficients are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -324,8 +325,8 @@ fn doubts(
     for (axis, inertia) in axes.iter().zip(inertia) {
         if let Some(error) = inertia.standard_error.filter(|e| *e > 0.05 * inertia.value) {
             warnings.push(format!(
-                "the inertia of axis {} is found only to ± {error:.2e} of {:.3e}: state it in study.toml if it is known",
-                axis.name, inertia.value
+                "the inertia of axis {} is found only to ± {} of {}: state it in study.toml if it is known",
+                axis.name, short(error), short(inertia.value)
             ));
         }
     }

@@ -6,7 +6,7 @@ use crate::fit::polynomial::input_ranges;
 use crate::model::InputRange;
 use crate::model::effects::AxisEffect;
 use crate::signal::motion::{Filters, Motion};
-use crate::signal::statistics::root_mean_square;
+use crate::signal::statistics::rms;
 use crate::study::further::Template;
 use crate::study::{Axis, Study};
 use crate::text::error::{Error, Result};
@@ -191,7 +191,7 @@ fn shaped(term: &AxisEffect, names: &[&str]) -> Option<String> {
 
 /// The exponent of the power of two above the RMS of a series; 0 where it is zero throughout.
 fn exponent(series: &[f64]) -> i32 {
-    let rms = root_mean_square(series);
+    let rms = rms(series);
     if rms > 0.0 {
         rms.log2().floor() as i32 + 1
     } else {

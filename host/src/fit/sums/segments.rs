@@ -6,7 +6,7 @@
 
 use super::plan::Plan;
 use crate::signal::motion::{self, Motion};
-use crate::signal::statistics::root_mean_square;
+use crate::signal::statistics::rms;
 use crate::study::written;
 use crate::study::{Record, Role, Study, own_name};
 use crate::text::error::{Error, Result};
@@ -308,8 +308,8 @@ fn cell(plan: &Plan, motion: &Motion, [start, end]: [usize; 2], time: usize) -> 
         let mean = place.iter().sum::<f64>() / place.len().max(1) as f64;
         let swing: Vec<f64> = place.iter().map(|u| u - mean).collect();
         cell.push((0.5 * (mean + 1.0) * PLACES).floor().clamp(-1.0, PLACES) as i32);
-        cell.push(octave(root_mean_square(&swing)));
-        cell.push(octave(root_mean_square(&speed)));
+        cell.push(octave(rms(&swing)));
+        cell.push(octave(rms(&speed)));
     }
     cell
 }

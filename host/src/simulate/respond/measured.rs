@@ -11,7 +11,7 @@ use crate::model::file::ModelFile;
 use crate::model::scalar::HostScalar;
 use crate::signal::fir::apply;
 use crate::signal::motion::{Motion, low_pass};
-use crate::signal::statistics::root_mean_square;
+use crate::signal::statistics::rms;
 use crate::simulate::{self, Contact, Equations, Excitation, JointLaw};
 use crate::study::time::resample::finer;
 use crate::study::{Axis, Channels, Controller, Convention, Study};
@@ -239,7 +239,7 @@ impl DrivenBody {
                 .zip(&exerted[i])
                 .map(|(r, p)| r - p)
                 .collect();
-            let force_error = root_mean_square(&low_pass(&error, &model.filters.band));
+            let force_error = rms(&low_pass(&error, &model.filters.band));
             if force_error > stiffness.max(0.0) * displacement {
                 drifts.push(Drift {
                     axis: model.axes[i].name.clone(),
@@ -338,7 +338,7 @@ fn check_acceleration(
     let derived = low_pass(&apply(&relative, &model.filters.acceleration), band);
     let logged = low_pass(&motion.acceleration[index], band);
     let difference: Vec<f64> = logged.iter().zip(&derived).map(|(a, b)| a - b).collect();
-    let [difference, logged] = [difference, logged].map(|s| root_mean_square(&s));
+    let [difference, logged] = [difference, logged].map(|s| rms(&s));
     if difference > OTHER_MOTION * logged {
         return Err(Error::data(format!(
             "{}: the logged acceleration of {} is not that of its displacement, so the far side of the joint moves and the log \
@@ -351,7 +351,7 @@ fn check_acceleration(
 
 /// ∂force/∂displacement of the straight line in displacement and velocity that fits a force best.
 fn slope(displacement: &[f64], velocity: &[f64], force: &[f64]) -> f64 {
-    let (d_size, v_size) = (root_mean_square(displacement), root_mean_square(velocity));
+    let (d_size, v_size) = (rms(displacement), rms(velocity));
     let mut gram = Matrix3::zeros();
     let mut moment = Vector3::zeros();
     for ((d, v), f) in displacement.iter().zip(velocity).zip(force) {

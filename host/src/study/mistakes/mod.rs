@@ -124,7 +124,7 @@ impl Axis<'_> {
             .iter()
             .map(|record| {
                 let channels = &record.axes[self.index];
-                (rms(&channels.relative_displacement()), channels)
+                (deviation(&channels.relative_displacement()), channels)
             })
             .collect();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -395,7 +395,8 @@ impl Axis<'_> {
     }
 }
 
-fn rms(series: &[f64]) -> f64 {
+/// The standard deviation of a series.
+fn deviation(series: &[f64]) -> f64 {
     let count = series.len().max(1) as f64;
     let mean = series.iter().sum::<f64>() / count;
     (series.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt()

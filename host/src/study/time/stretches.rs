@@ -130,7 +130,7 @@ fn clock_of(channel: &Calibrated, log: &Log, own: usize) -> usize {
 }
 
 /// A rate in four digits or so, as people write it.
-fn hertz(rate: f64) -> String {
+fn rate_text(rate: f64) -> String {
     let text = format!("{:.3}", round_rate(rate, 1e-3));
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
@@ -139,12 +139,12 @@ impl Stamps {
     /// What the user should know of a channel's sampling; nothing where it is as it should be.
     fn in_words(&self, without: usize, rate_hz: f64) -> String {
         let own_hz = self.density.rate_hz;
-        let mut facts = vec![format!("sampled at about {} Hz", hertz(own_hz))];
+        let mut facts = vec![format!("sampled at about {} Hz", rate_text(own_hz))];
         if own_hz < TOO_FINE * rate_hz {
             facts.push(format!(
                 "which says nothing above {} Hz (resample_hz = {} fits better)",
-                hertz(0.5 * own_hz),
-                hertz(own_hz)
+                rate_text(0.5 * own_hz),
+                rate_text(own_hz)
             ));
         }
         let counted = [
