@@ -7,6 +7,7 @@ use crate::assess::where_it_fails::Extent;
 use crate::diagnose::{Diagnosis, Found, PerAxis, Verdict};
 use crate::fit::identify;
 use crate::model::ModelEffect;
+use crate::model::corrections::missing_inertia;
 use crate::model::effects::is_correction;
 use crate::model::file::{Base, ModelFile};
 use crate::report::staircase::Step;
@@ -209,9 +210,12 @@ pub(super) fn model(model: &ModelFile, axis: usize) -> ModelWords {
     if summands.is_empty() {
         summands.push("0".into());
     }
-    let inertia = match own.inertia_identified {
-        true => "identified from the records",
-        false => "as the study states",
+    let inertia = if own.inertia_identified {
+        "identified from the records"
+    } else if missing_inertia(&model.effects, &own.name) != 0.0 {
+        "what the study states and its error together"
+    } else {
+        "as the study states"
     };
     notes.push(format!(
         "Inertia {} {}, {inertia}.",
