@@ -59,7 +59,7 @@ fn rows_that_cannot_be_learnt_from() {
             _ => line.clone(),
         })
         .collect();
-    let parts = ["axis x", "2.5000e0 N", "nothing to learn"];
+    let parts = ["axis x", "2.500 N", "nothing to learn"];
     said(&free.join("\n"), &NETWORK, 3, &parts);
 }
 
