@@ -46,24 +46,22 @@ const WRITTEN: [&str; 8] = [
 /// # Errors
 /// [`crate::text::error::Kind::Usage`], one sentence.
 pub(super) fn refuse_overwriting(command: &Command, typed: &ArgMatches) -> Result<()> {
-    let paths = command
-        .get_arguments()
-        .filter(|arg| arg.get_value_parser().type_id() == TypeId::of::<PathBuf>());
     let (mut written, mut read) = (Vec::new(), Vec::new());
-    for arg in paths {
+    for arg in command.get_arguments() {
+        if arg.get_value_parser().type_id() != TypeId::of::<PathBuf>() {
+            continue;
+        }
         let name = arg.get_id().as_str();
-        let list = if WRITTEN.contains(&name) {
-            &mut written
+        let typed = typed.get_many::<PathBuf>(name).into_iter().flatten();
+        // Standard input and standard output are no file.
+        let files = typed.filter(|path| !output::is_standard(path)).cloned();
+        if WRITTEN.contains(&name) {
+            written.extend(files);
         } else {
-            &mut read
-        };
-        for path in typed.get_many::<PathBuf>(name).into_iter().flatten() {
-            let study = path.is_dir().then(|| path.join("study.toml"));
-            list.push(
-                study
-                    .filter(|_| !WRITTEN.contains(&name))
-                    .unwrap_or_else(|| path.clone()),
-            );
+            read.extend(files.map(|path| match path.is_dir() {
+                true => path.join("study.toml"),
+                false => path,
+            }));
         }
     }
     for (at, path) in written.iter().enumerate() {

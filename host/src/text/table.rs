@@ -176,6 +176,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn three_digits_as_a_person_writes_them() {
+        let seen = [0.000_812_34, 0.8123, 41.26, 123.4, 5123.0, 1.5e-9].map(rounded);
+        assert_eq!(
+            seen,
+            ["0.000812", "0.812", "41.3", "123", "5120", "1.50e-9"]
+        );
+    }
+
+    #[test]
     fn columns_line_up() {
         let mut table = Table::new(&["axis", "NMSE"]);
         table.row(vec!["x".into(), "1.25 %".into()]);

@@ -107,6 +107,19 @@ fn what_is_read_is_never_written_over() {
 }
 
 #[test]
+fn standard_input_and_standard_output_are_not_one_file() {
+    let folder = learnt();
+    let done = Command::new(env!("CARGO_BIN_EXE_jointwatch"))
+        .args(["inspect", "-", "--json", "-"])
+        .current_dir(folder.path())
+        .stdin(fs::File::open(folder.path().join("two.csv")).unwrap())
+        .output()
+        .expect("the binary starts");
+    assert!(done.status.success(), "{done:?}");
+    assert!(done.stdout.starts_with(b"{"), "{done:?}");
+}
+
+#[test]
 fn where_nothing_can_be_written_is_told_before_anything_is_done() {
     let folder = learnt();
     let folder = folder.path();

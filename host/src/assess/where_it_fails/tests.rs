@@ -107,15 +107,6 @@ fn an_error_without_a_place_is_not_given_one() {
 }
 
 #[test]
-fn three_digits_as_a_person_writes_them() {
-    let seen = [0.000_812_34, 0.8123, 41.26, 123.4, 5123.0, 1.5e-9].map(rounded);
-    assert_eq!(
-        seen,
-        ["0.000812", "0.812", "41.3", "123", "5120", "1.50e-9"]
-    );
-}
-
-#[test]
 fn a_constant_is_named_as_the_zero_of_the_record_that_it_is_in() {
     let of = |mean: f64| -> Vec<f64> {
         let swing = |n: usize| if n.is_multiple_of(2) { 1.0 } else { -1.0 };
