@@ -258,11 +258,20 @@ async function aDroppedLog() {
   await page.waitForTimeout(300);
   await judge(page, "draft");
   await picture(page, "11-draft");
+  // The press on the button takes the focus from the field, so that the draft is asked for anew while the button is
+  // held; what is asked for once the study is being written comes after it was opened.
   await page.fill("#inertia", "1.8");
-  await page.press("#inertia", "Tab");
-  await page.waitForTimeout(800);
-  await page.click("#init");
+  let asked = 0;
+  await page.route("**/api/draft", async (route) => {
+    const answer = await route.fetch();
+    asked += 1;
+    if (asked > 1) await new Promise((done) => setTimeout(done, 1500));
+    await route.fulfill({ response: answer });
+  });
+  await page.click("#init", { delay: 600 });
   await page.waitForSelector(".welcome", { timeout: 60_000 });
+  await page.waitForTimeout(1800);
+  check(await page.locator(".welcome").isVisible(), "a late draft is not drawn over the study");
   await judge(page, "welcome");
   await picture(page, "12-welcome");
   await run(page, () => page.click("#identify-polynomial"));

@@ -1,17 +1,22 @@
 // Logs that no study describes yet: dropping them, what was guessed as a form, and every channel as a plot.
 
-import { act, read, refuse, send } from "./talk.js";
+import { act, read, refuse, released, send } from "./talk.js";
 
 const ROLES = [["time", "Time"], ["force", "Force"], ["displacement", "Displacement"], ["velocity", "Velocity"], ["acceleration", "Acceleration"]];
 
-/** The stage of a folder without a study. */
-export async function showDraft(state, page) {
+/** The stage of a folder without a study; `current` tells whether the stage still waits for it. */
+export async function showDraft(state, page, current) {
   const parts = [drop(state)];
   if (state.drafted) {
-    const draft = await read("api/draft").catch((error) => refuse(error.message));
+    const draft = await read("api/draft").catch((error) => current() && refuse(error.message));
     if (draft) parts.push(form(draft, state), channels(draft));
   }
+  await released();
+  // While it was read a newer state may have come, whose draft or study must not be drawn over.
+  if (!current()) return;
+  const focused = page.contains(document.activeElement) ? document.activeElement.id : "";
   page.replaceChildren(...parts);
+  if (focused) document.getElementById(focused)?.focus({ preventScroll: true });
   page.querySelectorAll("canvas.plot").forEach((plot) => plot.draw());
   document.documentElement.dataset.drawn = "draft";
 }

@@ -72,6 +72,7 @@ function draw() {
   const stage = document.getElementById("stage");
   const scrolled = stage.scrollTop;
   const page = document.getElementById("page");
+  delete page.dataset.key;
   page.replaceChildren();
   page.append(element("p", { class: "answer" }, contents.answer));
   Object.assign(timeLook, { force: 150, residual: 130, twice: false });
@@ -172,7 +173,7 @@ function waiting(before) {
   page.dataset.key = key;
   delete document.documentElement.dataset.drawn;
   if (state.opened === "reading") page.replaceChildren(element("p", { class: "hint wait" }, "Reading the study and its records…"));
-  else if (state.opened === "missing") showDraft(state, page);
+  else if (state.opened === "missing") showDraft(state, page, () => page.dataset.key === key);
   else if (state.opened === "wrong") {
     page.replaceChildren(element("section", { class: "wrong" }, element("h2", {}, "The study could not be read"),
       element("p", { class: "sentence" }, `${state.sentence}.`),

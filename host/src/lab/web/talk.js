@@ -85,6 +85,22 @@ export function refuse(sentence) {
   place.textContent = sentence && `${sentence[0].toUpperCase()}${sentence.slice(1).replace(/[.?]?$/, (end) => end || ".")}`;
 }
 
+let held = null;
+let letGo = null;
+document.addEventListener("pointerdown", (event) => {
+  if (event.target.closest("button, a, label")) held ||= new Promise((done) => { letGo = done; });
+}, true);
+for (const end of ["pointerup", "pointercancel"]) {
+  // The click comes after the button is let go, in the same turn.
+  document.addEventListener(end, () => setTimeout(() => {
+    letGo?.();
+    held = letGo = null;
+  }), true);
+}
+
+/** Waits while a button is held down: one that is drawn anew before it is let go would hear no click. */
+export const released = () => held;
+
 /** Calls `hear` with every new state. A page that has the newest waits for an answer and does nothing. */
 export async function listen(hear) {
   let seen = 0;
@@ -94,6 +110,7 @@ export async function listen(hear) {
       const state = await read(`api/state/${seen}`);
       if (away) refuse("");
       away = false;
+      await released();
       if (state.revision !== seen) hear(state);
       seen = state.revision;
     } catch (error) {
