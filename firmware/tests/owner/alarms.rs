@@ -35,7 +35,7 @@ fn moving(at: i32, far: i32, force: i32) -> RawSample {
 }
 
 /// A force that stands still while its axis moves, until that raises an alarm; after how many samples it does.
-fn until_alarm(bench: &mut Bench) -> u64 {
+pub(super) fn until_alarm(bench: &mut Bench) -> u64 {
     let mut at = 0;
     while bench.watch.verdict().state != State::Alarm {
         at += 1;
@@ -46,7 +46,7 @@ fn until_alarm(bench: &mut Bench) -> u64 {
 }
 
 /// What the last status said that outlasts a loss of power.
-fn upkeep(bench: &mut Bench) -> Upkeep {
+pub(super) fn upkeep(bench: &mut Bench) -> Upkeep {
     bench.reports();
     run(bench, 1);
     let find = |report: &Report| match report {

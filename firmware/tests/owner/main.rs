@@ -7,6 +7,7 @@ mod alarms;
 mod bench;
 #[path = "../app/flash.rs"]
 mod flash;
+mod hostile;
 #[path = "../app/signing.rs"]
 mod signing;
 mod spoilt_flash;
