@@ -71,6 +71,7 @@ fn a_loss_of_a_third_of_the_force_and_more_and_twice_the_force_are_found_in_the_
         }
         let wrong = wrong(&found, within_s + STARTING_S);
         assert!(wrong.is_empty(), "{learnt:?}:\n{}", wrong.join("\n"));
+        assert!(found.iter().all(|found| found.is_in_time(learnt)));
     }
 }
 

@@ -87,7 +87,10 @@ fn a_million_requests_without_a_key_erase_nothing_hide_no_alarm_and_stop_no_uplo
     let second = release(2, reference_network());
     let stolen = signing::by(0, b"something else that the owner signed");
     let [statuses, alarms] = beset(&mut bench, second.header(), stolen);
-    assert!(statuses > 20 && alarms == statuses, "{alarms} of {statuses}");
+    assert!(
+        statuses > 20 && alarms == statuses,
+        "{alarms} of {statuses}"
+    );
     assert_eq!(hello(&mut bench).access.erasures, erasures);
     let reply = upload(&mut bench, &second, second.signature().unwrap());
     assert!(matches!(reply, UploadReply::Activated { .. }), "{reply:?}");

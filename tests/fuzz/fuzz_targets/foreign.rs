@@ -1,5 +1,6 @@
 //! One of the readers of foreign bytes under libFuzzer: the environment variable `TARGET` names which
-//! (`jointwatch_tests::foreign::TARGETS`). With `WRITE_SEEDS` it writes the seeds of all of them into folders of that folder instead.
+//! (`jointwatch_tests::foreign::TARGETS`). With `WRITE_SEEDS` it writes the seeds of all of them into folders of that folder instead, and
+//! prints a line per reader: its name, where it runs, and the longest input worth a try.
 #![no_main]
 
 use jointwatch_tests::foreign::{TARGETS, Target, target};
@@ -16,7 +17,8 @@ fn write_seeds(folder: &Path) {
         for (number, seed) in (target.seeds)().iter().enumerate() {
             std::fs::write(folder.join(format!("seed-{number}")), seed).expect("a file");
         }
-        println!("{}", target.name);
+        let part = format!("{:?}", target.part).to_lowercase();
+        println!("{} {part} {}", target.name, target.part.longest());
     }
 }
 

@@ -8,7 +8,7 @@
 use clap::Parser;
 use jointwatch::simulate::RigParameters;
 use jointwatch_shared::monitor::Onset;
-use jointwatch_tests::monitor::curves::{Change, curves};
+use jointwatch_tests::monitor::curves::{Change, curves, documented_s};
 use jointwatch_tests::monitor::detection::detect;
 use jointwatch_tests::monitor::drifts::{Fleet, Motion, Quantity, Said, line};
 use jointwatch_tests::monitor::false_alarms::{Campaign, WANTED_HOURS, report};
@@ -56,7 +56,7 @@ fn main() -> Result<(), String> {
         if asked.drifts {
             drifts(learnt, asked.seed, rigs, 0.5 * asked.hours)?;
         } else if asked.curves {
-            sizes(learnt, asked.seed, rigs, within_s);
+            sizes(learnt, asked.seed, rigs);
         } else if asked.detect {
             detection(learnt, asked.seed, rigs, within_s);
         } else {
@@ -156,7 +156,9 @@ fn soon(mut times: Vec<f64>) -> String {
 }
 
 /// A line per change: how many were found in time, how soon, how long an axis that changed was called healthy, and what was said wrongly.
-fn sizes(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
+fn sizes(learnt: Learnt, seed: u64, rigs: usize) {
+    let within_s = documented_s(learnt, false);
+    let (mut losses, mut in_time_of_them) = (0, 0);
     let (mut subjects, changes) = (Vec::new(), Change::all().collect::<Vec<_>>());
     for seed in (seed..).take(rigs) {
         match Subject::new(learnt, RigParameters::draw(seed), seed, WANTED_HOURS) {
@@ -173,8 +175,13 @@ fn sizes(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
                 all += 1;
                 let place = usize::from(found.before_power_on);
                 healthy[place] = healthy[place].max(found.healthy_after(0.0, within_s + 2.0));
+                let is_loss = change.is_less() || change == Change::Seized;
+                losses += usize::from(is_loss);
                 match found.found_after() {
-                    Some(time) if time <= within_s => times[place].push(time),
+                    Some(time) if found.is_in_time(learnt) => {
+                        in_time_of_them += usize::from(is_loss);
+                        times[place].push(time);
+                    }
                     _ => wrong.push(format!("seed {seed}, not in time: {}", found.told())),
                 }
                 wrong.extend(found.wrong().map(|what| format!("seed {seed}, {what}")));
@@ -183,7 +190,7 @@ fn sizes(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
         let in_time = times[0].len() + times[1].len();
         let [running, before] = times.map(soon);
         println!(
-            "{learnt:?}, {change:?}: {in_time} of {all} within {within_s} s; {running}; changed before power-on: {before}; called healthy for \
+            "{learnt:?}, {change:?}: {in_time} of {all} in the documented time; {running}; changed before power-on: {before}; called healthy for \
              {:.2} s at most, changed before power-on {:.2} s",
             healthy[0], healthy[1]
         );
@@ -191,4 +198,8 @@ fn sizes(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
             println!("  {what}");
         }
     }
+    println!(
+        "{learnt:?}: {in_time_of_them} of {losses} losses of 30 % or more and seizures within {within_s} s, and {} s from power-on",
+        documented_s(learnt, true)
+    );
 }

@@ -1,19 +1,14 @@
 //! Checksums and frames around bytes of any kind, so that what is behind a checksum is reached as well.
 
-/// CRC-32/ISO-HDLC, bit by bit.
-pub(super) fn checksum(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(u32::MAX, |crc, &byte| {
-        (0..8).fold(crc ^ u32::from(byte), |crc, _| {
-            crc >> 1 ^ 0xEDB8_8320 & (crc & 1).wrapping_neg()
-        })
-    })
-}
+use crc::{CRC_32_ISO_HDLC, Crc};
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Bytes whose last four are the checksum of the others.
 pub(super) fn repaired(bytes: &[u8]) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     if let Some((content, place)) = bytes.split_last_chunk_mut::<4>() {
-        *place = checksum(content).to_le_bytes();
+        *place = CRC.checksum(content).to_le_bytes();
     }
     bytes
 }
@@ -28,7 +23,7 @@ pub(super) fn line(mut pieces: &[u8]) -> Vec<u8> {
             break;
         }
         let (payload, rest) = rest.split_at(usize::from(length).min(rest.len()));
-        let framed = [payload, &checksum(payload).to_le_bytes()].concat();
+        let framed = [payload, &CRC.checksum(payload).to_le_bytes()].concat();
         // Consistent overhead byte stuffing (Cheshire and Baker, 1999).
         for run in framed.split(|&byte| byte == 0) {
             let mut rest = run;

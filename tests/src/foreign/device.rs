@@ -16,6 +16,7 @@ use jointwatch_shared::wire::telemetry::{
 };
 use jointwatch_shared::wire::{blob, rig_block};
 use std::cell::RefCell;
+use std::sync::LazyLock;
 use std::time::Duration;
 
 /// Samples that go through a chain that was accepted: past its filters.
@@ -96,8 +97,8 @@ pub(super) fn rig_block(bytes: &[u8]) {
 
 /// The limits alone: bytes in the place of a sound block's, behind which they stand.
 pub(super) fn limits(bytes: &[u8]) {
-    let sound = rig_blocks();
-    let [without, with] = &sound[..] else { return };
+    static SOUND: LazyLock<Vec<Vec<u8>>> = LazyLock::new(rig_blocks);
+    let [without, with] = &SOUND[..] else { return };
     let differs = without.iter().zip(with).position(|(a, b)| a != b);
     let place = differs.unwrap_or_default();
     let mut block = with.clone();

@@ -22,10 +22,31 @@ mod signing;
 pub struct Target {
     /// Its name, that of its fuzz target as well.
     pub name: &'static str,
+    /// Whose code the fuzzer follows.
+    pub part: Part,
     /// Reads these bytes.
     pub read: fn(&[u8]),
     /// Whole inputs to begin with.
     pub seeds: fn() -> Vec<Vec<u8>>,
+}
+
+/// Where what reads runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// On the host.
+    Host,
+    /// On the device: short inputs, read quickly.
+    Device,
+}
+
+impl Part {
+    /// The longest inputs worth a try, in bytes.
+    pub fn longest(self) -> usize {
+        match self {
+            Self::Host => 65_536,
+            Self::Device => 8_192,
+        }
+    }
 }
 
 /// All readers: logs in every format, the study, the model, what the device holds, and both directions of its line.
@@ -53,51 +74,61 @@ pub const TARGETS: [Target; 21] = [
     log("log_json", files::json_logs),
     Target {
         name: "study_toml",
+        part: Part::Host,
         read: files::study,
         seeds: files::studies,
     },
     Target {
         name: "rig_toml",
+        part: Part::Host,
         read: files::rig,
         seeds: files::rigs,
     },
     Target {
         name: "model_json",
+        part: Part::Host,
         read: files::model,
         seeds: files::models,
     },
     Target {
         name: "blob",
+        part: Part::Device,
         read: device::blob,
         seeds: device::blobs,
     },
     Target {
         name: "rig_block",
+        part: Part::Device,
         read: device::rig_block,
         seeds: device::rig_blocks,
     },
     Target {
         name: "limits",
+        part: Part::Device,
         read: device::limits,
         seeds: device::rig_blocks,
     },
     Target {
         name: "signed_model",
+        part: Part::Host,
         read: files::signed_model,
         seeds: device::slots,
     },
     Target {
         name: "capture",
+        part: Part::Device,
         read: device::capture,
         seeds: device::chunks,
     },
     Target {
         name: "telemetry",
+        part: Part::Host,
         read: device::telemetry,
         seeds: device::reports,
     },
     Target {
         name: "requests",
+        part: Part::Device,
         read: device::requests,
         seeds: device::asked,
     },
@@ -106,6 +137,7 @@ pub const TARGETS: [Target; 21] = [
 const fn log(name: &'static str, seeds: fn() -> Vec<Vec<u8>>) -> Target {
     Target {
         name,
+        part: Part::Host,
         read: files::log,
         seeds,
     }
