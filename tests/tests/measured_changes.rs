@@ -1,0 +1,128 @@
+//! Measured joints that change: part of the restoring force that was measured is taken from the log of the force, or put on it.
+//!
+//! Where the measurements are at hand; each test says so when they are not.
+
+use jointwatch::device::export::export;
+use jointwatch::device::monitor_limits::{Purpose, limits};
+use jointwatch::device::replay::SetUp;
+use jointwatch::fit::identify;
+use jointwatch::signal::motion::motions;
+use jointwatch::study::{Record, Role, Study};
+use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, State, Verdict};
+use jointwatch_shared::wire::blob;
+use jointwatch_tests::monitor::curves::{Change, documented_s};
+use jointwatch_tests::monitor::false_alarms::WANTED_HOURS;
+use jointwatch_tests::monitor::watched::Learnt;
+use jointwatch_tests::program::measurements;
+use std::fs;
+use std::path::Path;
+
+const PARTS: [f64; 7] = [-1.0, -0.9, -0.7, -0.5, -0.3, 0.5, 1.0];
+
+/// The first alarm about each record that changes, in s after the change, and what was said.
+fn alarms(folder: &Path, terms: &str, changes_at_s: f64) -> Vec<(f64, Option<(f64, Verdict)>)> {
+    let path = folder.join("study.toml");
+    let mut text = fs::read_to_string(&path).unwrap();
+    if !terms.is_empty() {
+        text = format!("{text}\n[base]\nterms = {terms}\n");
+        fs::write(&path, text).unwrap();
+    }
+    let study = Study::read(folder).unwrap();
+    let file = identify::physical(&study).unwrap().model;
+    let model = blob::decode(&export(&file, None).unwrap().blob).unwrap();
+    let set_up = SetUp::new(&study, &model).unwrap();
+    let purpose = Purpose {
+        model_checksum: 0,
+        false_alarm_hours: WANTED_HOURS,
+        drift: 0.0,
+    };
+    println!("errors on validation: {:?}", file.validation);
+    let limits = limits(&study, &set_up, &model, purpose).unwrap().limits;
+    let monitor = Monitor::new(limits, &set_up.chain).unwrap();
+    let (motions, axis) = (motions(&study, &file.filters).unwrap(), &file.axes[0]);
+    let watched = |record: &Record| record.role == Role::Validate;
+    let number = study.records.iter().position(watched).unwrap();
+    let motion = &motions[number];
+    let restoring = motion.restoring_force(0, axis.inertia, axis.restoring_force);
+    let from = (changes_at_s * study.sample_rate_hz) as usize;
+    let first_alarm = |part: f64| {
+        let mut record = study.records[number].clone();
+        let sign = axis.restoring_force.sign();
+        for (row, value) in restoring.iter().enumerate() {
+            if row + motion.first_row >= from {
+                record.axes[0].force[row + motion.first_row] += sign * part * value;
+            }
+        }
+        let mut state = MonitorState::default();
+        let samples = set_up.samples(&record, &model).enumerate();
+        let mut seen = samples.map(|(row, (raw, output))| {
+            let faults = Faults::default();
+            let verdict = monitor.update(&mut state, &raw, output.as_ref(), &faults);
+            (row as f64 / study.sample_rate_hz - changes_at_s, verdict)
+        });
+        seen.find(|(_, verdict)| verdict.state == State::Alarm)
+    };
+    PARTS.map(|part| (part, first_alarm(part))).to_vec()
+}
+
+/// Of a physical model all changes of this size and more are found in the documented time, the loss of a third where `small_within_s`
+/// says so.
+fn assert_found(what: &str, found: &[(f64, Option<(f64, Verdict)>)], small_within_s: Option<f64>) {
+    for (part, alarm) in found {
+        println!("{what}, {:+.0} %: {alarm:?}", 100.0 * part);
+    }
+    for (part, alarm) in found {
+        let within_s = match (*part <= -0.5, small_within_s) {
+            (true, _) => documented_s(Learnt::Physical, false),
+            (false, Some(within_s)) => within_s,
+            (false, None) => continue,
+        };
+        let (time, verdict) = alarm.unwrap_or_else(|| panic!("{what}, {part}: not found"));
+        let is_right = Change::SameMotion(*part).fits(verdict.cause);
+        assert!(is_right, "{what}, {part}: {verdict:?}");
+        assert!(
+            (0.0..=within_s).contains(&time),
+            "{what}, {part}: after {time} s"
+        );
+    }
+}
+
+#[test]
+fn a_positioning_axis_whose_friction_changes_is_found() {
+    let Some(data) = measurements("data/emps") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
+        fs::copy(data.join(file), folder.path().join(file)).unwrap();
+    }
+    let study = include_str!("../../docs/measured-axis.toml");
+    fs::write(folder.path().join("study.toml"), study).unwrap();
+    // Its model is wrong by 5 %: a third of the force takes longer than with an exact one.
+    assert_found("EMPS", &alarms(folder.path(), "", 10.0), Some(3.1));
+}
+
+#[test]
+fn a_friction_damper_that_changes_is_found() {
+    let Some(data) = measurements("data/brfd") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for file in [
+        "ds2_0.5Hz36lbtension1amplitude.json",
+        "ds2_1Hz36lbtension1amplitude.json",
+    ] {
+        fs::copy(data.join(file), folder.path().join(file)).unwrap();
+    }
+    // The longer record is the one that is watched.
+    let study = include_str!("../../docs/friction-damper.toml");
+    let study = study
+        .replace("\"train\"", "\"\"")
+        .replace("\"validate\"", "\"train\"");
+    let study = study.replace("\"\"", "\"validate\"");
+    fs::write(folder.path().join("study.toml"), study).unwrap();
+    let terms = r#"["bouc_wen_pinching@x", "viscous@x", "preload@x"]"#;
+    // Two seconds a cycle, 14 s of validation and an error of 11 %: a third of the force is not found in the 6 s that are left.
+    let found = alarms(folder.path(), terms, 8.0);
+    assert_found("friction damper", &found, None);
+}
