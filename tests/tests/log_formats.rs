@@ -232,6 +232,32 @@ fn sizes_that_lie_are_refused_before_memory_is_taken() {
     assert!(sentence.contains("unpacks to more than"), "{sentence}");
 }
 
+/// A page of values by number whose dictionary is gone: the library panics there, and nothing of that is seen.
+#[test]
+fn a_page_that_the_library_gives_up_at_is_told_in_a_sentence() {
+    let case = plain("record.parquet");
+    let mut bytes = fs::read(file("record.parquet")).unwrap();
+    // A dictionary's page (`15 04`) becomes one of another kind (`15 02`), which is passed over.
+    let is_dictionary = |at: &usize| bytes[*at..].starts_with(&[0x15, 0x04, 0x15]);
+    let at = (0..bytes.len() - 3).find(is_dictionary).unwrap();
+    bytes[at + 1] = 0x02;
+    let sentence = read(&case, &bytes).map(|_| ()).unwrap_err();
+    assert!(sentence.contains("a page is damaged"), "{sentence}");
+}
+
+#[test]
+fn an_mdf_file_of_another_version_is_told_on_one_line() {
+    let case = plain("record.mf4");
+    for (begins, told) in [
+        (b"MDF     3.30", "it is of version 3"),
+        (b"MDF     \n\n\n\n", "its version is no number"),
+    ] {
+        let sentence = read(&case, begins).map(|_| ()).unwrap_err();
+        assert!(sentence.contains(told), "{sentence}");
+        assert_eq!(sentence.lines().count(), 1, "{sentence}");
+    }
+}
+
 /// Whatever is done to a file, it is read in full, refused in one sentence that names it, or read with a note.
 #[test]
 fn damaged_files_are_refused_or_repaired_and_never_a_panic() {

@@ -7,12 +7,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_channel};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Pieces of what the device says that may wait for a listener; a slower one loses them, as at a serial port.
 const WAITING: usize = 4096;
 /// A listener that takes nothing for so long is let go.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// One that comes while another listens is sent away after so long: the other may have ended, and nobody has seen it yet.
+const CHANGEOVER: Duration = Duration::from_millis(500);
 
 /// The port's end at the device.
 pub struct Loopback {
@@ -82,15 +84,16 @@ impl Loopback {
     }
 }
 
-/// Serves one listener after another; one that comes while another listens is sent away.
+/// Serves one listener after another; one that comes while another goes on listening is sent away.
 fn take_turns(
     server: &TcpListener,
     said: &Receiver<Vec<u8>>,
     heard: &Sender<Vec<u8>>,
     shared: &Arc<Shared>,
 ) {
+    let mut next = None;
     loop {
-        let Ok((stream, _)) = server.accept() else {
+        let Some(stream) = next.take().or_else(|| Some(server.accept().ok()?.0)) else {
             // A connection that broke before it was taken is nobody's loss.
             thread::sleep(Duration::from_millis(20));
             continue;
@@ -100,7 +103,7 @@ fn take_turns(
         shared.connections.fetch_add(1, Ordering::Relaxed);
         shared.connected.store(true, Ordering::Relaxed);
         if server.set_nonblocking(true).is_ok() {
-            attend(server, stream, said, heard);
+            next = attend(server, stream, said, heard);
         }
         shared.connected.store(false, Ordering::Relaxed);
         if server.set_nonblocking(false).is_err() {
@@ -109,17 +112,18 @@ fn take_turns(
     }
 }
 
+/// Serves a listener to its end; gives the one that came meanwhile.
 fn attend(
     server: &TcpListener,
     stream: TcpStream,
     said: &Receiver<Vec<u8>>,
     heard: &Sender<Vec<u8>>,
-) {
+) -> Option<TcpStream> {
     let set = stream.set_nonblocking(false);
     let set = set.and_then(|()| stream.set_write_timeout(Some(PATIENCE)));
     let set = set.and_then(|()| stream.set_nodelay(true));
     let (Ok(()), Ok(reader)) = (set, stream.try_clone()) else {
-        return;
+        return None;
     };
     let gone = Arc::new(AtomicBool::new(false));
     let (went, heard) = (Arc::clone(&gone), heard.clone());
@@ -128,9 +132,11 @@ fn attend(
         went.store(true, Ordering::Relaxed);
     });
     let mut stream = stream;
+    let mut next: Option<(TcpStream, Instant)> = None;
     while !gone.load(Ordering::Relaxed) {
+        next = next.filter(|(_, since)| since.elapsed() < CHANGEOVER);
         if let Ok((other, _)) = server.accept() {
-            drop(other);
+            next.get_or_insert((other, Instant::now()));
         }
         if let Ok(bytes) = said.recv_timeout(Duration::from_millis(50))
             && stream.write_all(&bytes).is_err()
@@ -141,6 +147,7 @@ fn attend(
     // Ends the reader too; a stream that is gone needs no shutting down.
     let _ = stream.shutdown(Shutdown::Both);
     let _ = reading.join();
+    next.map(|(stream, _)| stream)
 }
 
 fn read(mut stream: TcpStream, heard: &Sender<Vec<u8>>) {
@@ -199,5 +206,20 @@ mod tests {
             drop(listener);
             until(|| !line.is_connected());
         }
+    }
+
+    #[test]
+    fn who_comes_while_the_one_before_is_going_is_served() {
+        let line = Loopback::open(0).unwrap();
+        let first = TcpStream::connect(line.address).unwrap();
+        until(|| line.connections() == 1);
+        let mut second = TcpStream::connect(line.address).unwrap();
+        thread::sleep(Duration::from_millis(150));
+        drop(first);
+        until(|| line.connections() == 2 && line.is_connected());
+        line.say(b"here");
+        let mut heard = [0; 4];
+        second.read_exact(&mut heard).unwrap();
+        assert_eq!(&heard, b"here");
     }
 }

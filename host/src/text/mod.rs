@@ -3,6 +3,7 @@
 
 pub mod date;
 pub mod error;
+pub(crate) mod guard;
 pub(crate) mod hexadecimal;
 pub(crate) mod input;
 pub(crate) mod nearest;

@@ -175,7 +175,7 @@ fn sizes(learnt: Learnt, seed: u64, rigs: usize) {
                 all += 1;
                 let place = usize::from(found.before_power_on);
                 healthy[place] = healthy[place].max(found.healthy_after(0.0, within_s + 2.0));
-                let is_loss = change.is_less() || change == Change::Seized;
+                let is_loss = change.is_loss();
                 losses += usize::from(is_loss);
                 match found.found_after() {
                     Some(time) if found.is_in_time(learnt) => {

@@ -11,6 +11,8 @@ use rayon::prelude::*;
 const CHANGES_AT_S: f64 = 6.0;
 /// The steps of the force that is less or more.
 pub const PARTS: [f64; 10] = [-1.0, -0.9, -0.7, -0.5, -0.3, 0.3, 0.5, 0.7, 0.9, 1.0];
+/// The smallest change that is tried, as a part of the RMS force.
+const SMALLEST: f64 = 0.1;
 /// How many times the joint's own stiffness and damping a seized one has beside them.
 const LOCK: f64 = 20.0;
 /// The axes that change.
@@ -33,6 +35,10 @@ pub enum Change {
     Force(f64),
     /// Its whole force changes by this part at the same motion.
     SameMotion(f64),
+    /// Its spring's stiffness changes by this part, and its motion with it.
+    Stiffness(f64),
+    /// Its damping changes by this part, and its motion with it.
+    Damping(f64),
     /// It seizes.
     Seized,
 }
@@ -40,15 +46,35 @@ pub enum Change {
 impl Change {
     /// All of them.
     pub fn all() -> impl Iterator<Item = Self> {
-        let steps = PARTS
+        let whole = PARTS
             .iter()
-            .flat_map(|&part| [Self::Force(part), Self::SameMotion(part)]);
-        steps.chain([Self::Seized])
+            .flat_map(|&p| [Self::Force(p), Self::SameMotion(p)]);
+        let effects = PARTS
+            .iter()
+            .flat_map(|&p| [Self::Stiffness(p), Self::Damping(p)]);
+        whole.chain([Self::Seized]).chain(effects)
+    }
+
+    /// By which part something changes; infinite for a joint that seizes.
+    fn part(self) -> f64 {
+        match self {
+            Self::Force(p) | Self::SameMotion(p) | Self::Stiffness(p) | Self::Damping(p) => p,
+            Self::Seized => f64::INFINITY,
+        }
     }
 
     /// Whether there is less force than before.
     pub fn is_less(self) -> bool {
-        matches!(self, Self::Force(part) | Self::SameMotion(part) if part < 0.0)
+        self.part() < 0.0
+    }
+
+    /// Whether the whole force of a joint becomes less, or its motion ends.
+    pub fn is_loss(self) -> bool {
+        match self {
+            Self::Force(part) | Self::SameMotion(part) => part < 0.0,
+            Self::Stiffness(_) | Self::Damping(_) => false,
+            Self::Seized => true,
+        }
     }
 
     /// Whether a cause names its direction, or none.
@@ -68,6 +94,31 @@ impl Subject {
             worn.gain[axis] = 1.0 + part;
         }
         worn
+    }
+
+    /// The joint with the stiffness or the damping of these axes changed by `part`.
+    fn with_effect(&self, axes: &[usize], change: Change) -> Worn {
+        let mut worn = self.healthy();
+        for &axis in axes {
+            let joint = &mut worn.joint;
+            match change {
+                Change::Stiffness(part) => joint.stiffness[axis] *= 1.0 + part,
+                Change::Damping(part) => joint.damping[axis] *= 1.0 + part,
+                Change::Force(_) | Change::SameMotion(_) | Change::Seized => {}
+            }
+        }
+        worn
+    }
+
+    /// The RMS of what a change makes of the force of an axis at the same motion, as a part of the RMS force.
+    fn size(&self, change: Change, axis: usize) -> f64 {
+        let [force, x, v] = self.rms[axis];
+        let share = match change {
+            Change::Stiffness(_) => self.rig.joint.stiffness[axis] * x / force,
+            Change::Damping(_) => self.rig.joint.damping[axis] * v / force,
+            Change::Force(_) | Change::SameMotion(_) | Change::Seized => 1.0,
+        };
+        share * change.part().abs()
     }
 
     /// The joint seized on these axes: a stiffness and a damping beside it that hardly let it move.
@@ -193,13 +244,20 @@ impl Found {
 }
 
 /// Every one of these changes on either axis and on both, before and after power-on, watched for so long after it. Left out where the
-/// simulated bodies, with nothing that holds them, fly apart beyond all numbers: no sensor would follow them.
+/// simulated bodies, with nothing that holds them, fly apart beyond all numbers: no sensor would follow them; and where an axis's force
+/// changes by less than a tenth of its RMS.
 pub fn curves(subject: &Subject, changes: &[Change], watched_s: f64, seed: u64) -> Vec<Found> {
     let all = changes.iter().flat_map(|&change| {
         AXES.iter()
             .flat_map(move |&axes| [false, true].map(|before| (change, axes, before)))
     });
-    let all: Vec<_> = all.collect();
+    let is_large = |change: Change, axes: &[usize]| {
+        let mut sizes = axes.iter().map(|&axis| subject.size(change, axis));
+        sizes.all(|size| size >= SMALLEST)
+    };
+    let all: Vec<_> = all
+        .filter(|(change, axes, _)| is_large(*change, axes))
+        .collect();
     all.into_par_iter()
         .filter_map(|(change, axes, before_power_on)| {
             let at_s = if before_power_on { 0.0 } else { CHANGES_AT_S };
@@ -240,6 +298,7 @@ fn changed(
             return subject.same_motion(axes, part, rows);
         }
         Change::Force(part) => subject.with_force(axes, part),
+        Change::Stiffness(_) | Change::Damping(_) => subject.with_effect(axes, change),
         Change::Seized => subject.seized(axes),
     };
     let shaking = Shaking::steady(seconds, STUDY_LEVEL, seed);

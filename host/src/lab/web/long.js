@@ -103,6 +103,8 @@ async function fetchRows() {
     const [from, to] = view ? view.rows : [0, state.long.logs[log].rows];
     try {
       const answer = await read(`api/overview/${log}/${from}/${to}`);
+      // A study may have been opened in the log's place meanwhile.
+      if (!document.getElementById("long-plots")) break;
       if (mine !== log) continue;
       drawn = answer;
       draw();

@@ -46,7 +46,7 @@ pub fn check(study: &Study) -> Vec<String> {
     let text = std::fs::read_to_string(&study.path).unwrap_or_default();
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let source = Source::file(&study.path, text);
-    let said: Option<Description> = source.parse("study.md").ok();
+    let said: Option<Description> = source.parse("reference/study.md").ok();
     let mut found = Vec::new();
     for index in 0..study.axes.len() {
         let axis = Axis {

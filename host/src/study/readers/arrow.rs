@@ -7,6 +7,7 @@ use super::cursor::{Cursor, Told};
 use super::packed;
 use crate::study::log::{Column, Request, Table};
 use crate::text::error::{Error, Result};
+use crate::text::guard::unless_it_panics;
 use arrow_array::cast::AsArray;
 use arrow_array::{Array, types};
 use arrow_buffer::Buffer;
@@ -45,11 +46,10 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
             (MessageHeader::Schema, None) => {
                 let schema = message.header_as_schema().ok_or("its schema is not one");
                 let schema = schema.map_err(|e| broken(request, e))?;
-                let schema = arrow_ipc::convert::try_fb_to_schema(schema);
-                reading = Some(Reading::of(
-                    request,
-                    schema.map_err(|e| broken(request, e))?,
-                )?);
+                let read = unless_it_panics(|| arrow_ipc::convert::try_fb_to_schema(schema));
+                let read = read.ok_or_else(|| broken(request, "its schema is damaged"))?;
+                let schema = read.map_err(|e| broken(request, e))?;
+                reading = Some(Reading::of(request, schema)?);
             }
             (MessageHeader::RecordBatch, Some(reading)) => reading.batch(request, message, body)?,
             // What text columns share; numbers have none.
@@ -196,15 +196,18 @@ impl Reading {
         if self.needed.is_empty() {
             return Ok(());
         }
-        let decoded = read_record_batch(
-            &Buffer::from(body),
-            batch,
-            self.schema.clone(),
-            &HashMap::new(),
-            Some(&self.needed),
-            &message.version(),
-        )
-        .map_err(|e| broken(request, e))?;
+        let decoded = unless_it_panics(|| {
+            read_record_batch(
+                &Buffer::from(body),
+                batch,
+                self.schema.clone(),
+                &HashMap::new(),
+                Some(&self.needed),
+                &message.version(),
+            )
+        });
+        let decoded = decoded.ok_or_else(|| broken(request, "a batch is damaged"))?;
+        let decoded = decoded.map_err(|e| broken(request, e))?;
         let targets = self.places.iter().zip(&mut self.origins);
         for (array, (place, origin)) in decoded.columns().iter().zip(targets) {
             let values = self.columns[*place].values.get_or_insert_default();

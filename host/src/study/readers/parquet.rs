@@ -5,6 +5,7 @@ use super::cursor::Told;
 use super::packed;
 use crate::study::log::{Column, Request, Table};
 use crate::text::error::{Error, Result};
+use crate::text::guard::unless_it_panics;
 use base64::Engine;
 use bytes::buf::Reader;
 use bytes::{Buf, Bytes};
@@ -79,9 +80,9 @@ pub(super) struct Described {
 impl Groups {
     /// What stands at the file's end.
     pub(super) fn described(request: &Request<'_>, file: &impl ChunkReader) -> Result<Self> {
-        let metadata = ParquetMetaDataReader::new()
-            .parse_and_finish(file)
-            .map_err(|e| broken(request, e))?;
+        let metadata = unless_it_panics(|| ParquetMetaDataReader::new().parse_and_finish(file));
+        let metadata = metadata.ok_or_else(|| broken(request, "its metadata is damaged"))?;
+        let metadata = metadata.map_err(|e| broken(request, e))?;
         let rows = metadata
             .row_groups()
             .iter()
@@ -132,7 +133,8 @@ impl Groups {
         values: &mut Vec<f64>,
     ) -> Result<()> {
         let group = self.metadata.row_group(number);
-        let read = append(guarded, group, column, origin, values);
+        let read = unless_it_panics(|| append(guarded, group, column, origin, values));
+        let read = read.unwrap_or_else(|| Err(ParquetError::General("a page is damaged".into())));
         read.map_err(|e| match e {
             ParquetError::NeedMoreData(_) => request.error(packed::too_large()),
             e => broken(

@@ -6,6 +6,7 @@ use super::text::csv;
 use super::{archive, packed};
 use crate::study::log::{Request, Table};
 use crate::text::error::{Error, Result};
+use crate::text::guard::unless_it_panics;
 use calamine::{Cell, Data, DataRef, Range, Reader, Xlsx};
 use std::fmt::Write as _;
 use std::io::Cursor;
@@ -23,6 +24,19 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
             return Err(request.error(packed::too_large()));
         }
     }
+    let damaged = || Err(broken(request, &"a part of it is damaged"));
+    let largest = unless_it_panics(|| largest(request, bytes)).unwrap_or_else(damaged)?;
+    let Some((name, range)) = largest.filter(|(_, range)| !range.is_empty()) else {
+        return Err(request
+            .error("is a workbook without a filled sheet; check that the right file was saved"));
+    };
+    let mut table = csv::read_text(request, &text_of(&range))?;
+    table.format = format!("Excel workbook, sheet {name:?}");
+    Ok(table)
+}
+
+/// The sheet with the most rows, and its name.
+fn largest(request: &Request<'_>, bytes: &[u8]) -> Result<Option<(String, Range<Data>)>> {
     let mut book: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(|e| broken(request, &e))?;
     let mut largest: Option<(String, Range<Data>)> = None;
     for name in book.sheet_names() {
@@ -34,16 +48,10 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
             largest = Some((name, sheet));
         }
     }
-    let Some((name, range)) = largest.filter(|(_, range)| !range.is_empty()) else {
-        return Err(request
-            .error("is a workbook without a filled sheet; check that the right file was saved"));
-    };
-    let mut table = csv::read_text(request, &text_of(&range))?;
-    table.format = format!("Excel workbook, sheet {name:?}");
-    Ok(table)
+    Ok(largest)
 }
 
-fn broken(request: &Request<'_>, error: &calamine::XlsxError) -> Error {
+fn broken(request: &Request<'_>, error: &dyn std::fmt::Display) -> Error {
     request.error(format!(
         "is a workbook that cannot be read ({error}); open it in Excel and save it again as .xlsx or CSV"
     ))

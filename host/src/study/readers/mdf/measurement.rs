@@ -88,7 +88,10 @@ impl<'a> Measurement<'a> {
         }
         match bytes.get(8) {
             Some(b'4') => Ok(Self { bytes }),
-            Some(version) => Err(format!("it is of version {}", char::from(*version))),
+            Some(version) if version.is_ascii_digit() => {
+                Err(format!("it is of version {}", char::from(*version)))
+            }
+            Some(_) => Err("its version is no number".into()),
             None => Err("it ends too early".into()),
         }
     }
