@@ -157,7 +157,7 @@ fn soon(mut times: Vec<f64>) -> String {
 
 /// A line per change: how many were found in time, how soon, how long an axis that changed was called healthy, and what was said wrongly.
 fn sizes(learnt: Learnt, seed: u64, rigs: usize) {
-    let within_s = documented_s(learnt, false);
+    let within_s = documented_s(learnt);
     let (mut losses, mut in_time_of_them) = (0, 0);
     let (mut subjects, changes) = (Vec::new(), Change::all().collect::<Vec<_>>());
     for seed in (seed..).take(rigs) {
@@ -199,7 +199,6 @@ fn sizes(learnt: Learnt, seed: u64, rigs: usize) {
         }
     }
     println!(
-        "{learnt:?}: {in_time_of_them} of {losses} losses of 30 % or more and seizures within {within_s} s, and {} s from power-on",
-        documented_s(learnt, true)
+        "{learnt:?}: {in_time_of_them} of {losses} losses of 30 % or more and seizures within {within_s} s"
     );
 }

@@ -18,13 +18,12 @@ const LOCK: f64 = 20.0;
 /// The axes that change.
 const AXES: [&[usize]; 3] = [&[0], &[1], &[0, 1]];
 
-/// Within how many seconds a loss of 30 % or more of the force, as much more of it, or a seized joint raises an alarm, as
-/// `docs/explanation/monitor.md` says: while the device runs and from power-on.
-pub const fn documented_s(learnt: Learnt, before_power_on: bool) -> f64 {
-    match (learnt, before_power_on) {
-        (Learnt::Physical, false) => 2.0,
-        (Learnt::Physical, true) => 2.5,
-        (Learnt::Polynomial, _) => 10.0,
+/// Within how many seconds of the change, or of power-on, a joint that loses 30 % or more of its force or seizes raises an alarm, as
+/// `docs/explanation/monitor.md` says.
+pub const fn documented_s(learnt: Learnt) -> f64 {
+    match learnt {
+        Learnt::Physical => 3.0,
+        Learnt::Polynomial => 10.0,
     }
 }
 
@@ -183,8 +182,8 @@ impl Found {
 
     /// Whether every axis that changed raised an alarm in the documented time.
     pub fn is_in_time(&self, learnt: Learnt) -> bool {
-        let within_s = documented_s(learnt, self.before_power_on);
-        self.found_after().is_some_and(|time| time <= within_s)
+        self.found_after()
+            .is_some_and(|time| time <= documented_s(learnt))
     }
 
     /// The first alarm at all, as axis, time and verdict.
