@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
+use tempfile::TempDir;
 
 /// The program's file, built in release through the cargo that runs the tests.
 ///
@@ -88,6 +89,19 @@ pub fn fail(folder: &Path, arguments: &[&str], code: i32) -> String {
         String::from_utf8_lossy(&output.stdout)
     );
     said
+}
+
+/// A folder with this study and copies of its logs.
+///
+/// # Panics
+/// When a log is not in `data`, or nothing can be written.
+pub fn study_with_logs(data: &Path, logs: &[&str], study: &str) -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    for log in logs {
+        std::fs::copy(data.join(log), folder.path().join(log)).expect("a log");
+    }
+    std::fs::write(folder.path().join("study.toml"), study).expect("a study");
+    folder
 }
 
 /// The measurements and studies that lie beside the project on some machines; says so and gives nothing where not.

@@ -2,7 +2,7 @@
 //!
 //! The logs are public and not part of the project. Where they are absent, each test says so and what to set.
 
-use jointwatch_tests::program::{measurements, succeed, workspace};
+use jointwatch_tests::program::{measurements, study_with_logs, succeed, workspace};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -45,12 +45,8 @@ fn agree(what: &str, stated: &[f64], seen: &[f64]) {
 
 /// A folder with a study of the docs and its logs.
 fn study(data: &Path, study: &str, logs: &[&str]) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for log in logs {
-        fs::copy(data.join(log), folder.path().join(log)).unwrap();
-    }
-    fs::copy(workspace().join(study), folder.path().join("study.toml")).unwrap();
-    folder
+    let text = fs::read_to_string(workspace().join(study)).unwrap();
+    study_with_logs(data, logs, &text)
 }
 
 fn json(folder: &Path, arguments: &[&str]) -> Value {

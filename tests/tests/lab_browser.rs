@@ -1,7 +1,7 @@
 //! The lab in a real browser: the whole loop by mouse and by keyboard, with nothing in the console and no request to elsewhere.
 
 use jointwatch_tests::lab::Lab;
-use jointwatch_tests::program::{measurements, succeed, workspace};
+use jointwatch_tests::program::{measurements, study_with_logs, succeed, workspace};
 use serde_json::Value;
 use std::fs;
 use std::io::Write;
@@ -74,12 +74,9 @@ fn a_browser_finds_the_dry_friction_of_a_measured_axis() {
     let (Some((modules, chromium)), Some(data)) = (browser(), measurements("data/emps")) else {
         return;
     };
-    let folder = tempfile::tempdir().unwrap();
-    let study = workspace().join("docs/missing-effects/emps.toml");
-    fs::copy(study, folder.path().join("study.toml")).unwrap();
-    for record in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
-        fs::copy(data.join(record), folder.path().join(record)).unwrap();
-    }
+    let logs = ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"];
+    let study = include_str!("../../docs/missing-effects/emps.toml");
+    let folder = study_with_logs(&data, &logs, study);
     for words in [
         "identify study.toml --model physical -o base.json",
         "compare study.toml base.json --json figures.json",

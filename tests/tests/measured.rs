@@ -2,7 +2,7 @@
 //!
 //! They are not part of the project. Where they are absent, each test says so and what to set.
 
-use jointwatch_tests::program::{measurements, succeed};
+use jointwatch_tests::program::{measurements, study_with_logs, succeed};
 use serde_json::Value;
 use std::fs;
 
@@ -69,12 +69,8 @@ const STUDY: &str = include_str!("../../docs/measured-axis.toml");
 /// A folder with that study and its records, where they are at hand.
 fn axis_study() -> Option<tempfile::TempDir> {
     let data = measurements("data/emps")?;
-    let folder = tempfile::tempdir().unwrap();
-    for file in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
-        fs::copy(data.join(file), folder.path().join(file)).unwrap();
-    }
-    fs::write(folder.path().join("study.toml"), STUDY).unwrap();
-    Some(folder)
+    let logs = ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"];
+    Some(study_with_logs(&data, &logs, STUDY))
 }
 
 #[test]

@@ -12,20 +12,13 @@ use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, State, Verdict};
 use jointwatch_shared::wire::blob;
 use jointwatch_tests::monitor::curves::Change;
 use jointwatch_tests::monitor::false_alarms::WANTED_HOURS;
-use jointwatch_tests::program::measurements;
-use std::fs;
+use jointwatch_tests::program::{measurements, study_with_logs};
 use std::path::Path;
 
 const PARTS: [f64; 7] = [-1.0, -0.9, -0.7, -0.5, -0.3, 0.5, 1.0];
 
 /// The first alarm about each record that changes, in s after the change, and what was said.
-fn alarms(folder: &Path, terms: &str, changes_at_s: f64) -> Vec<(f64, Option<(f64, Verdict)>)> {
-    let path = folder.join("study.toml");
-    let mut text = fs::read_to_string(&path).unwrap();
-    if !terms.is_empty() {
-        text = format!("{text}\n[base]\nterms = {terms}\n");
-        fs::write(&path, text).unwrap();
-    }
+fn alarms(folder: &Path, changes_at_s: f64) -> Vec<(f64, Option<(f64, Verdict)>)> {
     let study = Study::read(folder).unwrap();
     let file = identify::physical(&study).unwrap().model;
     let model = blob::decode(&export(&file, None).unwrap().blob).unwrap();
@@ -90,14 +83,11 @@ fn a_positioning_axis_whose_friction_changes_is_found() {
     let Some(data) = measurements("data/emps") else {
         return;
     };
-    let folder = tempfile::tempdir().unwrap();
-    for file in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
-        fs::copy(data.join(file), folder.path().join(file)).unwrap();
-    }
+    let logs = ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"];
     let study = include_str!("../../docs/measured-axis.toml");
-    fs::write(folder.path().join("study.toml"), study).unwrap();
+    let folder = study_with_logs(&data, &logs, study);
     // Its model is wrong by 5 %: a third of the force takes longer than with an exact one.
-    assert_found("EMPS", &alarms(folder.path(), "", 10.0), Some(3.1));
+    assert_found("EMPS", &alarms(folder.path(), 10.0), Some(3.1));
 }
 
 #[test]
@@ -105,22 +95,21 @@ fn a_friction_damper_that_changes_is_found() {
     let Some(data) = measurements("data/brfd") else {
         return;
     };
-    let folder = tempfile::tempdir().unwrap();
-    for file in [
+    let logs = [
         "ds2_0.5Hz36lbtension1amplitude.json",
         "ds2_1Hz36lbtension1amplitude.json",
-    ] {
-        fs::copy(data.join(file), folder.path().join(file)).unwrap();
-    }
+    ];
     // The longer record is the one that is watched.
     let study = include_str!("../../docs/friction-damper.toml");
     let study = study
         .replace("\"train\"", "\"\"")
         .replace("\"validate\"", "\"train\"");
     let study = study.replace("\"\"", "\"validate\"");
-    fs::write(folder.path().join("study.toml"), study).unwrap();
-    let terms = r#"["bouc_wen_pinching@x", "viscous@x", "preload@x"]"#;
+    let base = r#"[base]
+terms = ["bouc_wen_pinching@x", "viscous@x", "preload@x"]
+"#;
+    let folder = study_with_logs(&data, &logs, &format!("{study}\n{base}"));
     // Two seconds a cycle, 14 s of validation and an error of 11 %: a third of the force is not found in the 6 s that are left.
-    let found = alarms(folder.path(), terms, 8.0);
+    let found = alarms(folder.path(), 8.0);
     assert_found("friction damper", &found, None);
 }

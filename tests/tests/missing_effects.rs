@@ -3,19 +3,14 @@
 //!
 //! The logs are public and not part of the project. Where they are absent, each test says so and what to set.
 
-use jointwatch_tests::program::{measurements, succeed};
+use jointwatch_tests::program::{measurements, study_with_logs, succeed};
 use serde_json::Value;
-use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
 /// A folder with a study and its logs, and the base model learnt from it.
 fn based(logs: &Path, study: &str, files: &[&str]) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for file in files {
-        fs::copy(logs.join(file), folder.path().join(file)).unwrap();
-    }
-    fs::write(folder.path().join("study.toml"), study).unwrap();
+    let folder = study_with_logs(logs, files, study);
     let identify = ["identify", "study.toml", "--model", "physical"];
     succeed(
         folder.path(),

@@ -10,7 +10,7 @@ use jointwatch::simulate::{
     Contact, Joint, JointLaw, RigParameters, SimulationOptions, write_study,
 };
 use jointwatch::study::Study;
-use jointwatch_tests::program::{measurements, succeed};
+use jointwatch_tests::program::{measurements, study_with_logs, succeed};
 use jointwatch_tests::story::story;
 use serde_json::Value;
 use std::fs;
@@ -413,12 +413,9 @@ fn the_published_friction_moves_the_measured_slide() {
     let Some(data) = measurements("data/emps") else {
         return;
     };
-    let folder = tempfile::tempdir().unwrap();
-    for file in ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"] {
-        fs::copy(data.join(file), folder.path().join(file)).unwrap();
-    }
+    let logs = ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"];
     let toml = include_str!("../../docs/measured-axis.toml");
-    fs::write(folder.path().join("study.toml"), toml).unwrap();
+    let folder = study_with_logs(&data, &logs, toml);
     let study = Study::read(folder.path()).unwrap();
     let mut model = learnt(&study);
     model.axes[0].inertia = 95.109;

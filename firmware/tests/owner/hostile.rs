@@ -40,18 +40,18 @@ fn request(points: &mut Points, genuine: Header, stolen: Signature) -> Request {
         // The owner's, for something else.
         _ => stolen,
     });
-    match points.next_word() & 7 {
-        0 => Request::ResetStatistics,
-        1 => Request::Upload(UploadRequest::Finish),
-        2 => Request::Upload(UploadRequest::Abort),
-        3 | 4 => Request::Upload(UploadRequest::Chunk {
+    match (points.next_word() & 7, signature) {
+        (0, _) => Request::ResetStatistics,
+        (1, _) => Request::Upload(UploadRequest::Finish),
+        (2, _) => Request::Upload(UploadRequest::Abort),
+        (3 | 4, _) => Request::Upload(UploadRequest::Chunk {
             offset: points.next_word() as u32 & 0x3FFF,
             data: (0..number % 129).map(|n| n as u8).collect(),
         }),
-        5 if signature.is_some() => Request::Order {
+        (5, Some(signature)) => Request::Order {
             order: ORDERS[number as usize % ORDERS.len()],
             number: points.next_word() as u32 & 0xF,
-            signature: signature.unwrap_or(stolen),
+            signature,
         },
         _ => Request::Upload(UploadRequest::Begin {
             header: header(points, genuine),

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p jointwatch-tests --bin monitor_campaign -- --hours 20 --seed 100 [--rigs 5]`: healthy joints watched for
 //! hours, and the bound on false alarms that the increments of the monitor's sums allow. With `--detect` instead of `--hours H`: every change by 10 % of the RMS force
-//! on every rig, under every drive. With `--drifts`: what slow drifts of the joint and its instruments make of the monitor. With `--curves`: how soon a gross change is found over its size, −100 to +100 % of the force and a
+//! on every rig, under every drive. With `--drifts`: what slow drifts of the joint and its instruments make of the monitor. With `--curves`: how soon a gross change is found over its size, −100 to +100 % of the force, of the stiffness or the damping alone, and a
 //! seizure, before and after power-on, on either axis and on both, at the same motion and at the one that follows.
 
 use clap::Parser;
@@ -186,6 +186,10 @@ fn sizes(learnt: Learnt, seed: u64, rigs: usize) {
                 }
                 wrong.extend(found.wrong().map(|what| format!("seed {seed}, {what}")));
             }
+        }
+        if all == 0 {
+            // On none of these rigs is it large enough to be tried.
+            continue;
         }
         let in_time = times[0].len() + times[1].len();
         let [running, before] = times.map(soon);

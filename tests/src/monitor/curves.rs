@@ -86,26 +86,10 @@ impl Change {
 }
 
 impl Subject {
-    /// The joint with its whole force changed by `part` on these axes; −1: it is broken.
-    pub fn with_force(&self, axes: &[usize], part: f64) -> Worn {
+    /// The joint with one thing about each of these axes changed.
+    fn worn(&self, axes: &[usize], wear: impl Fn(&mut Worn, usize)) -> Worn {
         let mut worn = self.healthy();
-        for &axis in axes {
-            worn.gain[axis] = 1.0 + part;
-        }
-        worn
-    }
-
-    /// The joint with the stiffness or the damping of these axes changed by `part`.
-    fn with_effect(&self, axes: &[usize], change: Change) -> Worn {
-        let mut worn = self.healthy();
-        for &axis in axes {
-            let joint = &mut worn.joint;
-            match change {
-                Change::Stiffness(part) => joint.stiffness[axis] *= 1.0 + part,
-                Change::Damping(part) => joint.damping[axis] *= 1.0 + part,
-                Change::Force(_) | Change::SameMotion(_) | Change::Seized => {}
-            }
-        }
+        axes.iter().for_each(|&axis| wear(&mut worn, axis));
         worn
     }
 
@@ -118,16 +102,6 @@ impl Subject {
             Change::Force(_) | Change::SameMotion(_) | Change::Seized => 1.0,
         };
         share * change.part().abs()
-    }
-
-    /// The joint seized on these axes: a stiffness and a damping beside it that hardly let it move.
-    pub fn seized(&self, axes: &[usize]) -> Worn {
-        let mut worn = self.healthy();
-        for &axis in axes {
-            let [force, x, v] = self.rms[axis];
-            worn.lock[axis] = [LOCK * force / x, LOCK * force / v];
-        }
-        worn
     }
 
     /// The validation record with the restoring force of these axes changed by `part` at the very same motion, from a row on.
@@ -296,9 +270,18 @@ fn changed(
             let rows = (at_s * super::watched::RATE_HZ) as usize;
             return subject.same_motion(axes, part, rows);
         }
-        Change::Force(part) => subject.with_force(axes, part),
-        Change::Stiffness(_) | Change::Damping(_) => subject.with_effect(axes, change),
-        Change::Seized => subject.seized(axes),
+        Change::Force(part) => subject.worn(axes, |worn, axis| worn.gain[axis] = 1.0 + part),
+        Change::Stiffness(part) => subject.worn(axes, |worn, axis| {
+            worn.joint.stiffness[axis] *= 1.0 + part;
+        }),
+        Change::Damping(part) => {
+            subject.worn(axes, |worn, axis| worn.joint.damping[axis] *= 1.0 + part)
+        }
+        // A stiffness and a damping beside it hardly let it move.
+        Change::Seized => subject.worn(axes, |worn, axis| {
+            let [force, x, v] = subject.rms[axis];
+            worn.lock[axis] = [LOCK * force / x, LOCK * force / v];
+        }),
     };
     let shaking = Shaking::steady(seconds, STUDY_LEVEL, seed);
     subject.shake(shaking, Some((at_s, worn)))

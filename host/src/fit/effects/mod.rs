@@ -196,19 +196,19 @@ pub(crate) fn assemble(
 /// What the search itself says against its result.
 fn warnings_of_search(solved: &Solved, errors: Option<&Errors>, stopped: Stopped) -> Vec<String> {
     let mut warnings = Vec::new();
-    if solved.rank < solved.columns.len() {
+    let (rank, count) = (solved.rank, solved.columns.len());
+    if rank < count || errors.is_none() {
+        let what = match rank < count {
+            true => format!(
+                "determine only {rank} of {count} parameters that the force is proportional to"
+            ),
+            false => {
+                "hardly tell the effects' parameters apart, so that they have no intervals".into()
+            }
+        };
         warnings.push(format!(
-            "the training records determine only {} of {} parameters that the force is proportional to: shake every axis, alone \
-             and together, or name fewer effects",
-            solved.rank,
-            solved.columns.len()
+            "the training records {what}: shake every axis, alone and together, or name fewer effects"
         ));
-    } else if errors.is_none() {
-        warnings.push(
-            "the training records hardly tell the effects' parameters apart, so that they have no intervals: shake every axis, alone and \
-             together, or name fewer effects"
-                .into(),
-        );
     }
     if stopped == Stopped::GaveUp {
         warnings.push(

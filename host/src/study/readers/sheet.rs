@@ -24,7 +24,7 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
             return Err(request.error(packed::too_large()));
         }
     }
-    let damaged = || Err(broken(request, &"a part of it is damaged"));
+    let damaged = || Err(broken(request, "a part of it is damaged"));
     let largest = unless_it_panics(|| largest(request, bytes)).unwrap_or_else(damaged)?;
     let Some((name, range)) = largest.filter(|(_, range)| !range.is_empty()) else {
         return Err(request
@@ -37,7 +37,7 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
 
 /// The sheet with the most rows, and its name.
 fn largest(request: &Request<'_>, bytes: &[u8]) -> Result<Option<(String, Range<Data>)>> {
-    let mut book: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(|e| broken(request, &e))?;
+    let mut book: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(|e| broken(request, e))?;
     let mut largest: Option<(String, Range<Data>)> = None;
     for name in book.sheet_names() {
         let sheet = cells(request, &mut book, &name)?;
@@ -51,7 +51,7 @@ fn largest(request: &Request<'_>, bytes: &[u8]) -> Result<Option<(String, Range<
     Ok(largest)
 }
 
-fn broken(request: &Request<'_>, error: &dyn std::fmt::Display) -> Error {
+fn broken(request: &Request<'_>, error: impl std::fmt::Display) -> Error {
     request.error(format!(
         "is a workbook that cannot be read ({error}); open it in Excel and save it again as .xlsx or CSV"
     ))
@@ -62,7 +62,7 @@ fn broken(request: &Request<'_>, error: &dyn std::fmt::Display) -> Error {
 /// Refused before it is made where it is larger than the limit: two cells far apart, or one long text in many, take a few bytes of the
 /// file.
 fn cells(request: &Request<'_>, book: &mut Xlsx<Cursor<&[u8]>>, name: &str) -> Result<Range<Data>> {
-    let broken = |e| broken(request, &e);
+    let broken = |e| broken(request, e);
     let mut reader = match book.worksheet_cells_reader(name) {
         Err(calamine::XlsxError::NotAWorksheet(_)) => return Ok(Range::default()),
         reader => reader.map_err(broken)?,
