@@ -29,7 +29,7 @@ fn series(rows: usize, seed: u64) -> Vec<f64> {
 }
 
 fn by_moments(inputs: &[&[f64]], outputs: &[&[f64]], terms: &[[u8; 4]]) -> Mat<f64> {
-    let mut moments = Moments::new(2, outputs.len());
+    let mut moments = Moments::new(4, outputs.len());
     Summation::new(&RANGES, outputs.len()).add(&mut moments, inputs, outputs);
     normal_equations::solve(&moments.gram(terms), &moments.cross(terms))
         .expect("random rows determine every term")
@@ -89,7 +89,7 @@ fn main() {
     let mut group = criterion.benchmark_group("rows");
     group.throughput(Throughput::Elements(ROWS as u64));
     let mut summation = Summation::new(&RANGES, 2);
-    let mut moments = Moments::new(2, 2);
+    let mut moments = Moments::new(4, 2);
     group.bench_function("streaming", |b| {
         b.iter(|| summation.add(&mut moments, &inputs, &outputs));
     });
@@ -115,8 +115,8 @@ fn main() {
         ("select", Method::Select),
     ] {
         let options = PolynomialOptions {
-            orders: None,
             method,
+            ..PolynomialOptions::default()
         };
         group.bench_function(name, |b| {
             b.iter(|| fit_polynomial(&simulation.study.axes, &motions, &[], &options, &|_| ()));

@@ -16,7 +16,7 @@ fn main() {
         half_range: 1.0,
     };
     let mut summation = Summation::new(&[range; 4], 2);
-    let mut moments = Moments::new(2, 2);
+    let mut moments = Moments::new(4, 2);
     let mut chunk = vec![vec![0.0; CHUNK]; 6];
     let mut state = 1u64;
     let mut summing_s = 0.0;

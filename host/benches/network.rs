@@ -106,8 +106,8 @@ fn outcome(seed: u64, snr_db: Option<f64>) -> Result<Outcome> {
     let states = slices(&held.states);
     let by = |method| -> Result<(Polynomial, [f64; 2])> {
         let options = PolynomialOptions {
-            orders: None,
             method,
+            ..PolynomialOptions::default()
         };
         let fit = fit_polynomial(axes, &training, &filters.band, &options, &|_| ())?;
         let error = nmse(axes, held, &fit.polynomial.predict(&states)?, &filters.band);
@@ -146,7 +146,7 @@ fn outcome(seed: u64, snr_db: Option<f64>) -> Result<Outcome> {
     let outputs: Vec<Vec<Vec<f64>>> = training.iter().map(|m| forces(axes, m)).collect();
     let terms = exponents(&[3; 4]);
     let polynomial_s = shortest(10, || {
-        let mut moments = Moments::new(2, 2);
+        let mut moments = Moments::new(4, 2);
         let mut summation = Summation::new(&polynomial.inputs, 2);
         for (motion, forces) in training.iter().zip(&outputs) {
             summation.add(&mut moments, &slices(&motion.states), &slices(forces));

@@ -43,8 +43,8 @@ fn rig(index: u64, snr_db: f64, duration_s: f64) -> Result<Outcome> {
     };
     for (method, nmse) in METHODS.into_iter().zip(&mut outcome.nmse) {
         let options = PolynomialOptions {
-            orders: None,
             method,
+            ..PolynomialOptions::default()
         };
         let fit = fit_polynomial(&study.axes, &training, &filters.band, &options, &|_| ())?;
         let states: Vec<&[f64]> = validation[0].states.iter().map(Vec::as_slice).collect();

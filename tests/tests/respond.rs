@@ -23,8 +23,8 @@ fn story_study() -> Study {
 /// The default polynomial of a study.
 fn learnt(study: &Study) -> ModelFile {
     let options = PolynomialOptions {
-        orders: None,
         method: Method::Ridge,
+        ..PolynomialOptions::default()
     };
     polynomial(study, &options, &|_| {}).unwrap().model
 }

@@ -169,10 +169,11 @@ fn check_exportable(
     Ok(())
 }
 
-/// The inputs that effects of an axis follow, each once.
-fn followed_on(effects: &[EffectValues], axis: usize) -> Vec<&str> {
+/// The inputs that the force of an axis follows, each once.
+fn followed_on<'a>(file: &'a ModelFile, effects: &'a [EffectValues], axis: usize) -> Vec<&'a str> {
     let own = effects.iter().filter(|e| usize::from(e.axis) == axis);
-    let mut names: Vec<&str> = followed(own).collect();
+    // A base that follows one has one axis.
+    let mut names: Vec<&str> = followed(own).chain(file.state_input.as_deref()).collect();
     names.sort_unstable();
     names.dedup();
     names
@@ -181,12 +182,12 @@ fn followed_on(effects: &[EffectValues], axis: usize) -> Vec<&str> {
 /// Refuses inputs that a device cannot follow: it has one channel an axis, and has to know the range.
 fn check_inputs(file: &ModelFile, effects: &[EffectValues]) -> Result<()> {
     for (index, axis) in file.axes.iter().enumerate() {
-        let name = match followed_on(effects, index)[..] {
+        let name = match followed_on(file, effects, index)[..] {
             [] => continue,
             [name] => name,
             [first, second, ..] => {
                 return Err(Error::data(format!(
-                    "effects of axis {} follow {first:?} and {second:?}, and the device has one input channel an axis: learn a model that \
+                    "the force of axis {} follows {first:?} and {second:?}, and the device has one input channel an axis: learn a model that \
                      follows one of them for export",
                     axis.name
                 )));
@@ -224,7 +225,7 @@ fn header(
             center: r.center,
             half_range: r.half_range,
         };
-        let name = followed_on(effects, index).first().copied();
+        let name = followed_on(file, effects, index).first().copied();
         let known = file
             .followed
             .iter()
@@ -306,7 +307,7 @@ fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
     };
     let states: Vec<Vec<f64>> = file
         .base
-        .inputs()
+        .motion_ranges()
         .iter()
         .enumerate()
         .map(|(input, range)| {

@@ -362,6 +362,7 @@ fn learnt_with(
     let mut warnings = model.warnings.clone();
     warnings.extend(effects.warnings);
     Ok(FitResult {
+        state_input: model.state_input.clone(),
         base,
         effects: effect_terms(&study.axes, &effects.terms),
         inertia: effects.inertia,
@@ -422,7 +423,7 @@ fn floors(
     let conventions: Vec<_> = study.axes.iter().map(|a| a.restoring_force).collect();
     let effects = model.effects_in_si()?;
     let predicted = |motion: &Motion| {
-        let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
+        let states = motion.base_states(model.state_input.as_deref());
         let mut forces = model.base.predict(&states)?;
         add_forces(
             &effects,

@@ -72,8 +72,9 @@ impl<'a> Unseen<'a> {
             study,
             alone: ModelFile {
                 base: Base::None(NoBase {
-                    inputs: model.base.inputs().to_vec(),
+                    inputs: model.base.motion_ranges().to_vec(),
                 }),
+                state_input: None,
                 ..model.clone()
             },
             training,

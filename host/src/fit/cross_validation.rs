@@ -37,7 +37,7 @@ pub(super) fn guard_rows(sample_rate_hz: f64, low_pass: &[f64]) -> usize {
 impl FoldedMoments {
     /// Of no rows; `guard_rows` on either side of a held-out block are left out, at most a quarter of a block.
     pub fn new(ranges: &[InputRange], outputs: usize, guard_rows: usize) -> Self {
-        let empty = || std::array::from_fn(|_| Moments::new(ranges.len() / 2, outputs));
+        let empty = || std::array::from_fn(|_| Moments::new(ranges.len(), outputs));
         Self {
             folds: Folds((0..FOLDS).map(|_| empty()).collect()),
             guard_rows,

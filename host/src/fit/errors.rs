@@ -304,10 +304,11 @@ fn evaluate(model: &ModelFile, motion: &Motion, band: &[f64]) -> Result<Vec<Forc
 }
 
 fn outside_range(model: &ModelFile, motion: &Motion) -> f64 {
+    let states = motion.base_states(model.state_input.as_deref());
     let outside = |row: usize| {
         let inputs = model.base.inputs().iter();
         inputs
-            .zip(&motion.states)
+            .zip(&states)
             .any(|(range, state)| range.normalise(state[row]).abs() > 1.0 + 1e-9)
     };
     (0..motion.rows()).filter(|&row| outside(row)).count() as f64 / motion.rows() as f64

@@ -12,6 +12,7 @@ use crate::signal::motion::Motion;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};
 use faer::Mat;
+use std::rc::Rc;
 
 /// The inertia of an axis, stated in the study or identified with the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,13 +37,18 @@ const CORNERS: [f64; 7] = [-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6];
 /// Rows that enter the regression; more are thinned out, neighbours being nearly equal.
 const MAX_ROWS: usize = 200_000;
 
+/// The range of every state of the polynomial, and the name of the input that is one of them.
+pub type Known<'a> = (&'a [InputRange], Option<&'a str>);
+
 /// The columns that stand for the restoring force, each a series over the record's rows.
 fn features<'a>(
     motion: &'a Motion,
-    ranges: &'a [InputRange],
+    (ranges, input): Known<'a>,
 ) -> impl Iterator<Item = Vec<f64>> + 'a {
     let inputs = ranges.len();
-    let value = move |input: usize, row: usize| ranges[input].normalise(motion.states[input][row]);
+    let states = motion.base_states(input);
+    let value = Rc::new(move |at: usize, row: usize| ranges[at].normalise(states[at][row]));
+    let of_pieces = Rc::clone(&value);
     let orders = vec![3; inputs];
     let terms = crate::model::exponents(&orders)
         .into_iter()
@@ -56,7 +62,9 @@ fn features<'a>(
             })
             .collect()
     });
-    let pieces = (0..inputs).step_by(2).flat_map(move |input| {
+    let displacements = (0..motion.states.len()).step_by(2);
+    let pieces = displacements.flat_map(move |input| {
+        let value = Rc::clone(&of_pieces);
         CORNERS.into_iter().map(move |corner| {
             (0..motion.rows())
                 .map(|row| (value(input, row) - corner).max(0.0))
@@ -72,12 +80,12 @@ struct Stretches {
 }
 
 impl Stretches {
-    fn new(motions: &[&Motion], ranges: &[InputRange], low_pass: &[f64]) -> Self {
+    fn new(motions: &[&Motion], known: Known<'_>, low_pass: &[f64]) -> Self {
         let rows: usize = motions.iter().map(|m| m.rows()).sum();
         let step = (low_pass.len() / 16).max(rows / MAX_ROWS).max(1);
         let mut grams: Vec<Mat<f64>> = Vec::new();
         for motion in motions {
-            let series: Vec<Vec<f64>> = features(motion, ranges)
+            let series: Vec<Vec<f64>> = features(motion, known)
                 .map(|feature| apply_every(&feature, low_pass, step))
                 .chain(
                     motion
@@ -131,7 +139,7 @@ impl Stretches {
 pub fn inertias(
     axes: &[Axis],
     motions: &[&Motion],
-    ranges: &[InputRange],
+    known: Known<'_>,
     low_pass: &[f64],
 ) -> Result<Vec<Inertia>> {
     let mut identified = None;
@@ -150,7 +158,7 @@ pub fn inertias(
                     taps.len()
                 )));
             }
-            let stretches = identified.get_or_insert_with(|| Stretches::new(motions, ranges, taps));
+            let stretches = identified.get_or_insert_with(|| Stretches::new(motions, known, taps));
             identify(stretches, axis, i, axes.len())
         })
         .collect()

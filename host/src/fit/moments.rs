@@ -22,9 +22,9 @@ const LINE: usize = 8;
 /// Sums over rows of products of powers of the normalised inputs, with each other and with the outputs.
 #[derive(Clone, Debug)]
 pub struct Moments {
-    /// Σ of (first pair)·(second pair); 49×49, or 49×1 on one axis.
+    /// Σ of (first pair)·(second pair); 49×49, or 49×1 for two inputs.
     powers: Mat<f64>,
-    /// Σ of output·(first pair)·(second pair), exponents up to 3; 16 rows per output; 16 columns, or 1 on one axis.
+    /// Σ of output·(first pair)·(second pair), exponents up to 3; 16 rows per output; 16 columns, or 1 for two inputs.
     cross: Mat<f64>,
     /// Σ of each output's square.
     squares: Vec<f64>,
@@ -32,9 +32,9 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of no rows, for 1 or 2 axes and any number of outputs.
-    pub fn new(axes: usize, outputs: usize) -> Self {
-        let (pairs, low) = if axes == 2 { (49, 16) } else { (1, 1) };
+    /// Of no rows, for two to four inputs and any number of outputs.
+    pub fn new(inputs: usize, outputs: usize) -> Self {
+        let (pairs, low) = if inputs > 2 { (49, 16) } else { (1, 1) };
         Self {
             powers: Mat::zeros(49, pairs),
             cross: Mat::zeros(16 * outputs, low),
@@ -46,14 +46,14 @@ impl Moments {
     /// Of sums that are known: Σ of the product with these exponents, 0 to 6; Σ of an output times the product with these, 0 to 3;
     /// Σ of an output's square.
     pub(crate) fn of_sums(
-        axes: usize,
+        inputs: usize,
         outputs: usize,
         rows: usize,
         power: impl Fn([usize; 4]) -> f64,
         cross: impl Fn(usize, [usize; 4]) -> f64,
         square: impl Fn(usize) -> f64,
     ) -> Self {
-        let empty = Self::new(axes, outputs);
+        let empty = Self::new(inputs, outputs);
         Self {
             powers: Mat::from_fn(49, empty.powers.ncols(), |row, pair| {
                 let (c, d) = PAIRS[pair];
@@ -130,14 +130,15 @@ pub struct Summation {
 }
 
 impl Summation {
-    /// For inputs normalised with `ranges` (2 or 4 of them) and so many outputs.
+    /// For inputs normalised with `ranges` (2 to 4 of them) and so many outputs.
     pub fn new(ranges: &[InputRange], outputs: usize) -> Self {
-        let second = if ranges.len() == 4 { 49 } else { 1 };
+        let second = if ranges.len() > 2 { 49 } else { 1 };
         Self {
             ranges: ranges.to_vec(),
-            normalised: vec![vec![0.0; BLOCK]; ranges.len()],
+            // The place of a fourth input that is not there stays 0.
+            normalised: vec![vec![0.0; BLOCK]; 4],
             first: vec![0.0; BLOCK * (SAMPLE + 16 * outputs) + LINE],
-            // On one axis it stays the constant 1.
+            // For two inputs it stays the constant 1.
             second: vec![1.0; BLOCK * second],
         }
     }
@@ -251,10 +252,11 @@ mod tests {
             (2, vec![3, 3, 3, 3]),
             (2, vec![2, 3, 1, 0]),
             (1, vec![3, 3]),
+            (1, vec![3, 2, 3]),
         ] {
-            let (inputs, outputs) = (random(2 * axes, 700, 1), random(axes, 700, 2));
-            let mut moments = Moments::new(axes, axes);
-            let mut summation = Summation::new(&vec![RANGE; 2 * axes], axes);
+            let (inputs, outputs) = (random(orders.len(), 700, 1), random(axes, 700, 2));
+            let mut moments = Moments::new(orders.len(), axes);
+            let mut summation = Summation::new(&vec![RANGE; orders.len()], axes);
             summation.add(
                 &mut moments,
                 &slices(&inputs, 0, 700),
@@ -283,7 +285,7 @@ mod tests {
         let terms = exponents(&[3, 3, 3, 3]);
         let mut summation = Summation::new(&[RANGE; 4], 2);
         let mut part = |from, to| {
-            let mut moments = Moments::new(2, 2);
+            let mut moments = Moments::new(4, 2);
             summation.add(
                 &mut moments,
                 &slices(&inputs, from, to),

@@ -135,7 +135,10 @@ impl<S: HostScalar> Evaluator<S> {
     /// As [`Evaluator::new`].
     pub(crate) fn lifted(model: &ModelFile, lift: impl Fn(Number, f64) -> S) -> Result<Self> {
         let effects = of_the_joint(&model.effects_in_si()?);
-        if let Some(input) = followed(&effects).next() {
+        if let Some(input) = followed(&effects)
+            .chain(model.state_input.as_deref())
+            .next()
+        {
             return Err(Error::data(format!(
                 "the model follows the input {input:?}, and a motion is simulated without inputs; use compare, which reads them from the \
                  records"

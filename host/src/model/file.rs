@@ -53,13 +53,20 @@ impl Base {
         }
     }
 
-    /// The training range of every state: displacement and velocity of each axis, SI.
+    /// The training range of every state: displacement and velocity of each axis, SI; of one axis a third may be that of an input of the
+    /// study.
     pub fn inputs(&self) -> &[InputRange] {
         match self {
             Base::Polynomial(polynomial) => &polynomial.inputs,
             Base::Network(network) => &network.inputs,
             Base::None(none) => &none.inputs,
         }
+    }
+
+    /// The ranges of the joint's motion alone: displacement and velocity of each axis, SI.
+    pub fn motion_ranges(&self) -> &[InputRange] {
+        let all = self.inputs();
+        all.get(..2 * self.outputs()).unwrap_or(all)
     }
 
     /// The axes whose force it gives.
@@ -196,9 +203,12 @@ pub struct ModelFile {
     /// Physical effects: those of the joint add to the base, those of the instruments correct the study's data.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<ModelEffect>,
-    /// What effects follow beside the motion.
+    /// What effects and base follow beside the motion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub followed: Vec<FollowedInput>,
+    /// The input of the study that is the last state of a polynomial or network of one axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state_input: Option<String>,
     /// How it was fitted: `ridge`, `least-squares` or `select`; `Levenberg-Marquardt` for a network, `variable projection` for effects alone,
     /// `output error` for a model refined by simulation.
     pub fit: String,
@@ -300,6 +310,13 @@ impl ModelFile {
             ));
         }
         self.base.check().map_err(|e| e.sentence)?;
+        let (ranges, states) = (self.base.inputs().len(), 2 * axes);
+        let wanted = states + usize::from(self.state_input.is_some());
+        if ranges != wanted || wanted > 2 + axes {
+            return Err(format!(
+                "it has {ranges} input ranges where its axes and its state_input make {wanted}"
+            ));
+        }
         self.effects_in_si().map_err(|e| e.sentence)?;
         match self.followed.iter().find(|input| !input.range.is_sound()) {
             Some(input) => Err(format!("the input {:?} has no range", input.name)),
@@ -323,6 +340,7 @@ impl ModelFile {
     pub fn read_study(&self, path: &Path, more: &[String]) -> Result<Study> {
         let effects = self.effects_in_si()?;
         let own = effects.iter().filter_map(|e| e.input);
+        let own = own.chain(self.state_input.as_deref());
         let more = more.iter().filter_map(|effect| input_of(effect));
         let inputs = own.chain(more).map(|input| Follows::parse(input).name);
         Study::read_following(path, &inputs.collect::<Vec<_>>())
@@ -347,7 +365,7 @@ impl ModelFile {
         self.predict_with(states, &[])
     }
 
-    /// The same along a record, whose inputs some effects may follow.
+    /// The same along a record, whose inputs its force may follow.
     ///
     /// # Errors
     /// As [`ModelFile::predict`]; an input that the record has not.
@@ -365,11 +383,14 @@ impl ModelFile {
         states: &[&[f64]],
         inputs: &[(String, Vec<f64>)],
     ) -> Result<Vec<Vec<f64>>> {
-        let mut forces = self.base.predict(states)?;
         let effects = of_the_joint(&self.effects_in_si()?);
-        check_inputs(followed(&effects), |name| {
-            inputs.iter().any(|(known, _)| known == name)
-        })?;
+        let wanted = followed(&effects).chain(self.state_input.as_deref());
+        check_inputs(wanted, |name| inputs.iter().any(|(known, _)| known == name))?;
+        let followed = inputs.iter();
+        let followed = followed.filter(|(name, _)| Some(name) == self.state_input.as_ref());
+        let followed = followed.map(|(_, series)| series.as_slice());
+        let base_states: Vec<&[f64]> = states.iter().copied().chain(followed).collect();
+        let mut forces = self.base.predict(&base_states)?;
         let period_s = 1.0 / self.filters.sample_rate_hz;
         let history = TimeHistory::of_states(states, period_s).with_inputs(inputs);
         add_forces(&effects, &history, &mut forces);
@@ -396,9 +417,9 @@ impl ModelFile {
                 study.path.display()
             )));
         }
-        check_inputs(followed(&self.effects_in_si()?), |name| {
-            study.has_input(name)
-        })
+        let effects = self.effects_in_si()?;
+        let wanted = followed(&effects).chain(self.state_input.as_deref());
+        check_inputs(wanted, |name| study.has_input(name))
     }
 }
 

@@ -43,7 +43,7 @@ impl InputRange {
     }
 }
 
-/// What effects follow beside the motion.
+/// What a force follows beside the motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FollowedInput {
     /// Its name in the study.
@@ -55,7 +55,7 @@ pub struct FollowedInput {
 /// Σ a·u₁^i·u₂^j·u₃^k·u₄^l of normalised inputs, per axis (the paper's Eqs. 10 and 11).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Polynomial {
-    /// Highest exponent of each input, 0 to 3; two or four inputs.
+    /// Highest exponent of each input, 0 to 3: displacement and velocity of each axis; of one axis a third may be an input of the study.
     pub orders: Vec<u8>,
     /// How each input is normalised.
     pub inputs: Vec<InputRange>,

@@ -14,7 +14,7 @@ const BLOCK: usize = 128;
 /// Two inputs and one output for one axis, four and two for two axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Network {
-    /// How each input is normalised: P = (state − center) / half_range.
+    /// How each input is normalised: P = (state − center) / half_range; of one axis a third may be an input of the study.
     pub inputs: Vec<InputRange>,
     /// How each axis's output is normalised: force = center + half_range·T, N or N·m.
     pub outputs: Vec<InputRange>,
@@ -45,7 +45,7 @@ impl Network {
     /// One sentence that says which part does not fit.
     pub fn check(&self) -> Result<()> {
         let (inputs, axes, neurons) = (self.inputs.len(), self.outputs.len(), self.neurons());
-        let shapes = matches!(inputs, 2 | 4)
+        let shapes = matches!(inputs, 2..=4)
             && axes == inputs / 2
             && neurons > 0
             && self.hidden_weights.len() == neurons

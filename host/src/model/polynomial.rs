@@ -10,7 +10,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 const BLOCK: usize = 256;
 
 /// The exponents of every term for the given orders, in the order of the coefficients: the last input's
-/// exponent runs fastest. Two inputs leave the other two exponents 0.
+/// exponent runs fastest. Fewer than four inputs leave the other exponents 0.
 pub fn exponents(orders: &[u8]) -> Vec<[u8; 4]> {
     let order = |input: usize| orders.get(input).copied().unwrap_or(0);
     let mut terms = Vec::new();
@@ -27,16 +27,16 @@ pub fn exponents(orders: &[u8]) -> Vec<[u8; 4]> {
 }
 
 impl Polynomial {
-    /// Whether the parts fit together: two or four inputs, orders 0 to 3, as many coefficients as the orders
+    /// Whether the parts fit together: two to four inputs, orders 0 to 3, as many coefficients as the orders
     /// ask for, everything finite.
     ///
     /// # Errors
     /// One sentence that says which part does not fit.
     pub fn check(&self) -> Result<()> {
         let inputs = self.orders.len();
-        if !matches!(inputs, 2 | 4) || self.inputs.len() != inputs {
+        if !matches!(inputs, 2..=4) || self.inputs.len() != inputs {
             return Err(Error::data(format!(
-                "a polynomial has 2 or 4 inputs, each with an order and a range; this one has {inputs} orders and {} ranges",
+                "a polynomial has 2 to 4 inputs, each with an order and a range; this one has {inputs} orders and {} ranges",
                 self.inputs.len()
             )));
         }
@@ -79,7 +79,10 @@ impl Polynomial {
         let rows = super::check_states(states, self.inputs.len())?;
         // Σ c·(u^i·v^j)·(w^k·z^l): one matrix product over the second pair, then a sum over the first.
         let axes = self.coefficients.len();
-        let pairs_second = if axes == 2 { 16 } else { 1 };
+        let pairs_second = match self.inputs.len() {
+            2 => 1,
+            _ => 16,
+        };
         let mut weights = Mat::<f64>::zeros(pairs_second, 16 * axes);
         for (axis, coefficients) in self.coefficients.iter().enumerate() {
             for ([i, j, k, l], value) in exponents(&self.orders).into_iter().zip(coefficients) {
@@ -87,7 +90,7 @@ impl Polynomial {
                 weights[(at(k, l), 16 * axis + at(i, j))] = *value;
             }
         }
-        let mut normalised = vec![vec![0.0; BLOCK]; states.len()];
+        let mut normalised = vec![vec![0.0; BLOCK]; 4];
         let mut first = vec![0.0; BLOCK * 16];
         let mut second = vec![1.0; BLOCK * pairs_second];
         let mut inner = vec![0.0; BLOCK * 16 * axes];
@@ -102,8 +105,8 @@ impl Polynomial {
             }
             let u = |input: usize| &normalised[input][..count];
             pair_products(u(0), u(1), &mut first[..16 * count]);
-            // One axis leaves the second pair at the constant 1.
-            if axes == 2 {
+            // Two inputs leave the second pair at the constant 1.
+            if pairs_second > 1 {
                 pair_products(u(2), u(3), &mut second[..16 * count]);
             }
             let inner = &mut inner[..16 * axes * count];
@@ -142,7 +145,14 @@ mod tests {
     #[test]
     fn prediction_equals_the_sum_written_out() {
         let mut rng = ChaCha8Rng::seed_from_u64(21);
-        for orders in [vec![3, 3, 3, 3], vec![1, 3, 0, 2], vec![3, 3], vec![2, 1]] {
+        for orders in [
+            vec![3, 3, 3, 3],
+            vec![1, 3, 0, 2],
+            vec![3, 3],
+            vec![2, 1],
+            vec![3, 3, 3],
+            vec![1, 2, 3],
+        ] {
             let axes = orders.len() / 2;
             let terms = exponents(&orders);
             let polynomial = Polynomial {

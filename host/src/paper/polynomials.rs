@@ -49,8 +49,8 @@ impl Denominator {
 
     fn options(self) -> PolynomialOptions {
         PolynomialOptions {
-            orders: None,
             method: self.method(),
+            ..PolynomialOptions::default()
         }
     }
 
@@ -84,9 +84,9 @@ impl Denominator {
 /// Coefficients of all terms by the normal equations, straight from the rows.
 fn normal_solution(study: &Study, training: &[&Motion], band: &[f64]) -> Result<Mat<f64>> {
     let axes = study.axes.len();
-    let ranges = input_ranges(training);
-    let inertia = inertias(&study.axes, training, &ranges, band)?;
-    let mut moments = Moments::new(axes, axes);
+    let ranges = input_ranges(training, None);
+    let inertia = inertias(&study.axes, training, (&ranges, None), band)?;
+    let mut moments = Moments::new(ranges.len(), axes);
     let mut summation = Summation::new(&ranges, axes);
     for motion in training {
         let axes = study.axes.iter().zip(&inertia).enumerate();

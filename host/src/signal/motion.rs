@@ -52,6 +52,14 @@ impl Motion {
         }
     }
 
+    /// What a polynomial or a network is evaluated on: the states, and the input that it follows, where the record has it.
+    pub(crate) fn base_states(&self, input: Option<&str>) -> Vec<&[f64]> {
+        let states = self.states.iter().map(Vec::as_slice);
+        let inputs = self.inputs.iter();
+        let followed = inputs.filter(|(name, _)| Some(name.as_str()) == input);
+        states.chain(followed.map(|(_, s)| s.as_slice())).collect()
+    }
+
     /// Rows of every series.
     pub fn rows(&self) -> usize {
         self.force[0].len()

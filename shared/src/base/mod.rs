@@ -1,6 +1,6 @@
 //! A restoring-force model as the device holds it: what its numbers mean in SI, and the base that turns states into force.
 //!
-//! A model maps the normalised state [x, ẋ, φ, φ̇] (two axes) or [x, ẋ] (one axis), in Q31, to one force per axis, in
+//! A model maps the normalised state [x, ẋ, φ, φ̇] (two axes), [x, ẋ] (one axis) or [x, ẋ, input], in Q31, to one force per axis, in
 //! units of that axis's `force_per_lsb`. Everything in here is calibrated and does not move while it is evaluated.
 
 pub mod axis;
@@ -53,6 +53,18 @@ pub enum Base {
         /// Axes of the model: 1 or 2.
         axes: u8,
     },
+}
+
+impl Base {
+    /// Whether the force of its one axis depends on the input of that.
+    #[inline]
+    pub fn follows(&self) -> bool {
+        match self {
+            Self::Polynomial(polynomial) => polynomial.follows(),
+            Self::Network(network) => network.follows(),
+            Self::None { .. } => false,
+        }
+    }
 }
 
 /// A checked model: every evaluation is free of overflow, whatever the inputs.
@@ -121,6 +133,14 @@ impl Model {
         }
         let quantity = "number of axes of the model's base";
         checks.whole(quantity, of_base as i32, axes, axes);
+        let without = header.axes.iter().all(|axis| axis.input.is_none());
+        let lacks = i32::from(base.follows() && without);
+        checks.whole(
+            "inputs that a base follows and its axis has not",
+            lacks,
+            0,
+            0,
+        );
         for term in terms.list().iter().filter(|term| term.follows().is_some()) {
             let own = header.axes.get(term.axis());
             if own.is_none_or(|axis| axis.input.is_none()) {
@@ -167,8 +187,8 @@ impl Model {
 
     /// Brings a polynomial learnt in `f64` to fixed point.
     ///
-    /// `orders` has two entries per axis, 0 to 3 each; `coefficients` has one slice per axis of
-    /// (m+1)(n+1)(o+1)(p+1) values in N or N·m for inputs normalised to ±1, the last input's exponent running fastest.
+    /// `orders` has two entries per axis, 0 to 3 each, and of one axis a third for its input, if it follows one; `coefficients` has one
+    /// slice per axis of (m+1)(n+1)(o+1)(p+1) values in N or N·m for inputs normalised to ±1, the last input's exponent running fastest.
     /// `budgets` is the largest error bound allowed per axis, in N or N·m; `f64::INFINITY` allows any.
     ///
     /// # Errors
@@ -255,7 +275,7 @@ impl Model {
     }
 
     /// The force on each axis, in units of its [`Output::force_per_lsb`], for the normalised inputs [x, ẋ, φ, φ̇] in Q31
-    /// of a joint that has rested until then: effects with memory begin at 0. What effects follow beside the motion is in the middle of
+    /// of a joint that has rested until then: effects with memory begin at 0. What the force follows beside the motion is in the middle of
     /// its range.
     ///
     /// Of a one-axis model the last two inputs are not read and the second output is 0. Integers only, no division,
@@ -269,13 +289,13 @@ impl Model {
     #[inline]
     pub fn evaluate_by<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
         if self.terms.list().is_empty() {
-            return self.of_base::<K>(u);
+            return self.of_base::<K>(u, 0);
         }
         self.step_by::<K>(&mut Memory::default(), u)
     }
 
-    /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go on from `memory`, and those that
-    /// follow an input take the one that [`Memory::follow`] was told.
+    /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go on from `memory`, and what follows an
+    /// input takes the one that [`Memory::follow`] was told.
     #[inline]
     pub fn step(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
         self.step_by::<Portable>(memory, u)
@@ -284,7 +304,7 @@ impl Model {
     /// [`Self::step`] with a board's kernels.
     #[inline]
     pub fn step_by<K: Kernels>(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
-        let base = self.of_base::<K>(u);
+        let base = self.of_base::<K>(u, memory.input());
         if self.terms.list().is_empty() {
             return base;
         }
@@ -295,7 +315,13 @@ impl Model {
     }
 
     #[inline]
-    fn of_base<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
+    fn of_base<K: Kernels>(&self, u: &[i32; 4], input: i32) -> [i32; 2] {
+        let mut u = u;
+        let [x, v, ..] = *u;
+        let with_input = [x, v, input, 0];
+        if self.base.follows() {
+            u = &with_input;
+        }
         match &self.base {
             Base::Polynomial(polynomial) => polynomial.evaluate_by::<K>(u),
             Base::Network(network) => network.evaluate_by::<K>(u),

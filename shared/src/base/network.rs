@@ -29,6 +29,8 @@ pub struct NetworkModel {
     pub(crate) axes: u8,
     pub(crate) neurons: Vec<Neuron, NEURONS>,
     pub(crate) output_bias: [i64; 2],
+    /// See [`NetworkModel::follows`].
+    pub(crate) follows: bool,
 }
 
 impl NetworkModel {
@@ -47,9 +49,21 @@ impl NetworkModel {
         self.output_bias
     }
 
+    /// Adds a neuron, up to [`NEURONS`] of them.
+    pub(crate) fn push(&mut self, neuron: Neuron) {
+        let [.., input, _] = neuron.weights;
+        self.follows |= self.axes == 1 && input != 0;
+        let _ = self.neurons.push(neuron);
+    }
+
+    /// Whether the force of one axis depends on its input.
+    pub fn follows(&self) -> bool {
+        self.follows
+    }
+
     /// The force on each axis, in units of its `force_per_lsb`, for inputs [x, ẋ, φ, φ̇] in Q31.
     ///
-    /// A one-axis network gives the last two inputs no weight and leaves the second output at 0. The instructions that run are
+    /// A one-axis network reads [x, ẋ], the third where it follows an input, and leaves the second output at 0. The instructions that run are
     /// the same for all inputs: no branch depends on one. Nothing overflows and nothing has to be saturated, because
     /// [`Self::check`] has bounded every sum for all inputs.
     #[inline]
@@ -60,7 +74,7 @@ impl NetworkModel {
     /// [`Self::evaluate`] with a board's kernels.
     #[inline]
     pub fn evaluate_by<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
-        let [first, second] = if self.axes == 1 {
+        let [first, second] = if self.axes == 1 && !self.follows {
             K::sum_of_neurons::<1>(&self.neurons, self.output_bias, u)
         } else {
             K::sum_of_neurons::<2>(&self.neurons, self.output_bias, u)
@@ -85,9 +99,9 @@ impl NetworkModel {
             let (steps, most) = (u64::from(neuron.steps), u64::from(u32::MAX));
             checks.long("table steps of a neuron", steps, 1, most);
             if self.axes == 1 {
-                let [.., c, d] = neuron.weights;
+                let [.., d] = neuron.weights;
                 let [.., v] = neuron.outputs;
-                for (place, word) in [("weight of an input", c | d), ("output weight", v)] {
+                for (place, word) in [("weight of an input", d), ("output weight", v)] {
                     if word != 0 {
                         return Err(Error::Weight {
                             place,

@@ -29,7 +29,7 @@ const LARGEST: f64 = 1e7;
 /// A network learnt in `f64`, with its outputs in N or N·m for inputs normalised to ±1.
 #[derive(Clone, Copy, Debug)]
 pub struct Weights<'a> {
-    /// W1: two or four per neuron, the input running fastest; no unit.
+    /// W1: two or four per neuron, or three of one axis with the input that it follows, the input running fastest; no unit.
     pub hidden: &'a [f64],
     /// b1: one per neuron; no unit.
     pub hidden_bias: &'a [f64],
@@ -76,25 +76,22 @@ impl NetworkModel {
 
     /// As [`Self::quantise`], and what dominates each axis's bound.
     pub(crate) fn with_costs(weights: &Weights) -> Result<(Self, Vec<Output, 2>, Costs), Error> {
-        let axes = weights.check_counts()?;
+        let (axes, inputs) = weights.check_counts()?;
         let mut model = Self {
             axes: axes as u8,
             neurons: Vec::new(),
             output_bias: [0; 2],
+            follows: false,
         };
         let mut arguments = [Argument {
             moved: 0.0,
             reach: 0.0,
         }; NEURONS];
-        let hidden = weights
-            .hidden
-            .chunks_exact(2 * axes)
-            .zip(weights.hidden_bias);
+        let hidden = weights.hidden.chunks_exact(inputs).zip(weights.hidden_bias);
         for ((number, (inputs, &bias)), place) in (0..).zip(hidden).zip(&mut arguments) {
             let (neuron, argument) = neuron(number, inputs, bias)?;
             *place = argument;
-            // The capacity is the number of places.
-            let _ = model.neurons.push(neuron);
+            model.push(neuron);
         }
         let mut outputs = Vec::new();
         let mut costs = [None; 2];
@@ -201,8 +198,8 @@ impl Neuron {
 }
 
 impl Weights<'_> {
-    /// The number of axes, if everything is there that it asks for.
-    fn check_counts(&self) -> Result<usize, Error> {
+    /// The numbers of axes and inputs, if everything is there that they ask for.
+    fn check_counts(&self) -> Result<(usize, usize), Error> {
         let (axes, neurons) = (self.output.len(), self.hidden_bias.len());
         Error::unless_within("number of axes", axes as f64, 1.0, 2.0)?;
         Error::unless_within("number of neurons", neurons as f64, 1.0, NEURONS as f64)?;
@@ -214,12 +211,16 @@ impl Weights<'_> {
                 wanted,
             }),
         };
-        count("hidden weights", self.hidden.len(), 2 * axes * neurons)?;
+        let mut inputs = 2 * axes;
+        if self.hidden.len() == 3 * neurons && axes == 1 {
+            inputs = 3;
+        }
+        count("hidden weights", self.hidden.len(), inputs * neurons)?;
         count("output biases", self.output_bias.len(), axes)?;
         for values in self.output {
             count("output weights of an axis", values.len(), neurons)?;
         }
-        Ok(axes)
+        Ok((axes, inputs))
     }
 }
 

@@ -25,7 +25,8 @@ pub const SUM_PLACES: u32 = 29;
 /// With A the scale of a block, which is any real number, the stored words are the coefficients times A when both k and
 /// l are 0, times 2·A when one of them is, times 4·A otherwise, because every multiplication by a Q31 number halves
 /// the scale. A times the gain is the same number G for all blocks of an axis, and the output is the force times
-/// G/2^shift. For one axis there is one block, and the output is the force times A.
+/// G/2^shift. One axis has one block, and the output is the force times A; where it follows an input as well, a block for each power
+/// of that, which stand as those of the powers of x do for two axes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PolynomialModel {
     pub(crate) orders: [u8; 4],
@@ -40,7 +41,7 @@ impl PolynomialModel {
         usize::from(self.axes)
     }
 
-    /// The highest exponents of x, ẋ, φ, φ̇.
+    /// The highest exponents of x, ẋ, φ, φ̇; of one axis the third is that of its input.
     pub fn orders(&self) -> [u8; 4] {
         self.orders
     }
@@ -55,6 +56,17 @@ impl PolynomialModel {
         &self.blocks
     }
 
+    /// Whether a force of one axis depends on its input.
+    pub fn follows(&self) -> bool {
+        let [_, _, input, _] = self.orders;
+        self.axes == 1 && input > 0
+    }
+
+    /// Whether blocks are summed: not where there is one alone.
+    pub(super) fn sums_blocks(&self) -> bool {
+        self.axes == 2 || self.follows()
+    }
+
     /// The exponents of x, ẋ, φ, φ̇ that belong to a stored word.
     pub(crate) fn exponents(&self, block: usize, word: usize) -> [u8; 4] {
         let (block, word) = (block as u8, word as u8);
@@ -67,7 +79,7 @@ impl PolynomialModel {
 
     /// The force on each axis, in units of its `force_per_lsb`, for inputs [x, ẋ, φ, φ̇] in Q31.
     ///
-    /// A one-axis polynomial reads the first two inputs and leaves the second output at 0. The instructions that run
+    /// A one-axis polynomial reads [x, ẋ], the third where it follows an input, and leaves the second output at 0. The instructions that run
     /// are the same for all inputs: no branch depends on one. Nothing overflows and nothing has to be saturated,
     /// because [`Self::check`] has bounded every sum for all inputs.
     #[inline]
@@ -81,13 +93,17 @@ impl PolynomialModel {
         let [first, second] = &self.blocks;
         let [x, v, phi, omega] = *u;
         let (a, b) = (q31_powers(x), q31_powers(v));
+        let [s, t] = self.shifts;
         if self.axes == 1 {
+            if self.follows() {
+                let outer = monomials(&q31_powers(phi), &[0; 3]);
+                return [output(K::sum_of_blocks(first, &outer, &a, &b), s), 0];
+            }
             let [block, ..] = first;
             return [block_sum(&block.words, a, b), 0];
         }
         let (c, d) = (q31_powers(phi), q31_powers(omega));
         let outer = monomials(&a, &b);
-        let [s, t] = self.shifts;
         [
             output(K::sum_of_blocks(first, &outer, &c, &d), s),
             output(K::sum_of_blocks(second, &outer, &c, &d), t),
@@ -106,10 +122,15 @@ impl PolynomialModel {
         let mut checks = Checks::new();
         checks.whole("number of axes", i32::from(self.axes), 1, 2);
         for (input, &order) in self.orders.iter().enumerate() {
-            let most = if input < 2 * self.axes() { 3 } else { 0 };
+            // Of one axis the third is its input.
+            let most = if input < 2 + self.axes() { 3 } else { 0 };
             checks.whole("order of the polynomial", i32::from(order), 0, most);
         }
-        let most = if self.axes == 2 { MAX_OUTPUT_SHIFT } else { 0 };
+        let most = if self.sums_blocks() {
+            MAX_OUTPUT_SHIFT
+        } else {
+            0
+        };
         for &shift in &self.shifts {
             let quantity = "output shift of the polynomial";
             checks.whole(quantity, i32::from(shift), 0, i32::from(most));
@@ -143,7 +164,7 @@ impl PolynomialModel {
                     }
                     used |= inside;
                 }
-                let gain_is_sound = if used && self.axes == 2 {
+                let gain_is_sound = if used && self.sums_blocks() {
                     block.gain >= 0
                 } else {
                     block.gain == 0

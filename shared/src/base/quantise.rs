@@ -27,7 +27,7 @@ type Coefficients = [[f64; 16]; BLOCKS];
 impl PolynomialModel {
     /// Brings coefficients in N or N·m to fixed point, and says what one unit of each output is and how far off it may be.
     ///
-    /// `orders` has two entries per axis, 0 to 3 each; `coefficients` has one slice per axis of
+    /// `orders` has two entries per axis, 0 to 3 each, and of one axis a third for the input that it follows, if any; `coefficients` has one slice per axis of
     /// (m+1)(n+1)(o+1)(p+1) values for inputs normalised to ±1, the last input's exponent running fastest. An axis
     /// whose coefficients are all 0 gets the unit 1.
     ///
@@ -41,12 +41,12 @@ impl PolynomialModel {
     ) -> Result<(Self, Vec<Output, 2>), Error> {
         let axes = coefficients.len();
         Error::unless_within("number of axes", axes as f64, 1.0, 2.0)?;
-        let inputs = 2.0 * axes as f64;
+        let (states, most) = (2 * axes, 2 + axes);
         Error::unless_within(
             "number of orders (two per axis)",
             orders.len() as f64,
-            inputs,
-            inputs,
+            states as f64,
+            most as f64,
         )?;
         let mut model = Self {
             orders: [0; 4],
@@ -83,8 +83,8 @@ impl PolynomialModel {
             }
         }
         let limits = coefficients.map(|block| largest_scale(&block));
-        let one_axis = self.axes == 1;
-        let common = common_scale(&limits, total, one_axis);
+        let alone = !self.sums_blocks();
+        let common = common_scale(&limits, total, alone);
         let mut shift = 0_u8;
         while total * common > TOTAL_LIMIT * f64::from(1_u8 << shift) && shift < MAX_OUTPUT_SHIFT {
             shift += 1;
@@ -92,7 +92,7 @@ impl PolynomialModel {
         let mut coefficient_error = 0.0;
         let blocks = self.blocks.get_mut(axis).into_iter().flatten();
         for (block, (&limit, values)) in blocks.zip(limits.iter().zip(&coefficients)) {
-            let scale = if one_axis {
+            let scale = if alone {
                 common
             } else {
                 block.gain = gain(common / limit);
@@ -139,7 +139,7 @@ impl PolynomialModel {
             }
             let [i, j, k, l] = exponents.map(usize::from);
             let (block, word) = if self.axes == 1 {
-                (0, 4 * i + j)
+                (4 * k + l, 4 * i + j)
             } else {
                 (4 * i + j, 4 * k + l)
             };
@@ -160,14 +160,14 @@ impl PolynomialModel {
     pub fn error_bound_lsb(&self, axis: usize) -> f64 {
         let mut bound = 0.0;
         for (number, block) in self.blocks.get(axis).into_iter().flatten().enumerate() {
-            let gain = if self.axes == 1 {
-                1.0
-            } else {
+            let gain = if self.sums_blocks() {
                 f64::from(block.gain) / RAIL
+            } else {
+                1.0
             };
             let mut error = block_rounding(&block.words);
             for (place, &word) in block.words.iter().enumerate() {
-                // Both 0 for the monomial 1, which is exact, and for one axis, which has no monomials.
+                // Both 0 for the monomial 1, which is exact, and for one block alone, which has no monomials.
                 let (outer, weight) = if number > 0 { (1.0, 2.0) } else { (0.0, 0.0) };
                 let degree = self.exponents(number, place).iter().sum::<u8>();
                 let value = f64::from(word.unsigned_abs()) / factor(place);
@@ -178,7 +178,7 @@ impl PolynomialModel {
             bound += error * gain;
         }
         let unit = f64::from(1_u8 << self.shifts.get(axis).copied().unwrap_or(0));
-        let output = if self.axes == 1 { 0.0 } else { 0.5 };
+        let output = if self.sums_blocks() { 0.5 } else { 0.0 };
         // Products of two errors are below 2⁻²⁷ of the errors themselves.
         bound * (1.0 + 1e-7) / unit + output
     }
@@ -227,11 +227,11 @@ fn largest_scale(block: &[f64; 16]) -> f64 {
 }
 
 /// The largest scale G of an axis: no block's scale times a gain below 1 is less, and the 64-bit sum cannot overflow.
-fn common_scale(limits: &[f64; BLOCKS], total: f64, one_axis: bool) -> f64 {
+fn common_scale(limits: &[f64; BLOCKS], total: f64, alone: bool) -> f64 {
     let smallest = limits.iter().fold(f64::INFINITY, |a, &b| a.min(b));
     if total == 0.0 {
         1.0
-    } else if one_axis {
+    } else if alone {
         smallest
     } else {
         let of_sum = BLOCK_LIMIT * f64::from(1_u8 << MAX_OUTPUT_SHIFT) / total;

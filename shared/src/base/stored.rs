@@ -2,7 +2,8 @@
 
 use crate::wire::layout::laid_out;
 
-/// Blocks of a two-axis polynomial, one for each x^i·ẋ^j; block number 4·i + j.
+/// Blocks of a two-axis polynomial, one for each x^i·ẋ^j; block number 4·i + j. Of one axis those with j = 0, for each power i of its
+/// input.
 pub const BLOCKS: usize = 16;
 
 laid_out! {
@@ -12,7 +13,7 @@ laid_out! {
 pub struct Block {
     /// The coefficient of φ^k·φ̇^l at 4·k + l (one axis: of x^k·ẋ^l), at the block's own scale.
     pub words: [i32; 16],
-    /// What brings the block's scale to that of the axis: a Q31 number, not negative. 0 for one axis.
+    /// What brings the block's scale to that of the axis: a Q31 number, not negative. 0 for one axis without an input.
     pub gain: i32,
 }
 }
@@ -35,7 +36,7 @@ laid_out! {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct Neuron {
-    /// Weights of the inputs x, ẋ, φ, φ̇; the last two are 0 for one axis.
+    /// Weights of the inputs x, ẋ, φ, φ̇; of one axis the third is that of its input, if it follows one, and the last is 0.
     pub weights: [i32; 4],
     /// Weights of the neuron in the force of each axis; the last is 0 for one axis.
     pub outputs: [i32; 2],

@@ -170,6 +170,7 @@ fn learnt(study: &Study, candidate: &Candidate) -> Result<(ModelFile, Refined), 
             let options = PolynomialOptions {
                 orders: Some(orders.to_vec()),
                 method: Method::Ridge,
+                ..PolynomialOptions::default()
             };
             identify::polynomial(study, &options, &|_| ())
         }

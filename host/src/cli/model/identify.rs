@@ -75,9 +75,13 @@ pub(crate) struct Identify {
     #[arg(long, value_enum)]
     fit: Option<Fit>,
     /// Highest exponent of each state in a polynomial, 0 to 3: m,n,o,p for two axes (x, velocity of x, phi, velocity of
-    /// phi), m,n for one; 3 each when left out.
-    #[arg(long, value_name = "M,N[,O,P]", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(0..=3))]
+    /// phi), m,n for one, m,n,o with an input; 3 each when left out.
+    #[arg(long, value_name = "M,N[,O[,P]]", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(0..=3))]
     order: Option<Vec<u8>>,
+    /// The input of the study that a polynomial or a network of one axis takes as its third state, or none; the study's only one when
+    /// left out.
+    #[arg(long, value_name = "NAME")]
+    input: Option<String>,
     /// What the model is made to fit.
     #[arg(long, value_enum, default_value_t = Criterion::Equation)]
     criterion: Criterion,
@@ -103,6 +107,12 @@ impl Identify {
             Kind::Physical => {
                 self.network.refuse("physical")?;
                 self.refuse_polynomial_options("physical")?;
+                if let Some(input) = &self.input {
+                    return Err(Error::usage(format!(
+                        "--input is for --model polynomial and network; the effects of a physical model say themselves what they follow: \
+                         \"effect*{input}@axis\""
+                    )));
+                }
             }
         }
         let study = match (&self.from, &self.study) {
@@ -123,7 +133,7 @@ impl Identify {
         console.check_outputs(&written, &study)?;
         let identified = match self.model {
             Kind::Polynomial => self.fit_polynomial(&study, &working)?,
-            Kind::Network => self.network.train(&study, &working)?,
+            Kind::Network => self.network.train(&study, self.input.clone(), &working)?,
             Kind::Physical => {
                 working.set_message("fitting the effects");
                 identify::physical(&study)?
@@ -164,6 +174,11 @@ impl Identify {
         if self.criterion == Criterion::Simulation {
             return Err(Error::usage(
                 "--criterion simulation needs records, which sums are not; leave out --from",
+            ));
+        }
+        if self.input.is_some() {
+            return Err(Error::usage(
+                "sums hold the motion and no input; leave out --input, or learn from the records without --from",
             ));
         }
         output::check(&self.output)?;
@@ -219,16 +234,6 @@ impl Identify {
     }
 
     fn fit_polynomial(&self, study: &Study, working: &ProgressBar) -> Result<Identified> {
-        if let Some(orders) = &self.order
-            && orders.len() != 2 * study.axes.len()
-        {
-            return Err(Error::usage(format!(
-                "--order has {} numbers where this study needs {}, one per state; give e.g. --order {}",
-                orders.len(),
-                2 * study.axes.len(),
-                ["3,3", "3,3,3,3"][study.axes.len() - 1]
-            )));
-        }
         working.set_message("fitting the polynomial");
         identify::polynomial(study, &self.polynomial_options(), &|done| {
             working.set_message(format!("fitting the polynomial, {:.0} %", 100.0 * done));
@@ -238,6 +243,7 @@ impl Identify {
     fn polynomial_options(&self) -> PolynomialOptions {
         PolynomialOptions {
             orders: self.order.clone(),
+            input: self.input.clone(),
             method: match self.fit {
                 None | Some(Fit::Ridge) => Method::Ridge,
                 Some(Fit::LeastSquares) => Method::LeastSquares,

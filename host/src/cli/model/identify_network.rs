@@ -57,12 +57,20 @@ impl NetworkArguments {
     }
 
     /// Trains, showing how far it is; Ctrl-C ends the training and keeps what there is.
-    pub(super) fn train(&self, study: &Study, working: &ProgressBar) -> Result<Identified> {
+    ///
+    /// `input` as in [`NetworkOptions`].
+    pub(super) fn train(
+        &self,
+        study: &Study,
+        input: Option<String>,
+        working: &ProgressBar,
+    ) -> Result<Identified> {
         let default = NetworkOptions::default();
         let options = NetworkOptions {
             neurons: self.neurons.unwrap_or(default.neurons),
             restarts: self.restarts.map_or(default.restarts, usize::from),
             seed: self.seed.unwrap_or(default.seed),
+            input,
             ..default
         };
         end_by_ctrl_c()?;

@@ -163,7 +163,8 @@ fn blob_in_words(model: &Model) -> String {
     let header = model.header();
     let base = match model.base() {
         DeviceBase::Polynomial(polynomial) => {
-            let orders = &polynomial.orders()[..2 * model.axes()];
+            let states = 2 * model.axes() + usize::from(polynomial.follows());
+            let orders = &polynomial.orders()[..states];
             format!("polynomial, orders {orders:?}")
         }
         DeviceBase::Network(network) => format!("network, {} neurons", network.neurons().len()),

@@ -4,6 +4,7 @@ pub mod from_sums;
 mod network;
 mod physical;
 mod polynomial;
+mod state_input;
 
 pub use network::{Training, network};
 pub use physical::physical;
@@ -115,6 +116,8 @@ pub struct Prepared {
 pub struct FitResult {
     /// What the force is made of.
     pub base: Base,
+    /// The input of the study that is the base's last state.
+    pub state_input: Option<String>,
     /// Physical effects that add to it.
     pub effects: Vec<ModelEffect>,
     /// Per axis, stated or identified.
@@ -201,7 +204,7 @@ impl Prepared {
             &self.validation(study),
         ));
         let inertia = fit_result.inertia.clone();
-        let inputs = followed(&fit_result.effects, &self.training(study));
+        let inputs = followed(&fit_result, &self.training(study));
         let mut model = fit_result.model(&study.name, &study.axes, self.filters);
         model.followed = inputs;
         model.records.clone_from(&study.sources);
@@ -229,6 +232,7 @@ impl FitResult {
             base: self.base,
             effects: self.effects,
             followed: Vec::new(),
+            state_input: self.state_input,
             fit: self.fit,
             fits: self.fits,
             warnings: self.warnings,
@@ -241,12 +245,11 @@ impl FitResult {
     }
 }
 
-/// What effects follow beside the motion, with its range in the training records; nothing for one that does not change in them.
-fn followed(effects: &[ModelEffect], training: &[&Motion]) -> Vec<FollowedInput> {
-    let names = effects
-        .iter()
-        .filter_map(|e| Some(Follows::parse(input_of(&e.effect)?).name));
-    let names: BTreeSet<&str> = names.collect();
+/// What a force follows beside the motion, with its range in the training records; nothing for one that does not change in them.
+fn followed(found: &FitResult, training: &[&Motion]) -> Vec<FollowedInput> {
+    let effects = found.effects.iter();
+    let names = effects.filter_map(|e| Some(Follows::parse(input_of(&e.effect)?).name));
+    let names: BTreeSet<&str> = names.chain(found.state_input.as_deref()).collect();
     let range = |name: &str| {
         let all = training.iter().flat_map(|motion| &motion.inputs);
         let series = all.filter(|(known, _)| known == name).flat_map(|(_, s)| s);

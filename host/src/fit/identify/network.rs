@@ -1,5 +1,6 @@
 //! Learning a network of tanh neurons from a study, and whether its restarts agree.
 
+use super::state_input::StateInput;
 use super::{FitResult, Identified, Prepared};
 use crate::fit::errors::Sums;
 use crate::fit::network::{NetworkFit, NetworkOptions, TrainingObserver, fit_network};
@@ -36,6 +37,12 @@ pub fn network(
     let prepared = Prepared::new(study)?;
     let training = prepared.training(study);
     let band = &prepared.filters.band;
+    let chosen = StateInput::of(study, options.input.as_deref(), &training)?;
+    let options = &NetworkOptions {
+        input: chosen.name.clone(),
+        ..options.clone()
+    };
+    let input = options.input.as_deref();
     let fit = fit_network(&study.axes, &training, band, options, watch)?;
     let best = &fit.restarts[fit.best];
     let fits = study.axes.iter().enumerate();
@@ -50,6 +57,7 @@ pub fn network(
     let fit_result = FitResult {
         fits: fits.collect(),
         base: Base::Network(fit.network.clone()),
+        state_input: None,
         effects: Vec::new(),
         inertia: fit.inertia.clone(),
         fit: "Levenberg-Marquardt".into(),
@@ -61,7 +69,7 @@ pub fn network(
     } else {
         let restarts = fit.restarts.iter();
         restarts
-            .map(|restart| nmse_percent(study, &fit, &restart.network, &validation, band))
+            .map(|restart| nmse_percent(study, &fit, (&restart.network, input), &validation, band))
             .collect::<Result<_>>()?
     };
     let judged = if validation.is_empty() {
@@ -69,8 +77,8 @@ pub fn network(
     } else {
         &validation
     };
-    let disagreement = fit.disagreement(judged)?;
-    let mut identified = prepared.finish(study, fit_result)?;
+    let disagreement = fit.disagreement(judged, input)?;
+    let mut identified = prepared.finish(study, chosen.told(fit_result))?;
     identified.training = Some(Training {
         fit,
         validation_nmse_percent,
@@ -83,14 +91,13 @@ pub fn network(
 fn nmse_percent(
     study: &Study,
     fit: &NetworkFit,
-    network: &Network,
+    (network, input): (&Network, Option<&str>),
     motions: &[&Motion],
     band: &[f64],
 ) -> Result<Vec<f64>> {
     let mut sums = vec![Sums::default(); study.axes.len()];
     for motion in motions {
-        let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
-        let predicted = network.predict(&states)?;
+        let predicted = network.predict(&motion.base_states(input))?;
         for (index, (sums, predicted)) in sums.iter_mut().zip(&predicted).enumerate() {
             let convention = study.axes[index].restoring_force;
             let inertia = &fit.inertia[index];

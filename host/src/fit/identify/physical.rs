@@ -49,7 +49,7 @@ impl Prepared {
     /// What a fit of effects alone found.
     pub(crate) fn fit_result(&self, study: &Study, fit: EffectsFit) -> FitResult {
         let training = self.training(study);
-        let inputs = input_ranges(&training);
+        let inputs = input_ranges(&training, None);
         FitResult::of_effects(&study.axes, fit, inputs, |axis, inertia| {
             self.training_force_rms(study, axis, inertia)
         })
@@ -204,6 +204,7 @@ impl FitResult {
         Self {
             fits: fits.collect(),
             base: Base::None(NoBase { inputs }),
+            state_input: None,
             effects: effect_terms(axes, &fit.terms),
             inertia: fit.inertia,
             fit: "variable projection".into(),

@@ -1,5 +1,6 @@
 //! Learning the paper's polynomial from a study, and writing it as an equation.
 
+use super::state_input::StateInput;
 use super::{FitResult, Identified, Prepared};
 use crate::fit::polynomial::{Method, PolynomialFit, PolynomialOptions, fit_polynomial};
 use crate::model::file::{AxisFit, Base, ModelFile};
@@ -20,17 +21,17 @@ pub fn polynomial(
     study.check_has_time("a polynomial follows velocities", "use --model physical")?;
     let prepared = Prepared::new(study)?;
     let training = prepared.training(study);
-    let fit = fit_polynomial(
-        &study.axes,
-        &training,
-        &prepared.filters.band,
-        options,
-        progress,
-    )?;
+    let chosen = StateInput::of(study, options.input.as_deref(), &training)?;
+    let options = PolynomialOptions {
+        input: chosen.name.clone(),
+        ..options.clone()
+    };
+    let band = &prepared.filters.band;
+    let fit = fit_polynomial(&study.axes, &training, band, &options, progress)?;
     let fit_result = FitResult::of_polynomial(&study.axes, fit, options.method, |axis, inertia| {
         prepared.training_force_rms(study, axis, inertia)
     });
-    prepared.finish(study, fit_result)
+    prepared.finish(study, chosen.told(fit_result))
 }
 
 impl Identified {
@@ -46,7 +47,7 @@ pub(crate) fn equations(model: &ModelFile) -> Vec<String> {
         return Vec::new();
     };
     let axes = model.axes.iter().enumerate();
-    axes.filter_map(|(index, axis)| equation(polynomial, index, &model.axes, axis))
+    axes.filter_map(|(index, axis)| equation(polynomial, index, model, axis))
         .collect()
 }
 
@@ -57,16 +58,19 @@ const READABLE_TERMS: usize = 12;
 fn equation(
     polynomial: &Polynomial,
     index: usize,
-    axes: &[ModelAxis],
+    model: &ModelFile,
     axis: &ModelAxis,
 ) -> Option<String> {
     let coefficients = polynomial.coefficients.get(index)?;
     if coefficients.iter().filter(|c| **c != 0.0).count() > READABLE_TERMS {
         return None;
     }
+    let axes = &model.axes;
+    let input = model.state_input.iter().map(|name| format!("w_{name}"));
     let symbols: Vec<String> = axes
         .iter()
         .flat_map(|a| [format!("u_{}", a.name), format!("v_{}", a.name)])
+        .chain(input)
         .collect();
     let mut text = format!("\n  r_{} [{}] =", axis.name, axis.kind.force_unit());
     let terms = exponents(&polynomial.orders);
@@ -106,18 +110,21 @@ fn equation(
         if !used {
             continue;
         }
-        let owner = &axes[state / 2];
-        let (name, unit) = if state % 2 == 0 {
-            (owner.name.clone(), owner.kind.displacement_unit())
-        } else {
-            (
+        // An input has the unit that the study gives it.
+        let (name, unit) = match (axes.get(state / 2), state % 2) {
+            (Some(owner), 0) => (
+                owner.name.clone(),
+                format!(" {}", owner.kind.displacement_unit()),
+            ),
+            (Some(owner), _) => (
                 format!("velocity of {}", owner.name),
-                owner.kind.velocity_unit(),
-            )
+                format!(" {}", owner.kind.velocity_unit()),
+            ),
+            (None, _) => (model.state_input.clone().unwrap_or_default(), String::new()),
         };
         let sign = if range.center < 0.0 { "+" } else { "−" };
         text.push_str(&format!(
-            "\n    {symbol} = ({name} {sign} {:.4e} {unit}) / {:.4e} {unit}",
+            "\n    {symbol} = ({name} {sign} {:.4e}{unit}) / {:.4e}{unit}",
             range.center.abs(),
             range.half_range
         ));
@@ -145,6 +152,7 @@ impl FitResult {
         Self {
             fits: fits.collect(),
             base: Base::Polynomial(fit.polynomial),
+            state_input: None,
             effects: Vec::new(),
             inertia: fit.inertia,
             fit: method.name().into(),

@@ -120,8 +120,9 @@ pub fn fit_network(
 ) -> Result<NetworkFit> {
     options.check()?;
     check_records(axes, motions)?;
-    let inputs = input_ranges(motions);
-    let inertia = inertias(axes, motions, &inputs, low_pass)?;
+    let input = options.input.as_deref();
+    let inputs = input_ranges(motions, input);
+    let inertia = inertias(axes, motions, (&inputs, input), low_pass)?;
     let forces: Vec<Vec<Vec<f64>>> = motions
         .iter()
         .map(|motion| {
@@ -136,7 +137,7 @@ pub fn fit_network(
         .iter()
         .zip(&forces)
         .map(|(motion, forces)| Piece {
-            states: motion.states.iter().map(Vec::as_slice).collect(),
+            states: motion.base_states(input),
             forces: forces.iter().map(Vec::as_slice).collect(),
         })
         .collect();

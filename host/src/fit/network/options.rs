@@ -30,6 +30,8 @@ pub struct NetworkOptions {
     pub tolerance: f64,
     /// Steps after which a stage ends in any case.
     pub steps_per_stage: usize,
+    /// The input of the study that is the third state of a network of one axis.
+    pub input: Option<String>,
 }
 
 impl Default for NetworkOptions {
@@ -42,6 +44,7 @@ impl Default for NetworkOptions {
             seed: 1,
             tolerance: limits.tolerance,
             steps_per_stage: limits.steps_per_stage,
+            input: None,
         }
     }
 }

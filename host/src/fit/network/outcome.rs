@@ -196,12 +196,12 @@ impl NetworkFit {
     ///
     /// # Errors
     /// When the motions have other axes than the network.
-    pub fn disagreement(&self, motions: &[&Motion]) -> Result<Vec<f64>> {
+    pub fn disagreement(&self, motions: &[&Motion], input: Option<&str>) -> Result<Vec<f64>> {
         let axes = self.network.outputs.len();
         let (mut apart, mut size) = (vec![0.0; axes], vec![0.0; axes]);
         let count = self.restarts.len() as f64;
         for motion in motions {
-            let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
+            let states = motion.base_states(input);
             let predictions = self.restarts.iter().map(|r| r.network.predict(&states));
             let predictions: Vec<Vec<Vec<f64>>> = predictions.collect::<Result<_>>()?;
             for axis in 0..axes {

@@ -27,7 +27,7 @@ const AS_GOOD: f64 = 1.1;
 /// Restarts per size and fold at most; the better one counts.
 const RESTARTS: usize = 2;
 
-/// Cells along each state of one axis and of two; odd numbers, so that rest lies in the middle of one.
+/// Cells along each of two states, and of three or four; odd numbers, so that rest lies in the middle of one.
 const CELLS: [usize; 2] = [21, 7];
 
 /// Fewer rows than this in visited cells say nothing about a record.
@@ -215,7 +215,7 @@ fn extent(piece: &Piece<'_>) -> Vec<(f64, f64)> {
 
 /// The rows of the record left out that lie where another has been.
 fn visited_rows(fold: &Fold<'_>, ranges: &[InputRange]) -> Vec<usize> {
-    let per_state = CELLS[ranges.len() / 2 - 1];
+    let per_state = CELLS[usize::from(ranges.len() > 2)];
     let mut visited = vec![false; per_state.pow(ranges.len() as u32)];
     for piece in &fold.training {
         for row in 0..piece.rows() {

@@ -40,6 +40,8 @@ pub struct PolynomialOptions {
     pub orders: Option<Vec<u8>>,
     /// How the terms are selected and regularised.
     pub method: Method,
+    /// The input of the study that is the third state of a polynomial of one axis.
+    pub input: Option<String>,
 }
 
 /// What the fit of one axis tells about itself.
@@ -79,11 +81,14 @@ pub struct PolynomialFit {
 /// The paper normalises to zero mean and ±1. The middle of the range rather than the mean puts the largest values of
 /// both signs at exactly ±1, as the device's numbers need it; for motion about a rest position the two agree. An input that never
 /// moves keeps a half range of 1.
-pub fn input_ranges(motions: &[&Motion]) -> Vec<InputRange> {
-    let inputs = motions.first().map_or(0, |m| m.states.len());
+///
+/// `input` names the input of the study that is an input of the model, the last.
+pub fn input_ranges(motions: &[&Motion], input: Option<&str>) -> Vec<InputRange> {
+    let states: Vec<Vec<&[f64]>> = motions.iter().map(|m| m.base_states(input)).collect();
+    let inputs = states.first().map_or(0, Vec::len);
     (0..inputs)
-        .map(|input| {
-            let values = motions.iter().flat_map(|m| &m.states[input]);
+        .map(|at| {
+            let values = states.iter().filter_map(|s| s.get(at)).copied().flatten();
             let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
                 (v.min(low), v.max(high))
             });
@@ -104,14 +109,16 @@ pub(super) fn range(low: f64, high: f64) -> InputRange {
 impl PolynomialOptions {
     /// The highest exponent of each input of these axes.
     fn orders_for(&self, axes: &[Axis]) -> Result<Vec<u8>> {
-        let orders = self
-            .orders
-            .clone()
-            .unwrap_or_else(|| vec![3; 2 * axes.len()]);
-        if orders.len() != 2 * axes.len() || orders.iter().any(|order| *order > 3) {
+        let states = 2 * axes.len() + usize::from(self.input.is_some());
+        let orders = self.orders.clone().unwrap_or_else(|| vec![3; states]);
+        if orders.len() != states || orders.iter().any(|order| *order > 3) {
+            let input = self.input.as_ref();
+            let and_input = input.map_or(String::new(), |name| format!(", and the input {name:?}"));
             return Err(Error::usage(format!(
-                "--order takes {} numbers from 0 to 3, one per input (displacement and velocity of each axis), not {orders:?}",
-                2 * axes.len()
+                "--order has {} numbers where this study needs {states} from 0 to 3, one per state (displacement and velocity of each axis\
+                 {and_input}); give e.g. --order {}",
+                orders.len(),
+                vec!["3"; states].join(",")
             )));
         }
         Ok(orders)
@@ -190,8 +197,9 @@ pub fn fit_polynomial(
 ) -> Result<PolynomialFit> {
     check_records(axes, motions)?;
     options.orders_for(axes)?;
-    let ranges = input_ranges(motions);
-    let inertia = inertias(axes, motions, &ranges, low_pass)?;
+    let input = options.input.as_deref();
+    let ranges = input_ranges(motions, input);
+    let inertia = inertias(axes, motions, (&ranges, input), low_pass)?;
     progress(0.2);
     let guard = guard_rows(motions[0].sample_rate_hz, low_pass);
     let mut folded = FoldedMoments::new(&ranges, axes.len(), guard);
@@ -204,9 +212,8 @@ pub fn fit_polynomial(
                 motion.restoring_force(i, inertia.value, axis.restoring_force)
             })
             .collect();
-        let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
         let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
-        folded.add_record(&states, &forces);
+        folded.add_record(&motion.base_states(input), &forces);
     }
     progress(0.4);
     let warnings = |terms| training_warnings(axes, motions, terms);

@@ -21,8 +21,8 @@ fn axis(name: &str, inertia: Option<f64>) -> Axis {
 
 fn options(method: Method) -> PolynomialOptions {
     PolynomialOptions {
-        orders: None,
         method,
+        ..PolynomialOptions::default()
     }
 }
 
@@ -337,6 +337,7 @@ fn bad_input_gets_a_sentence() {
         let options = PolynomialOptions {
             orders,
             method: Method::Ridge,
+            ..PolynomialOptions::default()
         };
         fit_polynomial(&axes, motions, &[], &options, &|_| ()).map_err(|e| e.exit_code())
     };
@@ -363,6 +364,7 @@ fn lower_orders_and_one_axis_fit_alike() {
     let options = PolynomialOptions {
         orders: Some(vec![2, 1]),
         method: Method::LeastSquares,
+        ..PolynomialOptions::default()
     };
     let fit = fit_polynomial(&[axis("x", Some(0.0))], &[&motion], &[], &options, &|_| ()).unwrap();
     for (a, b) in fit.polynomial.coefficients[0]

@@ -85,7 +85,7 @@ impl Plan {
             study: study.name.clone(),
             description: template.sha256()?,
             axes: study.axes.clone(),
-            inputs: input_ranges(&training),
+            inputs: input_ranges(&training, None),
             scales: scales.collect(),
             terms: bound.iter().map(|term| term.name(&names)).collect(),
             proposed,

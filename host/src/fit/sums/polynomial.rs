@@ -299,7 +299,7 @@ fn moments(plan: &Plan, part: &Exact, rows: u64, ranges: &[InputRange]) -> Momen
         e[..inputs].iter().fold(0, |place, e| side * place + e)
     };
     Moments::of_sums(
-        sizes.outputs,
+        plan.inputs.len(),
         sizes.outputs,
         rows as usize,
         |e| power[place(e, 7)],

@@ -6,7 +6,7 @@
 
 use crate::fit::effects::columns::Records;
 use crate::fit::{legendre, ridge};
-use crate::model::file::Base;
+use crate::model::file::{Base, ModelFile};
 use crate::model::{InputRange, Network, Polynomial, exponents};
 use crate::signal::motion::Motion;
 use crate::text::error::{Error, Result};
@@ -27,27 +27,29 @@ pub(crate) struct Functions {
 }
 
 impl Functions {
-    /// The functions of a base that was fitted by the named method, along the motions of `records`.
+    /// The functions of a model's base, along the motions of `records`.
     ///
     /// # Errors
     /// A base without functions.
     pub(super) fn new(
-        base: &Base,
-        method: &str,
+        model: &ModelFile,
         motions: &[&Motion],
         records: &Records<'_>,
     ) -> Result<Self> {
+        let (base, method) = (&model.base, model.fit.as_str());
+        let input = model.state_input.as_deref();
+        let states: Vec<Vec<&[f64]>> = motions.iter().map(|m| m.base_states(input)).collect();
         let few = method == "select";
         let axes = base.inputs().len() / 2;
         let (columns, penalties) = match base {
             Base::Polynomial(polynomial) => (
-                of_polynomial(polynomial, few, motions, records),
+                of_polynomial(polynomial, few, &states, records),
                 ridge::weights(&polynomial.orders),
             ),
             Base::Network(network) => {
                 let mut penalties = vec![1.0; network.neurons()];
                 penalties.push(0.0);
-                (of_network(network, motions, records), penalties)
+                (of_network(network, &states, records), penalties)
             }
             Base::None(_) => (Vec::new(), Vec::new()),
         };
@@ -117,21 +119,23 @@ impl Functions {
 fn along(
     count: usize,
     inputs: &[InputRange],
-    motions: &[&Motion],
+    motions: &[Vec<&[f64]>],
     records: &Records<'_>,
     at: impl Fn(usize, &[f64; 4]) -> f64 + Sync,
 ) -> Vec<Vec<f64>> {
     let normalised: Vec<Vec<[f64; 4]>> = motions
         .iter()
-        .map(|motion| {
+        .map(|states| {
             let row = |row: usize| {
                 let mut u = [0.0; 4];
-                for ((u, range), series) in u.iter_mut().zip(inputs).zip(&motion.states) {
+                for ((u, range), series) in u.iter_mut().zip(inputs).zip(states) {
                     *u = range.normalise(series[row]);
                 }
                 u
             };
-            (0..motion.rows()).map(row).collect()
+            (0..states.first().map_or(0, |s| s.len()))
+                .map(row)
+                .collect()
         })
         .collect();
     let column = |c: usize| {
@@ -147,7 +151,7 @@ fn along(
 fn of_polynomial(
     polynomial: &Polynomial,
     few: bool,
-    motions: &[&Motion],
+    motions: &[Vec<&[f64]>],
     records: &Records<'_>,
 ) -> Vec<Vec<f64>> {
     let terms = exponents(&polynomial.orders);
@@ -168,7 +172,7 @@ fn of_polynomial(
     )
 }
 
-fn of_network(network: &Network, motions: &[&Motion], records: &Records<'_>) -> Vec<Vec<f64>> {
+fn of_network(network: &Network, motions: &[Vec<&[f64]>], records: &Records<'_>) -> Vec<Vec<f64>> {
     let neurons = network.neurons();
     along(
         neurons + 1,

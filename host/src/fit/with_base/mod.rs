@@ -73,14 +73,15 @@ impl<'a> OnRecords<'a> {
         let low_pass = &model.filters.band;
         let mut axes = axes.to_vec();
         if !matches!(model.base, Base::None(_)) {
-            let found = inertias(&axes, motions, model.base.inputs(), low_pass)?;
+            let known = (model.base.inputs(), model.state_input.as_deref());
+            let found = inertias(&axes, motions, known, low_pass)?;
             for (axis, found) in axes.iter_mut().zip(found) {
                 axis.inertia = Some(found.value);
             }
         }
         let mut records = Records::new(&axes, motions, low_pass);
         records.beside_constant = !matches!(model.base, Base::None(_));
-        let functions = Functions::new(&model.base, &model.fit, motions, &records)?;
+        let functions = Functions::new(model, motions, &records)?;
         let smear =
             (low_pass.len() as f64 * records.thinned_rate_hz / motions[0].sample_rate_hz).ceil();
         Ok(Self {
@@ -290,8 +291,8 @@ impl<'a> OnRecords<'a> {
             }
             let mut effects = assemble(&self.axes, &problem, fit.solved.clone(), fit.stopped)?;
             let low_pass = self.low_pass;
-            let inputs = super::polynomial::input_ranges(self.motions);
-            effects.inertia = inertias(axes, self.motions, &inputs, low_pass)?;
+            let inputs = super::polynomial::input_ranges(self.motions, None);
+            effects.inertia = inertias(axes, self.motions, (&inputs, None), low_pass)?;
             return Ok(WithBase {
                 base: self.base_of_remainder(terms, &fit, &projections),
                 effective_parameters: projections.iter().map(|a| a.effective).collect(),

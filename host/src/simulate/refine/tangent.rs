@@ -93,7 +93,7 @@ impl Tangent<'_> {
         let state = self
             .driven
             .relative(&dual(&self.y), &self.driven.acting(time_s));
-        let mut known = model.base.inputs().iter().zip(state);
+        let mut known = model.base.motion_ranges().iter().zip(state);
         // Written so that a value that is no number counts as gone.
         let near = known.all(|(range, s)| range.normalise(s.value).abs() <= DIVERGED);
         (near && state.iter().all(|s| s.slopes[0].is_finite())).then_some(state)

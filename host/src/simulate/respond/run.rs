@@ -202,7 +202,15 @@ pub(in crate::simulate) fn settled<M: Mechanism>(
     least_steps: usize,
     make: impl Fn(usize) -> M,
 ) -> Simulated {
-    let at = |steps| run(make(steps), motion, restart_rows, base.inputs(), steps);
+    let at = |steps| {
+        run(
+            make(steps),
+            motion,
+            restart_rows,
+            base.motion_ranges(),
+            steps,
+        )
+    };
     let mut steps = least_steps;
     let mut coarse = at(steps);
     loop {
