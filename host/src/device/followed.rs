@@ -1,12 +1,12 @@
-//! What effects of a model on the device follow beside the motion, and what a converter reads of it.
+//! What a model on the device follows beside the motion, and what a converter reads of it.
 
-use crate::model::file::check_inputs;
+use crate::model::effects::check_inputs;
 use crate::study::{Record, Study};
 use crate::text::error::Result;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::wire::rig::RigAxis;
 
-/// What effects of each axis follow, by name.
+/// What the force of each axis follows, by name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Followed([Option<String>; 2]);
 
@@ -41,7 +41,7 @@ impl Followed {
     }
 }
 
-/// The name of what effects of each axis follow.
+/// The name of what the force of each axis follows.
 fn followed(model: &Model) -> impl Iterator<Item = Option<&str>> {
     let axes = model.header().axes.iter();
     axes.map(|axis| Some(axis.input.as_ref()?.name.as_str()))

@@ -234,6 +234,21 @@ pub(crate) fn input_of(effect: &str) -> Option<&str> {
     input.filter(|input| !input.is_empty())
 }
 
+/// Refuses inputs that a model follows and that are not there.
+pub(crate) fn check_inputs(
+    followed: impl IntoIterator<Item = impl AsRef<str>>,
+    is_there: impl Fn(&str) -> bool,
+) -> Result<()> {
+    let mut followed = followed.into_iter();
+    match followed.find(|name| !is_there(name.as_ref())) {
+        None => Ok(()),
+        Some(name) => Err(Error::data(format!(
+            "the model follows the input {name:?}, which is not there: name its column in study.toml with [[input]], name = {name:?}",
+            name = name.as_ref()
+        ))),
+    }
+}
+
 impl AxisEffect {
     /// Reads `effect@axis`, or `effect` for one that acts on both axes; `effect*input@axis` or `effect@axis * input(name)` for one whose force
     /// is proportional to an input of the study; `effect*input~10ms@axis` where the input acts behind a first-order lag.

@@ -4,8 +4,9 @@ use super::scalar::HostScalar;
 use super::time_history::law_parameters;
 use super::{InputRange, Network, Polynomial, exponents};
 use crate::model::corrections::of_the_joint;
-use crate::model::file::{Base, ModelFile, NoBase, followed};
-use crate::text::error::{Error, Result};
+use crate::model::file::{Base, ModelFile, NoBase};
+use crate::text::error::Result;
+use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::{
     Instrument, Kinematics, Law as EffectLaw, MAX_PARAMETERS, MAX_STATES, Parameters, States,
@@ -27,6 +28,8 @@ pub(crate) enum Number {
 #[derive(Clone, Debug)]
 pub struct Evaluator<S = f64> {
     inputs: Vec<InputRange>,
+    /// How many of the inputs are states of the joint.
+    motion_states: usize,
     law: Law<S>,
     effects: Vec<EffectPoint<S>>,
     /// Displacements at the last accepted step.
@@ -35,6 +38,10 @@ pub struct Evaluator<S = f64> {
     step_s: f64,
     /// Time since the motion began, s.
     time_s: f64,
+    /// What the force follows beside the motion, in the order of [`ModelFile::input_names`].
+    followed: Vec<f64>,
+    /// Which of them is the base's third state.
+    state_input: Option<usize>,
 }
 
 /// An effect with its internal states.
@@ -44,6 +51,34 @@ struct EffectPoint<S> {
     parameters: Parameters<S>,
     axis: usize,
     states: States<S>,
+    input: Option<InputPoint>,
+}
+
+/// What an effect follows: which of the inputs, and where it is behind its lag.
+#[derive(Clone, Copy, Debug)]
+struct InputPoint {
+    place: usize,
+    squared: bool,
+    lag_s: f64,
+    /// None before the first input: a lag begins where its input does.
+    lagged: Option<f64>,
+}
+
+impl InputPoint {
+    /// What the effect's force is multiplied by.
+    fn factor(&self) -> f64 {
+        let value = self.lagged.unwrap_or_default();
+        if self.squared { value * value } else { value }
+    }
+
+    /// Goes towards the input for so long.
+    fn advance(&mut self, input: f64, time_step_s: f64) {
+        let keep = match self.lagged {
+            Some(_) if self.lag_s > 0.0 => (-time_step_s / self.lag_s).exp(),
+            _ => 0.0,
+        };
+        self.lagged = Some(input + keep * (self.lagged.unwrap_or(input) - input));
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -54,8 +89,8 @@ enum Law<S> {
 }
 
 impl<S: HostScalar> EffectPoint<S> {
-    /// `lift` is told the place of each parameter and its number as the law takes it.
-    fn new(term: &EffectValues, lift: impl Fn(usize, f64) -> S) -> Self {
+    /// `names` are those of the inputs; `lift` is told the place of each parameter and its number as the law takes it.
+    fn new(term: &EffectValues, names: &[String], lift: impl Fn(usize, f64) -> S) -> Self {
         let mut parameters = [S::zero(); MAX_PARAMETERS];
         let taken = law_parameters(term.entry, &term.values);
         for (place, (parameter, value)) in parameters.iter_mut().zip(taken).enumerate() {
@@ -66,6 +101,15 @@ impl<S: HostScalar> EffectPoint<S> {
             parameters,
             axis: usize::from(term.axis),
             states: [S::zero(); MAX_STATES],
+            input: term.input.and_then(|input| {
+                let follows = Follows::parse(input);
+                Some(InputPoint {
+                    place: names.iter().position(|name| name == follows.name)?,
+                    squared: follows.squared,
+                    lag_s: follows.lag_s,
+                    lagged: None,
+                })
+            }),
         }
     }
 
@@ -92,6 +136,8 @@ impl<S: HostScalar> EffectPoint<S> {
         };
         let mut states = self.states;
         let [mine, others] = (self.law)(&self.parameters, &at, &mut states);
+        let factor = S::constant(self.input.map_or(1.0, |input| input.factor()));
+        let mine = factor * mine;
         let forces = if self.axis == 0 {
             [mine, others]
         } else {
@@ -105,7 +151,7 @@ impl Evaluator {
     /// Prepares a model.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] naming the effect that this version does not know, or that follows an input.
+    /// [`crate::text::error::Kind::Data`] naming the effect that this version does not know.
     pub fn new(model: &ModelFile) -> Result<Self> {
         Self::lifted(model, |_, value| value)
     }
@@ -121,7 +167,7 @@ impl Evaluator {
         });
         let mut evaluator = Self::of_base(&base, |_, value| value);
         let effects = effects.iter();
-        let effects = effects.map(|term| EffectPoint::new(term, |_, value| value));
+        let effects = effects.map(|term| EffectPoint::new(term, &[], |_, value| value));
         evaluator.effects = effects.collect();
         evaluator.step_s = step_s;
         evaluator
@@ -135,23 +181,18 @@ impl<S: HostScalar> Evaluator<S> {
     /// As [`Evaluator::new`].
     pub(crate) fn lifted(model: &ModelFile, lift: impl Fn(Number, f64) -> S) -> Result<Self> {
         let effects = of_the_joint(&model.effects_in_si()?);
-        if let Some(input) = followed(&effects)
-            .chain(model.state_input.as_deref())
-            .next()
-        {
-            return Err(Error::data(format!(
-                "the model follows the input {input:?}, and a motion is simulated without inputs; use compare, which reads them from the \
-                 records"
-            )));
-        }
+        let names = model.input_names()?;
         let mut evaluator = Self::of_base(&model.base, &lift);
         let point = |(place, term): (usize, &EffectValues)| {
-            EffectPoint::new(term, |index, value| {
+            EffectPoint::new(term, &names, |index, value| {
                 lift(Number::Parameter(place, index), value)
             })
         };
         evaluator.effects = effects.iter().enumerate().map(point).collect();
         evaluator.step_s = 1.0 / model.filters.sample_rate_hz;
+        let own = model.state_input.as_ref();
+        evaluator.state_input = own.and_then(|own| names.iter().position(|name| name == own));
+        evaluator.followed = vec![0.0; names.len()];
         Ok(evaluator)
     }
 
@@ -161,6 +202,9 @@ impl<S: HostScalar> Evaluator<S> {
             before: None,
             step_s: 0.0,
             time_s: 0.0,
+            followed: Vec::new(),
+            state_input: None,
+            motion_states: base.motion_ranges().len(),
             inputs: base.inputs().to_vec(),
             law: match base {
                 Base::Polynomial(polynomial) => {
@@ -175,8 +219,16 @@ impl<S: HostScalar> Evaluator<S> {
     /// Restoring force [N, N·m] at the state [x, ẋ, φ, φ̇] (SI), 0 on an axis that the model does not have; a model of one
     /// axis looks at the first two states only. The same as the whole-record `predict` to rounding.
     pub fn force_at(&self, state: &[S; 4]) -> [S; 2] {
+        let mut known = [S::zero(); 4];
+        let states = known.iter_mut().zip(state).take(self.motion_states);
+        states.for_each(|(known, value)| *known = *value);
+        let mut of_base = known;
+        let input = self.state_input.and_then(|own| self.followed.get(own));
+        if let (Some(value), Some(place)) = (input, of_base.get_mut(self.motion_states)) {
+            *place = S::constant(*value);
+        }
         let mut u = [S::zero(); 4];
-        for ((u, range), value) in u.iter_mut().zip(&self.inputs).zip(state) {
+        for ((u, range), value) in u.iter_mut().zip(&self.inputs).zip(&of_base) {
             let from_center = *value - S::constant(range.center);
             *u = from_center.over(S::constant(range.half_range));
         }
@@ -185,14 +237,22 @@ impl<S: HostScalar> Evaluator<S> {
             Law::Network(network) => network.force(u),
             Law::None => [S::zero(); 2],
         };
-        let mut known = [S::zero(); 4];
-        let states = known.iter_mut().zip(state).take(self.inputs.len());
-        states.for_each(|(known, value)| *known = *value);
         for effect in &self.effects {
             let ([f, g], _) = effect.at(self, &known, self.step_s);
             force = [force[0] + f, force[1] + g];
         }
         force
+    }
+
+    /// Tells the model what its inputs are from now on, in the order of [`ModelFile::input_names`] and in the units of the study.
+    pub fn follow(&mut self, inputs: &[f64]) {
+        self.followed.clear();
+        self.followed.extend_from_slice(inputs);
+        for input in self.effects.iter_mut().filter_map(|e| e.input.as_mut()) {
+            // At once without a lag, and for the first time.
+            let value = inputs.get(input.place).copied().unwrap_or_default();
+            input.advance(value, 0.0);
+        }
     }
 
     /// Tells the model that `time_step_s` has passed and that the joint is now at `state`, so that it can move its internal
@@ -206,6 +266,10 @@ impl<S: HostScalar> Evaluator<S> {
         let mut effects = std::mem::take(&mut self.effects);
         for effect in &mut effects {
             effect.states = effect.at(self, state, time_step_s).1;
+            if let Some(input) = &mut effect.input {
+                let value = self.followed.get(input.place).copied();
+                input.advance(value.unwrap_or_default(), time_step_s);
+            }
         }
         self.effects = effects;
         self.before = Some([state[0], state[2]]);
@@ -220,8 +284,8 @@ fn products<S: HostScalar>(u: S, v: S) -> [S; 16] {
     std::array::from_fn(|at| u[at / 4] * v[at % 4])
 }
 
-/// A polynomial with its coefficients in one block of 16 per product of the first two inputs' powers; of one axis there
-/// is one block, and its two inputs take the place of the last two.
+/// A polynomial with its coefficients in one block of 16 per product of the first two inputs' powers; of two inputs there
+/// is one block, and they take the place of the last two.
 #[derive(Clone, Debug)]
 struct PolynomialPoint<S> {
     /// Per axis.
@@ -230,13 +294,13 @@ struct PolynomialPoint<S> {
 
 impl<S: HostScalar> PolynomialPoint<S> {
     fn new(polynomial: &Polynomial, lift: impl Fn(Number, f64) -> S) -> Self {
-        let two = polynomial.inputs.len() == 4;
+        let many = polynomial.inputs.len() > 2;
         let terms = exponents(&polynomial.orders);
         let axis = |(axis, coefficients): (usize, &Vec<f64>)| {
-            let mut blocks = vec![[S::zero(); 16]; if two { 16 } else { 1 }];
+            let mut blocks = vec![[S::zero(); 16]; if many { 16 } else { 1 }];
             for (index, ([i, j, k, l], value)) in terms.iter().zip(coefficients).enumerate() {
                 let at = |a: &u8, b: &u8| 4 * usize::from(*a) + usize::from(*b);
-                let (block, place) = if two {
+                let (block, place) = if many {
                     (at(i, j), at(k, l))
                 } else {
                     (0, at(i, j))
@@ -256,7 +320,8 @@ impl<S: HostScalar> PolynomialPoint<S> {
     }
 
     fn force(&self, [a, b, c, d]: [S; 4]) -> [S; 2] {
-        let (first, second) = if self.blocks.len() == 2 {
+        let many = self.blocks.first().is_some_and(|blocks| blocks.len() > 1);
+        let (first, second) = if many {
             (products(a, b), products(c, d))
         } else {
             (products(S::zero(), S::zero()), products(a, b))

@@ -2,7 +2,7 @@
 
 use crate::model::check_states;
 use crate::model::corrections::{Corrections, of_the_joint};
-use crate::model::effects::input_of;
+use crate::model::effects::{check_inputs, input_of};
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::model::{FollowedInput, InputRange, ModelAxis, ModelEffect, Network, Polynomial};
 use crate::signal::motion::{Filters, Motion};
@@ -14,12 +14,8 @@ use crate::text::printable;
 use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::base::terms::EffectValues;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::path::Path;
-
-/// A motion this many times as large as the one learnt from is in other units, or another joint's.
-const MAX_LARGER: f64 = 30.0;
-/// The same for a smaller one.
-const MAX_SMALLER: f64 = 300.0;
 
 /// What the first key of every model file says.
 pub const FORMAT: &str = "jointwatch-model/2";
@@ -346,6 +342,17 @@ impl ModelFile {
         Study::read_following(path, &inputs.collect::<Vec<_>>())
     }
 
+    /// What its force follows beside the motion, each once and in alphabetical order.
+    ///
+    /// # Errors
+    /// As [`Self::effects_in_si`].
+    pub fn input_names(&self) -> Result<Vec<String>> {
+        let effects = of_the_joint(&self.effects_in_si()?);
+        let names = followed(&effects).chain(self.state_input.as_deref());
+        let names: BTreeSet<&str> = names.collect();
+        Ok(names.into_iter().map(str::to_owned).collect())
+    }
+
     /// What its effects say is wrong with the study's force channels.
     ///
     /// # Errors
@@ -384,8 +391,9 @@ impl ModelFile {
         inputs: &[(String, Vec<f64>)],
     ) -> Result<Vec<Vec<f64>>> {
         let effects = of_the_joint(&self.effects_in_si()?);
-        let wanted = followed(&effects).chain(self.state_input.as_deref());
-        check_inputs(wanted, |name| inputs.iter().any(|(known, _)| known == name))?;
+        check_inputs(&self.input_names()?, |name| {
+            inputs.iter().any(|(known, _)| known == name)
+        })?;
         let followed = inputs.iter();
         let followed = followed.filter(|(name, _)| Some(name) == self.state_input.as_ref());
         let followed = followed.map(|(_, series)| series.as_slice());
@@ -396,31 +404,6 @@ impl ModelFile {
         add_forces(&effects, &history, &mut forces);
         Ok(forces)
     }
-
-    /// Refuses a study whose axes or sample rate are not the model's.
-    ///
-    /// # Errors
-    /// [`crate::text::error::Kind::Data`], one sentence.
-    pub fn check_fits(&self, study: &Study) -> Result<()> {
-        study.check_fits(
-            "the model",
-            self.axes.iter().map(|a| (a.name.as_str(), a.kind)),
-            self.filters.sample_rate_hz,
-        )?;
-        if study.quasi_static != self.filters.quasi_static {
-            let [has, lacks] = match study.quasi_static {
-                true => ["the model", "the study"],
-                false => ["the study", "the model"],
-            };
-            return Err(Error::data(format!(
-                "{}: {has} has time and {lacks} has none (time = \"none\"); learn a model from this study",
-                study.path.display()
-            )));
-        }
-        let effects = self.effects_in_si()?;
-        let wanted = followed(&effects).chain(self.state_input.as_deref());
-        check_inputs(wanted, |name| study.has_input(name))
-    }
 }
 
 /// The inputs that effects follow, by name.
@@ -429,57 +412,6 @@ pub(crate) fn followed<'a>(
 ) -> impl Iterator<Item = &'a str> {
     let followed = effects.into_iter().filter_map(|e| e.input);
     followed.map(|input| Follows::parse(input).name)
-}
-
-/// Refuses inputs that a model follows and that are not there.
-pub(crate) fn check_inputs<'a>(
-    mut followed: impl Iterator<Item = &'a str>,
-    is_there: impl Fn(&str) -> bool,
-) -> Result<()> {
-    match followed.find(|name| !is_there(name)) {
-        None => Ok(()),
-        Some(name) => Err(Error::data(format!(
-            "the model follows the input {name:?}, which is not there: name its column in study.toml with [[input]], name = {name:?}"
-        ))),
-    }
-}
-
-impl ModelFile {
-    /// Refuses a study whose motion or sign of the force cannot be that of the joint that the model was learnt from.
-    ///
-    /// # Errors
-    /// [`crate::text::error::Kind::Data`], one sentence.
-    pub fn check_motion(&self, study: &Study, motions: &[Motion]) -> Result<()> {
-        for (index, (mine, axis)) in self.axes.iter().zip(&study.axes).enumerate() {
-            if mine.restoring_force != axis.restoring_force {
-                return Err(Error::data(format!(
-                    "{}: restoring_force of axis {} is not what it was in the study that the model was learnt from, so all forces \
-                     would change sign: put it right, or learn from this study",
-                    study.path.display(),
-                    axis.name
-                )));
-            }
-            let Some(range) = self.base.inputs().get(2 * index) else {
-                continue;
-            };
-            let series = motions.iter().filter_map(|m| m.states.get(2 * index));
-            let most = series
-                .flatten()
-                .fold(0.0, |most: f64, x| most.max((x - range.center).abs()));
-            let times = most / range.half_range;
-            if most > 0.0 && !(1.0 / MAX_SMALLER..=MAX_LARGER).contains(&times) {
-                return Err(Error::data(format!(
-                    "{}: axis {} moves by {most:.2e} {unit} and the model was learnt from {:.2e} {unit}: check the unit of its \
-                     displacement, or learn from this study",
-                    study.path.display(),
-                    axis.name,
-                    range.half_range,
-                    unit = axis.kind.displacement_unit()
-                )));
-            }
-        }
-        Ok(())
-    }
 }
 
 /// serde_json's message without its own "at line … column …", which the sentence already says.

@@ -5,6 +5,7 @@ pub mod corrections;
 pub mod effects;
 pub(crate) mod evaluator;
 pub mod file;
+mod fits_study;
 mod network;
 pub(crate) mod per_record;
 mod polynomial;

@@ -47,6 +47,12 @@ pub trait JointLaw<S = f64> {
         [Contact::Inside; 2]
     }
 
+    /// What the inputs of the study are from now on, in the order of [`ModelFile::input_names`]; a law of the motion alone has nothing to
+    /// do.
+    ///
+    /// [`ModelFile::input_names`]: crate::model::file::ModelFile::input_names
+    fn follow(&mut self, _inputs: &[f64]) {}
+
     /// What the joint exerts on the body whose force was logged [N, N·m] at the state [x, ẋ, φ, φ̇] (SI), with the
     /// contacts held as given.
     fn force(&self, state: [S; 4], contacts: [Contact; 2]) -> [S; 2];

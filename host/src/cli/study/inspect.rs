@@ -75,6 +75,11 @@ fn model_in_words(model: &ModelFile) -> String {
         hertz(model.filters.band_hz)
     );
     text.push_str(&axes_of_model(model).to_string());
+    for input in &model.followed {
+        let is_state = model.state_input.as_ref() == Some(&input.name);
+        let range = [input.range.center, input.range.half_range];
+        text.push_str(&input_in_words(&input.name, range, is_state));
+    }
     if !model.effects.is_empty() {
         text.push_str(&format!("\n{}", effects::table(&model.effects)));
     }
@@ -155,6 +160,12 @@ fn step_in_words(entry: &HistoryEntry) -> String {
     text
 }
 
+/// An input that a force follows, with the middle of its training range and half its width.
+fn input_in_words(name: &str, [center, half_range]: [f64; 2], is_state: bool) -> String {
+    let state = if is_state { ", the third state" } else { "" };
+    format!("\nInput {name}: {center:.3e} ± {half_range:.3e}{state}.")
+}
+
 fn in_range(range: &InputRange, unit: &str) -> String {
     format!("{:.3e} ± {:.3e} {unit}", range.center, range.half_range)
 }
@@ -207,6 +218,11 @@ fn blob_in_words(model: &Model) -> String {
         ]);
     }
     text.push_str(&table.to_string());
+    for input in header.axes.iter().filter_map(|axis| axis.input.as_ref()) {
+        let range = [input.range.center, input.range.half_range];
+        let is_state = model.base().follows();
+        text.push_str(&input_in_words(input.name.as_str(), range, is_state));
+    }
     if !model.terms().list().is_empty() {
         let effects = effects::table_of_values(&ModelEffect::of_device(model));
         text.push_str(&format!("\n{effects}"));
@@ -231,6 +247,10 @@ fn blob_as_json(model: &Model) -> serde_json::Value {
                 "name": axis.name.as_str(),
                 "kind": AxisKind::from(axis.kind).name(),
                 "inertia": axis.inertia,
+                "input": axis.input.as_ref().map(|input| serde_json::json!({
+                    "name": input.name.as_str(),
+                    "range": range(&input.range),
+                })),
                 "restoring_force": match axis.convention {
                     Convention::ForceMinusInertia => "force_minus_inertia",
                     Convention::InertiaMinusForce => "inertia_minus_force",

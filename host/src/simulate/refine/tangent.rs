@@ -78,6 +78,8 @@ impl Tangent<'_> {
         let step_s = 1.0 / (rate_hz * steps as f64);
         for sub in 0..steps {
             let time_s = row as f64 / rate_hz + sub as f64 * step_s;
+            let middle = row as f64 + (sub as f64 + 0.5) / steps as f64;
+            self.law.follow(&self.driven.motion.inputs_at(middle));
             let mut y = self.y;
             advance(self, &mut y, time_s, step_s);
             self.y = y;

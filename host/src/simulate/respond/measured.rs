@@ -108,12 +108,19 @@ impl DrivenBody {
                 far: smooth(&far),
             });
         }
+        let names = model.input_names()?;
+        let names = names.iter();
+        let series = |name: &String| {
+            let mut known = motion.inputs.iter();
+            known.find_map(|(known, series)| (known == name).then_some(series))
+        };
         Ok(Self {
             axes,
             motion: MeasuredMotion {
                 states: motion.states.clone(),
                 sample_rate_hz: study.sample_rate_hz,
                 start_s: (record.first_row + motion.first_row) as f64 / study.sample_rate_hz,
+                inputs: names.flat_map(series).cloned().collect(),
             },
         })
     }
@@ -410,6 +417,8 @@ impl<L: JointLaw + Clone> Mechanism for MovingBody<'_, L> {
         let step_s = 1.0 / (self.driven.motion.sample_rate_hz * self.steps as f64);
         for sub in 0..self.steps {
             let time_s = row as f64 / self.driven.motion.sample_rate_hz + sub as f64 * step_s;
+            let middle = row as f64 + (sub as f64 + 0.5) / self.steps as f64;
+            self.law.follow(&self.driven.motion.inputs_at(middle));
             let mut y = self.y;
             simulate::advance(self, &mut y, time_s, step_s);
             self.y = y;

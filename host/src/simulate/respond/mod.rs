@@ -67,6 +67,10 @@ impl<S: HostScalar> JointLaw<S> for ModelLaw<S> {
         [s * first, t * second]
     }
 
+    fn follow(&mut self, inputs: &[f64]) {
+        self.evaluator.follow(inputs);
+    }
+
     fn advance(&mut self, state: [S; 4], step_s: f64) {
         self.evaluator.advance(&state, step_s);
     }
@@ -101,6 +105,11 @@ pub fn respond_with<L: JointLaw + Clone + Sync>(
     } else {
         rig::read_truth(study)?
     };
+    if let (Some(_), Some(input)) = (&truth, model.input_names()?.first()) {
+        return Err(Error::data(format!(
+            "the model follows the input {input:?}, and a simulated rig has none; drive it by the logged force with --measured"
+        )));
+    }
     let one = |&index: &usize| -> Result<(RecordResponse, Vec<Drift>)> {
         let (motion, simulated, drifts) = if let Some(truth) = &truth {
             let record = rig::ShakenRecord::new(study, index, truth)?;

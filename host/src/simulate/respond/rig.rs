@@ -152,6 +152,7 @@ impl<'a> ShakenRecord<'a> {
                 states,
                 sample_rate_hz: study.sample_rate_hz,
                 start_s: first_row as f64 / study.sample_rate_hz,
+                inputs: Vec::new(),
             },
         })
     }

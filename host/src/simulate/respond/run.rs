@@ -20,11 +20,23 @@ pub(in crate::simulate) struct MeasuredMotion {
     pub(in crate::simulate) sample_rate_hz: f64,
     /// Seconds from the beginning of the file to row 0.
     pub(in crate::simulate) start_s: f64,
+    /// What the model follows beside the motion, in the order of [`ModelFile::input_names`].
+    pub(in crate::simulate) inputs: Vec<Vec<f64>>,
 }
 
 impl MeasuredMotion {
     pub(in crate::simulate) fn rows(&self) -> usize {
         self.states[0].len()
+    }
+
+    /// The inputs at a place between two rows, on a straight line.
+    pub(in crate::simulate) fn inputs_at(&self, row: f64) -> Vec<f64> {
+        let (before, part) = (row.floor() as usize, row.fract());
+        let value = |series: &Vec<f64>| {
+            let at = |row: usize| series[row.min(series.len() - 1)];
+            at(before) + part * (at(before + 1) - at(before))
+        };
+        self.inputs.iter().map(value).collect()
     }
 
     /// The joint's state at a row, 0 on an axis that is not there.
@@ -70,8 +82,10 @@ impl<L: Clone> Follower<L> {
         while self.row < row {
             self.row += 1;
             let state = motion.state(self.row).map(S::constant);
+            self.law.follow(&motion.inputs_at(self.row as f64));
             self.law.advance(state, 1.0 / motion.sample_rate_hz);
         }
+        self.law.follow(&motion.inputs_at(row as f64));
         self.law.clone()
     }
 }
@@ -258,6 +272,7 @@ mod tests {
             states: vec![(0..100).map(f64::from).collect(), vec![0.0; 100]],
             sample_rate_hz: 200.0,
             start_s: 0.0,
+            inputs: Vec::new(),
         };
         let mut follower = Follower::new(Clock {
             time_s: 0.0,
@@ -306,6 +321,7 @@ mod tests {
             states: vec![vec![1.0; 12]; 2],
             sample_rate_hz: 10.0,
             start_s: 3.0,
+            inputs: Vec::new(),
         };
         // 1, 2, 4, 8, 16: ten half-ranges of 1.5 around 0.5 end at 15.5.
         let inputs = [
