@@ -70,7 +70,7 @@ impl Unknowns {
                 terms.push(AxisEffect {
                     entry: effect.entry,
                     axis: usize::from(effect.axis),
-                    input: None,
+                    input: effect.input,
                 });
             }
         }
@@ -232,15 +232,18 @@ fn linear(terms: &[AxisEffect], references: &References) -> Vec<Unknown> {
     let mut list = Vec::new();
     for (term, bound) in terms.iter().enumerate() {
         for (index, parameter) in bound.entry.parameters().iter().enumerate() {
-            let Role::Linear { positive } = parameter.role else {
+            if !matches!(parameter.role, Role::Linear { .. }) {
                 continue;
-            };
+            }
             list.push(Unknown {
                 numbers: vec![Number::Parameter(term, index)],
                 inertia: None,
                 kind: Kind::Linear {
                     size: size(bound, parameter, references),
-                    least: if positive { 0.0 } else { f64::NEG_INFINITY },
+                    least: match bound.is_positive(parameter) {
+                        true => 0.0,
+                        false => f64::NEG_INFINITY,
+                    },
                 },
             });
         }
@@ -292,12 +295,6 @@ fn refuse(model: &ModelFile, effects: &[EffectValues]) -> Result<()> {
             return Err(Error::data(format!(
                 "{name} depends on the time since the record began, and --criterion simulation starts within a record: leave it out of \
                  [base] terms, or use --criterion equation"
-            )));
-        }
-        if let Some(input) = effect.input {
-            return Err(Error::data(format!(
-                "{name}*{input} follows an input, which a simulation does not take: leave it out of [base] terms, or use --criterion \
-                 equation"
             )));
         }
     }
