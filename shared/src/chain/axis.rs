@@ -202,12 +202,7 @@ impl FollowedInput {
     ) -> Result<Self, Error> {
         let mut checks = Checks::new();
         let is_wired = i32::from(wired.input.is_some());
-        checks.whole(
-            "input channels that the model's effects follow",
-            is_wired,
-            1,
-            1,
-        );
+        checks.whole("input channels that the model follows", is_wired, 1, 1);
         checks.done()?;
         let range = &trained.range;
         Ok(Self {

@@ -34,6 +34,15 @@ fn block(words: &[i32; 16], first: &[i128; 4], second: &[i128; 4]) -> i128 {
     nested(&rows, first)
 }
 
+/// A memory that was told the third number as the input, where there is one axis.
+pub(crate) fn told(model: &Model, u: &[i32; 4]) -> Memory {
+    let mut memory = Memory::default();
+    if model.axes() == 1 {
+        memory.follow([u[2], 0]);
+    }
+    memory
+}
+
 /// The outputs, without any limit on their size but that of a sum with effects, which saturates.
 ///
 /// `shifts` is by how many places the base's force is moved for the effects. Effects themselves are not written a second
@@ -48,7 +57,7 @@ pub(crate) fn evaluate(model: &Model, shifts: [u8; 2], u: &[i32; 4]) -> [i128; 2
     if model.terms().list().is_empty() {
         return base;
     }
-    let effects = model.terms().forces(&mut Memory::default(), u);
+    let effects = model.terms().forces(&mut told(model, u), u);
     [0, 1].map(|axis| {
         let base = round(base[axis], u32::from(shifts[axis]));
         let sum = base + round(i128::from(effects[axis].raw()), 1);
@@ -76,18 +85,24 @@ fn of_network(model: &NetworkModel, u: &[i32; 4]) -> [i128; 2] {
 
 fn of_polynomial(model: &PolynomialModel, u: &[i32; 4]) -> [i128; 2] {
     let [a, b, c, d] = u.map(powers);
-    if model.axes() == 1 {
+    if model.axes() == 1 && !model.follows() {
         return [block(&model.blocks()[0][0].words, &a, &b), 0];
     }
+    // Of one axis with an input, that takes the place of x and the motion that of the second axis.
+    let nothing = [1 << 31, 0, 0, 0];
+    let [outer, inner] = match model.axes() {
+        1 => [[c, nothing], [a, b]],
+        _ => [[a, b], [c, d]],
+    };
     [0, 1].map(|axis| {
         let sum: i128 = (0..16)
             .map(|number| {
                 let stored = &model.blocks()[axis][number];
-                let (x, v) = (a[number / 4], b[number % 4]);
+                let (x, v) = (outer[0][number / 4], outer[1][number % 4]);
                 // Q30: 1 is exact, one power alone is halved, two are multiplied.
                 let monomial = round(x * v, 32);
                 let weight = round(monomial * i128::from(stored.gain), 32);
-                block(&stored.words, &c, &d) * weight
+                block(&stored.words, &inner[0], &inner[1]) * weight
             })
             .sum();
         round(sum, 29 + u32::from(model.shifts()[axis]))
