@@ -33,6 +33,7 @@ struct Options {
     auto: bool,
     restarts: Option<usize>,
     seed: Option<u64>,
+    input: Option<String>,
 }
 
 #[pymethods]
@@ -140,7 +141,10 @@ fn polynomial(
     options: &Options,
     watch: &Watch,
 ) -> jointwatch::Result<ModelFile> {
-    let options = polynomial_options(options.fit.as_deref())?;
+    let options = PolynomialOptions {
+        input: options.input.clone(),
+        ..polynomial_options(options.fit.as_deref())?
+    };
     let learnt = identify::polynomial(study, &options, &|done| {
         watch.say("fitting the polynomial", Some(done));
     });
@@ -160,8 +164,8 @@ pub(crate) fn polynomial_options(fit: Option<&str>) -> jointwatch::Result<Polyno
         }
     };
     Ok(PolynomialOptions {
-        orders: None,
         method,
+        ..PolynomialOptions::default()
     })
 }
 
@@ -180,6 +184,7 @@ fn network(
         neurons,
         restarts: options.restarts.unwrap_or(default.restarts),
         seed: options.seed.unwrap_or(default.seed),
+        input: options.input.clone(),
         ..default
     };
     let observer = TrainingObserver {

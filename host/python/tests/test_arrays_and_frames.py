@@ -91,6 +91,15 @@ def test_an_input_that_a_force_follows() -> None:
     assert np.allclose(model.predict(0 * at, at, inputs={"voltage": 3 * at}), 3 * values[1])
     with pytest.raises(jw.DataError, match="voltage"):
         model.predict(0 * at, at)
+    # A polynomial takes it as its third state, unless it is told not to.
+    for kind in ["polynomial", "network"]:
+        model = study.identify(kind, **({"neurons": 8, "restarts": 1} if kind == "network" else {}))
+        assert model.to_dict()["state_input"] == "voltage"
+        force = model.predict(2e-4 * at, 0.01 * at, inputs={"voltage": 2.5 * at})
+        assert np.allclose(force, 9e3 * 2e-4 + 20.0 * 2.5 * 0.01, rtol=0.02)
+    assert "state_input" not in study.identify("polynomial", input="none").to_dict()
+    with pytest.raises(jw.UsageError, match="input"):
+        study.identify("physical", input="voltage")
 
 
 def frames():

@@ -18,7 +18,7 @@ fn write_seeds(folder: &Path) {
             std::fs::write(folder.join(format!("seed-{number}")), seed).expect("a file");
         }
         let part = format!("{:?}", target.part).to_lowercase();
-        println!("{} {part} {}", target.name, target.part.longest());
+        println!("{} {part} {}", target.name, target.longest());
     }
 }
 

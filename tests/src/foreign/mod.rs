@@ -39,13 +39,11 @@ pub enum Part {
     Device,
 }
 
-impl Part {
-    /// The longest inputs worth a try, in bytes.
-    pub fn longest(self) -> usize {
-        match self {
-            Self::Host => 65_536,
-            Self::Device => 8_192,
-        }
+impl Target {
+    /// The longest inputs worth a try, in bytes: twice what it reads as a rule, since short inputs are tried more often.
+    pub fn longest(&self) -> usize {
+        let longest = (self.seeds)().iter().map(Vec::len).max();
+        (2 * longest.unwrap_or_default()).clamp(256, 65_536)
     }
 }
 

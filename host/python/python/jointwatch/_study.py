@@ -182,12 +182,14 @@ class Study:
         neurons: Union[int, str, None] = None,
         restarts: Optional[int] = None,
         seed: Optional[int] = None,
+        input: Optional[str] = None,
         progress: Progress = None,
     ) -> Model:
         """Learns a model: `"physical"`, `"polynomial"` or `"network"`.
 
         `terms` are those of a physical model; left out, those of the study. `fit` is a polynomial's: `"ridge"`, `"least-squares"` or
-        `"select"`. `neurons` (a number or `"auto"`), `restarts` and `seed` are a network's.
+        `"select"`. `neurons` (a number or `"auto"`), `restarts` and `seed` are a network's. `input` names the input that either takes as the
+        third state of one axis, or is `"none"`; left out, it is the study's only one.
         """
         of_kind = {"terms": "physical", "fit": "polynomial", "neurons": "network", "restarts": "network", "seed": "network"}
         given = {"terms": terms, "fit": fit, "neurons": neurons, "restarts": restarts, "seed": seed}
@@ -196,6 +198,8 @@ class Study:
                 raise UsageError(
                     f"{option} is an option of {of_kind[option]!r} and says nothing about {kind!r}; leave it out."
                 )
+        if input is not None and kind == "physical":
+            raise UsageError("input is for polynomials and networks; the terms of a physical model say what they follow.")
         auto = neurons == "auto"
         if not auto and isinstance(neurons, str):
             raise UsageError(f"neurons = {neurons!r}: give a number or 'auto'.")
@@ -207,6 +211,7 @@ class Study:
             "auto": auto,
             "restarts": restarts,
             "seed": seed,
+            "input": input,
         }
         with shown(progress) as told:
             return Model(self._native.identify(options, told))
