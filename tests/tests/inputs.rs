@@ -402,6 +402,34 @@ fn an_input_that_is_wrong_is_told_in_a_sentence() {
     assert!(!verdict.contains("*voltage"), "{verdict}");
 }
 
+#[test]
+fn an_input_that_is_a_channel_once_more_is_told() {
+    let folder = written(false, 1);
+    let folder = folder.path();
+    let base = "\"stiffness@x\", \"viscous@x\"";
+    let told = |column: &str| {
+        let input = format!(
+            "[[input]]\nname = \"voltage\"\ncolumn = {column}\nscale = -3.0\noffset = 1.0\n"
+        );
+        study(folder, base, &input);
+        let command = [
+            "identify",
+            "study.toml",
+            "--model",
+            "physical",
+            "-o",
+            "model.json",
+        ];
+        succeed(folder, &command)
+    };
+    for (column, channel) in [("\"x\"", "displacement"), ("\"F\"", "force")] {
+        let said = told(column);
+        let words = format!("the input \"voltage\" is the {channel} of x but for its scale");
+        assert!(said.contains(&words), "{said}");
+    }
+    assert!(!told("\"U\"").contains("but for its scale"));
+}
+
 /// The logs of [`written`] with a second load cell, a word and a number that never changes.
 fn with_more_columns(folder: &Path) {
     for file in ["one.csv", "two.csv"] {

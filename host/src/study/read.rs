@@ -67,7 +67,7 @@ impl Study {
         study.notes.splice(0..0, notes);
         check::constant_channels(&study, &plan, Extent::Whole)?;
         study.direct();
-        study.notes.extend(constant_inputs(&study));
+        study.notes.extend(check::inputs(&study));
         Ok(study)
     }
 
@@ -162,27 +162,6 @@ pub(super) fn description_text(path: &Path) -> Result<(PathBuf, String)> {
         None => text,
     };
     Ok((path, text))
-}
-
-/// A sentence for every input that is the same in all rows of all records.
-fn constant_inputs(study: &Study) -> Vec<String> {
-    let of = |name: &str| {
-        let records = study.records.iter().flat_map(|r| &r.inputs);
-        let rows = records
-            .filter(|(known, _)| known == name)
-            .flat_map(|(_, s)| s);
-        rows.copied().collect::<Vec<f64>>()
-    };
-    let inputs = study.inputs.iter();
-    let constant = inputs.filter(|input| of(&input.name).windows(2).all(|p| p[0] == p[1]));
-    constant
-        .map(|input| {
-            format!(
-                "the input {:?} is the same in all rows, so nothing can be told of what follows it: log runs with other values",
-                input.name
-            )
-        })
-        .collect()
 }
 
 /// A study without a name is called after its folder.

@@ -7,10 +7,13 @@
 //!   of its axis moves;
 //! - it is constant in every record.
 
+mod inputs;
 pub(super) mod kinematics;
 pub(super) mod linear;
 pub(crate) mod lone;
 pub(super) mod roles;
+
+pub(super) use inputs::inputs;
 
 use super::plan::{AxisPlan, Plan};
 use super::{Channels, Record, Study};
