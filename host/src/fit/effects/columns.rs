@@ -430,16 +430,10 @@ impl<'a> Records<'a> {
         bound: &AxisEffect,
         parameters: &Parameters<S>,
         (only, phase): (Option<usize>, f64),
-        part: impl Fn(S) -> [f64; N],
+        part: impl Fn(S) -> [f64; N] + Sync,
     ) -> [Vec<f64>; N] {
         let both = bound.entry.acts == Acts::BothAxes && self.axes == 2;
-        let mut whole = [(); N].map(|()| self.nothing());
-        let mut start = 0;
-        for (record, (history, &rows)) in self.histories.iter().zip(&self.rows).enumerate() {
-            if only.is_some_and(|only| only != record) {
-                start += rows;
-                continue;
-            }
+        let along = |history: &TimeHistory<'_>| {
             let mut own = [(); N].map(|()| vec![0.0; history.rows()]);
             let mut other = [(); N].map(|()| vec![0.0; if both { history.rows() } else { 0 }]);
             let factor = history.input(bound.input);
@@ -454,15 +448,27 @@ impl<'a> Records<'a> {
                     }
                 }
             });
-            let mut put = |axis: usize, series: &[Vec<f64>; N]| {
-                let at = axis * self.rows_per_axis() + start;
-                for (whole, series) in whole.iter_mut().zip(series) {
-                    whole[at..at + rows].copy_from_slice(&self.thinned(series));
+            [own, other].map(|series| series.map(|s| self.thinned(&s)))
+        };
+        let records = self.histories.par_iter().enumerate();
+        let wanted = records.map(|(record, history)| {
+            only.is_none_or(|only| only == record)
+                .then(|| along(history))
+        });
+        let mut whole = [(); N].map(|()| self.nothing());
+        let mut start = 0;
+        for (of_record, &rows) in wanted.collect::<Vec<_>>().iter().zip(&self.rows) {
+            if let Some([own, other]) = of_record {
+                let mut put = |axis: usize, series: &[Vec<f64>; N]| {
+                    let at = axis * self.rows_per_axis() + start;
+                    for (whole, series) in whole.iter_mut().zip(series) {
+                        whole[at..at + rows].copy_from_slice(series);
+                    }
+                };
+                put(bound.axis, own);
+                if both {
+                    put(1 - bound.axis, other);
                 }
-            };
-            put(bound.axis, &own);
-            if both {
-                put(1 - bound.axis, &other);
             }
             start += rows;
         }
