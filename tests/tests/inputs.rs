@@ -371,6 +371,11 @@ fn an_input_that_is_wrong_is_told_in_a_sentence() {
         &["time_delay", "joint"],
     );
     refused("\"coulomb*voltage~fast@x\"", VOLTAGE, &["milliseconds"]);
+    refused(
+        "\"coulomb*voltage@x * input(current)\"",
+        VOLTAGE,
+        &["two inputs", "voltage and current"],
+    );
     // One that never changes is told, and nothing is made of it.
     study(folder, base, VOLTAGE);
     let said = succeed(

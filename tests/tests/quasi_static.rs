@@ -181,6 +181,27 @@ fn dry_friction_has_no_velocity_of_transition() {
 }
 
 #[test]
+fn sums_of_records_without_time_make_a_model_without_time() {
+    let folder = folder("\"stiffness@x\"", true);
+    let folder = folder.path();
+    let log = logs(2e-5, true)[0].name.clone();
+    for records in [&[][..], &[log.as_str()]] {
+        let command = [&["accumulate", "."], records, &["-o", "s.sums"]].concat();
+        let said = succeed(folder, &command);
+        assert!(!speaks_of_time(&said), "{said}");
+        succeed(
+            folder,
+            &["identify", "--from", "s.sums", "--model", "physical"],
+        );
+        succeed(folder, &["compare", ".", "model.json"]);
+        let command = ["identify", "--from", "s.sums", "--model", "polynomial"];
+        let said = fail(folder, &command, 3);
+        assert!(said.contains("without time"), "{said}");
+        fs::remove_file(folder.join("s.sums")).unwrap();
+    }
+}
+
+#[test]
 fn what_needs_time_is_refused_with_what_to_do() {
     let folder = folder("\"stiffness@x\", \"coulomb@x\"", false);
     let folder = folder.path();

@@ -268,6 +268,11 @@ impl AxisEffect {
                 Some((axis, input)) => (Some(axis), input),
             },
         );
+        if let (Some(first), Some(second)) = (input, behind) {
+            return Err(Error::data(format!(
+                "{text:?} follows two inputs, {first} and {second}, and an effect follows one: write it twice, each with its own"
+            )));
+        }
         let input = input.or(behind);
         let known: Vec<&str> = EFFECTS.iter().map(|e| e.about.name).collect();
         let Some(entry) = Entry::named(name) else {

@@ -115,7 +115,9 @@ impl Template {
             columns,
         }];
         // Rates that time columns show differ in their last digits; all records count as sampled at the study's.
-        said.sample_rate_hz = Some(Spanned::new(0..0, self.sample_rate_hz));
+        if !said.is_quasi_static() {
+            said.sample_rate_hz = Some(Spanned::new(0..0, self.sample_rate_hz));
+        }
         let (plan, axes) = plan(&source, &said)?;
         let mut study = Study::of_records(&source, &said, (&plan, axes), logs)?;
         check::constant_channels(&study, &plan, Extent::Part)?;

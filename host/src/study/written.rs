@@ -51,10 +51,11 @@ pub(crate) fn csv(record: &Record, rows: Range<usize>) -> String {
 
 /// The `study.toml` of such records of a study.
 pub(crate) fn description(study: &Study, records: &[(String, Role)]) -> String {
-    let mut text = format!(
-        "name = {:?}\nsample_rate_hz = {:?}\n",
-        study.name, study.sample_rate_hz
-    );
+    let time = match study.quasi_static {
+        true => "time = \"none\"".to_owned(),
+        false => format!("sample_rate_hz = {:?}", study.sample_rate_hz),
+    };
+    let mut text = format!("name = {:?}\n{time}\n", study.name);
     let mut line = |words: String| {
         text.push_str(&words);
         text.push('\n');

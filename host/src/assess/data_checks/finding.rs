@@ -17,12 +17,12 @@ pub(super) struct RecordPosition<'a> {
 }
 
 impl RecordPosition<'_> {
-    /// A row as the file counts it, and when it was.
+    /// A row as the file counts it, and when it was since the file began.
     pub(super) fn row(&self, row: usize) -> String {
         format!(
             "row {} ({:.3} s)",
             self.first_row + row,
-            row as f64 / self.sample_rate_hz
+            (self.first_row + row) as f64 / self.sample_rate_hz
         )
     }
 }

@@ -30,14 +30,12 @@ const NEXT_TO_NO_COUNTS: f64 = 10.0;
 ///
 /// Without time a channel may stand still or jump from row to row, so only the resolution of the displacement is looked at.
 pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
+    let axes = 0..study.axes.len();
     if study.quasi_static {
-        return (0..study.axes.len())
-            .filter_map(|index| coarse(study, index))
-            .collect();
+        let coarse = axes.filter_map(|index| coarse(study, index));
+        return serious_first(coarse.collect());
     }
-    let liveliest: Vec<Vec<f64>> = (0..study.axes.len())
-        .map(|index| liveliest(study, index))
-        .collect();
+    let liveliest: Vec<Vec<f64>> = axes.map(|index| liveliest(study, index)).collect();
     let records = study.records.par_iter().flat_map_iter(|record| {
         let axes = study.axes.iter().zip(&record.axes).zip(&liveliest);
         axes.flat_map(|((axis, logged), liveliest)| {
@@ -63,6 +61,10 @@ pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
         found.extend(mains::check(study, index));
         found.extend(skew::check(study, index, filters));
     }
+    serious_first(found)
+}
+
+fn serious_first(mut found: Vec<Finding>) -> Vec<Finding> {
     found.sort_by_key(|finding| !finding.serious);
     found
 }

@@ -67,15 +67,19 @@ fn of_files(plan: &Plan, template: &Template, files: &[PathBuf]) -> Result<Part>
 
 /// What a part holds, and whether it went beyond its plan.
 pub(super) fn say(console: &Console, part: &Part) -> Result<()> {
+    let filters = &part.plan().filters;
     let records = match part.records().len() {
         1 => "1 record".to_owned(),
         count => format!("{count} records"),
     };
     console.say(format!(
-        "Sums of study '{}': {records}, {} rows at {} Hz.",
+        "Sums of study '{}': {records}, {} rows{}.",
         part.plan().study,
         part.rows(),
-        part.plan().filters.sample_rate_hz
+        match filters.quasi_static {
+            true => String::new(),
+            false => format!(" at {} Hz", filters.sample_rate_hz),
+        }
     ))?;
     let beyond = part.beyond();
     if beyond > 1.0 + 1e-9 {

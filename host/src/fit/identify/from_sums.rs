@@ -4,17 +4,23 @@ use super::{FitResult, Identified, Prepared, take_errors};
 use crate::fit::polynomial::PolynomialOptions;
 use crate::fit::sums::Part;
 use crate::study::{Role, Study};
-use crate::text::error::Result;
+use crate::text::error::{Error, Result};
 
 /// A polynomial of the summed records; `study`, when given, is what its errors are measured on.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when an inertia is not stated, the sums determine nothing, or the study is another one.
+/// [`crate::text::error::Kind::Data`] when an inertia is not stated, the records have no time, the sums determine nothing, or the study is
+/// another one.
 pub fn polynomial(
     part: &Part,
     options: &PolynomialOptions,
     study: Option<&Study>,
 ) -> Result<Identified> {
+    if part.plan().filters.quasi_static {
+        return Err(Error::data(
+            "a polynomial follows velocities, and these sums are of records without time (time = \"none\"); use --model physical",
+        ));
+    }
     let fit = part.polynomial(options)?;
     let axes = &part.plan().axes;
     let fit_result = FitResult::of_polynomial(axes, fit, options.method, |axis, inertia| {

@@ -8,7 +8,8 @@ use crate::study::plan::plan;
 use crate::study::read::{Logged, description_text};
 use crate::study::readers::long::LongLog;
 use crate::study::{Input, Study};
-use crate::text::error::Result;
+use crate::text::error::{Result, in_order};
+use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
@@ -89,8 +90,10 @@ impl Study {
         let (plan, _) = plan(&source, &said)?;
         let long = thin(&mut said, &plan, folder)?.logs;
         let mut spare: Option<Vec<(String, bool)>> = None;
-        for entry in &said.record {
-            let mut own = numbers(folder, entry, &long)?;
+        let records = said.record.par_iter();
+        let records: Vec<Vec<(String, bool)>> =
+            in_order(records.map(|entry| numbers(folder, entry, &long)))?;
+        for mut own in records {
             own.retain(|(name, _)| names.contains(&name.as_str()));
             if let Some(before) = spare {
                 own.retain_mut(|(name, changes)| {
