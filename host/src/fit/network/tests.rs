@@ -378,12 +378,12 @@ fn exchanged_neurons_are_no_disagreement() {
     let mut other = fit.restarts[0].clone();
     other.network = exchange(&other.network);
     fit.restarts = vec![fit.restarts[0].clone(), other];
-    assert!(fit.disagreement(&[&motion]).unwrap()[0] < 1e-12);
+    assert!(fit.disagreement(&[&motion], None).unwrap()[0] < 1e-12);
     // Two restarts that differ by 2 everywhere: standard deviation √2 about their mean.
     fit.restarts[1].network = fit.restarts[0].network.clone();
     fit.restarts[0].network.outputs[0].center += 1.0;
     fit.restarts[1].network.outputs[0].center -= 1.0;
-    let apart = fit.disagreement(&[&motion]).unwrap()[0];
+    let apart = fit.disagreement(&[&motion], None).unwrap()[0];
     let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
     let (up, down) = (
         fit.restarts[0].network.predict(&states).unwrap(),
