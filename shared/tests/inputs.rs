@@ -204,8 +204,8 @@ fn holds(model: &Model, exact: impl Fn([f64; 3]) -> f64) {
         let u = points.next_point();
         let [x, v, voltage, _] = u;
         let mut memory = wide::told(model, &u);
-        // What stands in the places of another axis does not matter.
-        let [force, none] = decoded.step(&mut memory, &[x, v, u[3], 17]);
+        // What stands in the place of another axis does not matter.
+        let [force, none] = decoded.step(&mut memory, &[x, v, voltage, 17]);
         assert_eq!(none, 0);
         assert_eq!(i128::from(force), wide::evaluate(model, [0; 2], &u)[0]);
         let wanted = exact([x, v, voltage].map(q31_to_f64));

@@ -318,8 +318,8 @@ fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
         })
         .collect();
     let states: Vec<&[f64]> = states.iter().map(Vec::as_slice).collect();
-    // An input takes the numbers of a state of the other axis.
-    const OTHER: [usize; 2] = [3, 1];
+    // An input takes the numbers of a state of the other axis, or of the one that is not there.
+    const OTHER: [usize; 2] = [2, 1];
     let header = model.header().axes.iter().zip(OTHER);
     let followed = header.filter_map(|(axis, other)| {
         let input = axis.input.as_ref()?;

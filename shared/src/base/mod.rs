@@ -275,10 +275,10 @@ impl Model {
     }
 
     /// The force on each axis, in units of its [`Output::force_per_lsb`], for the normalised inputs [x, ẋ, φ, φ̇] in Q31
-    /// of a joint that has rested until then: effects with memory begin at 0. What the force follows beside the motion is in the middle of
+    /// of a joint that has rested until then: effects with memory begin at 0. What effects follow beside the motion is in the middle of
     /// its range.
     ///
-    /// Of a one-axis model the last two inputs are not read and the second output is 0. Integers only, no division,
+    /// Of a one-axis model the third input is that which its base follows, the last is not read and the second output is 0. Integers only, no division,
     /// nothing overflows; without effects, no branch on an input.
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
@@ -289,13 +289,13 @@ impl Model {
     #[inline]
     pub fn evaluate_by<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
         if self.terms.list().is_empty() {
-            return self.of_base::<K>(u, 0);
+            return self.of_base::<K>(u);
         }
         self.step_by::<K>(&mut Memory::default(), u)
     }
 
-    /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go on from `memory`, and what follows an
-    /// input takes the one that [`Memory::follow`] was told.
+    /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go on from `memory`, and those that
+    /// follow an input take the one that [`Memory::follow`] was told.
     #[inline]
     pub fn step(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
         self.step_by::<Portable>(memory, u)
@@ -304,7 +304,7 @@ impl Model {
     /// [`Self::step`] with a board's kernels.
     #[inline]
     pub fn step_by<K: Kernels>(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
-        let base = self.of_base::<K>(u, memory.input());
+        let base = self.of_base::<K>(u);
         if self.terms.list().is_empty() {
             return base;
         }
@@ -315,13 +315,7 @@ impl Model {
     }
 
     #[inline]
-    fn of_base<K: Kernels>(&self, u: &[i32; 4], input: i32) -> [i32; 2] {
-        let mut u = u;
-        let [x, v, ..] = *u;
-        let with_input = [x, v, input, 0];
-        if self.base.follows() {
-            u = &with_input;
-        }
+    fn of_base<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
         match &self.base {
             Base::Polynomial(polynomial) => polynomial.evaluate_by::<K>(u),
             Base::Network(network) => network.evaluate_by::<K>(u),

@@ -49,11 +49,10 @@ impl NetworkModel {
         self.output_bias
     }
 
-    /// Adds a neuron, up to [`NEURONS`] of them.
-    pub(crate) fn push(&mut self, neuron: Neuron) {
-        let [.., input, _] = neuron.weights;
-        self.follows |= self.axes == 1 && input != 0;
-        let _ = self.neurons.push(neuron);
+    /// Finds out whether the force of one axis depends on its input.
+    pub(crate) fn follow(&mut self) {
+        let mut inputs = self.neurons.iter().map(|neuron| neuron.weights[2]);
+        self.follows = self.axes == 1 && inputs.any(|word| word != 0);
     }
 
     /// Whether the force of one axis depends on its input.

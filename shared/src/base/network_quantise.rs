@@ -91,8 +91,10 @@ impl NetworkModel {
         for ((number, (inputs, &bias)), place) in (0..).zip(hidden).zip(&mut arguments) {
             let (neuron, argument) = neuron(number, inputs, bias)?;
             *place = argument;
-            model.push(neuron);
+            // The capacity is the number of places.
+            let _ = model.neurons.push(neuron);
         }
+        model.follow();
         let mut outputs = Vec::new();
         let mut costs = [None; 2];
         let learnt = weights.output.iter().zip(weights.output_bias);

@@ -105,15 +105,9 @@ fn following(place: &mut Option<Q>, force: Q, input: Q, share: Q, squared: bool)
 }
 
 impl Memory {
-    /// What the force of each axis follows from the next sample on: its normalised input, in Q31.
+    /// What effects of each axis follow from the next sample on: its normalised input, in Q31.
     pub fn follow(&mut self, inputs: [i32; 2]) {
         self.followed = inputs;
-    }
-
-    /// What it was told of the first axis last.
-    pub(super) fn input(&self) -> i32 {
-        let [input, _] = self.followed;
-        input
     }
 }
 

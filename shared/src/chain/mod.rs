@@ -42,7 +42,8 @@ use channel::Settling;
 /// What the chain says about the instant D samples ago.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Output {
-    /// Normalised states [x, ẋ, φ, φ̇] in Q31, held at the edge of the training range.
+    /// Normalised states [x, ẋ, φ, φ̇] in Q31, held at the edge of the training range; of one axis the third is its input, 0 where it
+    /// follows none.
     pub state: [i32; 4],
     /// Bit i is set when state i was outside the training range, bit 4 + a when the input of axis a was.
     pub outside: u8,
@@ -100,7 +101,7 @@ pub struct Chain {
     derived: bool,
     /// Whether a force channel holds mains hum.
     humming: bool,
-    /// Whether effects follow an input.
+    /// Whether the force of an axis follows an input.
     follows: bool,
 }
 
@@ -254,9 +255,9 @@ impl Chain {
         raw: &RawSample,
     ) -> Option<Output> {
         self.take(state, raw);
-        let mut outside = 0;
+        let (mut outside, mut input) = (0, 0);
         if self.follows {
-            outside = self.follow(state, raw);
+            (outside, input) = self.follow(state, raw);
         }
         state.samples = state.samples.saturating_add(1);
         if state.samples < self.full {
@@ -265,7 +266,8 @@ impl Chain {
         }
         let mut seen = self.see::<K>(state);
         let ([a, b], [c, d]) = (seen[0].states, seen[1].states);
-        let states = [a, b, c, d];
+        // Of one axis the second one's states are 0, of two the input.
+        let states = [a, b, c | input, d];
         let predicted = model.step_by::<K>(&mut state.model, &states);
         outside |= seen[0].outside | seen[1].outside << 2;
         let mut saturated = 0;
@@ -321,9 +323,9 @@ impl Chain {
     }
 
     /// Tells the model's memory what effects of each axis follow at the chain's instant; gives the bits of [`Output::outside`] that are its
-    /// own.
+    /// own, and the input of a rig of one axis.
     #[inline(never)]
-    fn follow(&self, state: &mut ChainState, raw: &RawSample) -> u8 {
+    fn follow(&self, state: &mut ChainState, raw: &RawSample) -> (u8, i32) {
         let (mut followed, mut outside) = ([0; 2], 0);
         for (number, axis) in self.axes.iter().enumerate() {
             // Two axes at most.
@@ -333,7 +335,8 @@ impl Chain {
             outside |= u8::from(is_outside) << (4 + own);
         }
         state.model.follow(followed);
-        outside
+        let [first, _] = followed;
+        (outside, if self.axes.len() == 1 { first } else { 0 })
     }
 
     /// Puts a sample behind those before it.

@@ -34,7 +34,7 @@ fn block(words: &[i32; 16], first: &[i128; 4], second: &[i128; 4]) -> i128 {
     nested(&rows, first)
 }
 
-/// A memory that was told the third number as the input, where there is one axis.
+/// A memory that was told the third number as the input, where there is one axis, as the chain does.
 pub(crate) fn told(model: &Model, u: &[i32; 4]) -> Memory {
     let mut memory = Memory::default();
     if model.axes() == 1 {

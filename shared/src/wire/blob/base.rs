@@ -143,8 +143,10 @@ fn network(axes: u8, mut from: Reader<'_>) -> Result<NetworkModel, Error> {
         follows: false,
     };
     for _ in 0..count {
-        network.push(Neuron::read(&mut from));
+        // The list holds as many as were stated.
+        let _ = network.neurons.push(Neuron::read(&mut from));
     }
+    network.follow();
     let rest = from.rest();
     unless_zero(OFFSET + LEN - rest.len(), rest)?;
     Ok(network)
