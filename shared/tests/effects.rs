@@ -184,6 +184,7 @@ fn numbers_in_blobs_never_change() {
         (53, "force_drift"),
         (54, "generalized_maxwell"),
         (55, "self_centring"),
+        (56, "blow_off_damping"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);

@@ -6,6 +6,7 @@
 pub mod about;
 mod backlash;
 mod bilinear;
+mod blow_off_damping;
 mod bouc_wen;
 mod bouc_wen_by_direction;
 mod bouc_wen_by_place;
@@ -140,4 +141,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<force_drift::ForceDrift>(),
     Entry::of::<generalized_maxwell::GeneralizedMaxwell>(),
     Entry::of::<self_centring::SelfCentring>(),
+    Entry::of::<blow_off_damping::BlowOffDamping>(),
 ];
