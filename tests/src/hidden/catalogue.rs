@@ -92,7 +92,8 @@ pub const SUBJECTS: [Subject; 31] = [
 ];
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed and the list above.
-pub const BY_NAME: [Subject; 28] = [
+pub const BY_NAME: [Subject; 29] = [
+    subject("blow_off_damping", Kind::Joint),
     subject("force_drift", Kind::Instrument),
     subject("coulomb_by_direction", Kind::Joint),
     subject("viscous_by_direction", Kind::Joint),
@@ -329,6 +330,10 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
             exponent: within(0.3, 0.7),
             speed: v,
             back,
+        },
+        "blow_off_damping" => Form::ReliefValve {
+            opens: [v * within(0.2, 0.6), v * within(0.2, 0.6)],
+            back: within(0.4, 2.5),
         },
         "digressive_damping" => Form::Valve {
             knee: v * within(0.1, 0.5),

@@ -169,6 +169,14 @@ pub enum Form {
         /// Force backwards over that forwards.
         back: f64,
     },
+    /// A damper up to the velocity at which its valve opens, one in either direction, and a level beyond; the return is `back` times as
+    /// strong.
+    ReliefValve {
+        /// Where it opens ahead and back, m/s or rad/s.
+        opens: [f64; 2],
+        /// The return's strength beside the way ahead.
+        back: f64,
+    },
     /// A damper that gives way above a knee: v/(1 + |v|/knee).
     Valve {
         /// Velocity at which half the slope's force is left.

@@ -114,6 +114,10 @@ impl Law {
                 let u = v / speed;
                 sided(u * u.hypot(2e-3).powf(exponent - 1.0), back)
             }
+            Form::ReliefValve {
+                opens: [ahead, returning],
+                back,
+            } => sided(v.clamp(-returning, ahead), back),
             Form::Valve { knee } => v / (1.0 + v.abs() / knee),
             Form::LateFriction { .. } => z,
             Form::SpringTimesOther { power } => x * other.powi(power),
