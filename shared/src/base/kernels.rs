@@ -197,9 +197,10 @@ fn sum_of_neurons<const AXES: usize>(
 ) -> [i64; 2] {
     for neuron in neurons {
         let ([a, b, c, d], [x, v, phi, omega]) = (neuron.weights, *u);
-        let mut argument = neuron.bias + product(a, x) + product(b, v);
+        // Of one axis the third is its input.
+        let mut argument = neuron.bias + product(a, x) + product(b, v) + product(c, phi);
         if AXES == 2 {
-            argument += product(c, phi) + product(d, omega);
+            argument += product(d, omega);
         }
         let value = tanh_scaled((argument >> 32) as i32, neuron.steps);
         let [v, w] = neuron.outputs;

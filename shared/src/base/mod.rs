@@ -133,14 +133,6 @@ impl Model {
         }
         let quantity = "number of axes of the model's base";
         checks.whole(quantity, of_base as i32, axes, axes);
-        let without = header.axes.iter().all(|axis| axis.input.is_none());
-        let lacks = i32::from(base.follows() && without);
-        checks.whole(
-            "inputs that a base follows and its axis has not",
-            lacks,
-            0,
-            0,
-        );
         for term in terms.list().iter().filter(|term| term.follows().is_some()) {
             let own = header.axes.get(term.axis());
             if own.is_none_or(|axis| axis.input.is_none()) {
@@ -201,6 +193,7 @@ impl Model {
     ) -> Result<Self, Error> {
         header.check()?;
         let (polynomial, outputs) = PolynomialModel::quantise(orders, coefficients)?;
+        check_input(&header, polynomial.follows())?;
         let limits = outputs.iter().zip(budgets);
         for (axis, ((output, &budget), values)) in limits.zip(coefficients).enumerate() {
             if output.error_bound > budget {
@@ -227,6 +220,7 @@ impl Model {
     pub fn from_network(header: Header, weights: &Weights, budgets: &[f64]) -> Result<Self, Error> {
         header.check()?;
         let (network, outputs, costs) = NetworkModel::with_costs(weights)?;
+        check_input(&header, network.follows())?;
         let limits = outputs.iter().zip(costs).zip(budgets);
         for (axis, ((output, cost), &budget)) in (0..).zip(limits) {
             if let (true, Some(cost)) = (output.error_bound > budget, cost) {
@@ -322,6 +316,14 @@ impl Model {
             Base::None { .. } => [0; 2],
         }
     }
+}
+
+/// Refuses a base that follows an input where its axis has none. A device that holds such a model takes the middle of the range for it.
+fn check_input(header: &Header, follows: bool) -> Result<(), Error> {
+    let without = header.axes.iter().all(|axis| axis.input.is_none());
+    let lacks = f64::from(u8::from(follows && without));
+    let quantity = "inputs that a base follows and its axis has not";
+    Error::unless_within(quantity, lacks, 0.0, 0.0)
 }
 
 /// The base's force, shifted, and what the effects add: half of 2³² is 2³¹ force units.

@@ -29,8 +29,6 @@ pub struct NetworkModel {
     pub(crate) axes: u8,
     pub(crate) neurons: Vec<Neuron, NEURONS>,
     pub(crate) output_bias: [i64; 2],
-    /// See [`NetworkModel::follows`].
-    pub(crate) follows: bool,
 }
 
 impl NetworkModel {
@@ -49,15 +47,10 @@ impl NetworkModel {
         self.output_bias
     }
 
-    /// Finds out whether the force of one axis depends on its input.
-    pub(crate) fn follow(&mut self) {
-        let mut inputs = self.neurons.iter().map(|neuron| neuron.weights[2]);
-        self.follows = self.axes == 1 && inputs.any(|word| word != 0);
-    }
-
     /// Whether the force of one axis depends on its input.
     pub fn follows(&self) -> bool {
-        self.follows
+        let mut inputs = self.neurons.iter().map(|neuron| neuron.weights[2]);
+        self.axes == 1 && inputs.any(|word| word != 0)
     }
 
     /// The force on each axis, in units of its `force_per_lsb`, for inputs [x, ẋ, φ, φ̇] in Q31.
@@ -73,7 +66,7 @@ impl NetworkModel {
     /// [`Self::evaluate`] with a board's kernels.
     #[inline]
     pub fn evaluate_by<K: Kernels>(&self, u: &[i32; 4]) -> [i32; 2] {
-        let [first, second] = if self.axes == 1 && !self.follows {
+        let [first, second] = if self.axes == 1 {
             K::sum_of_neurons::<1>(&self.neurons, self.output_bias, u)
         } else {
             K::sum_of_neurons::<2>(&self.neurons, self.output_bias, u)

@@ -81,7 +81,6 @@ impl NetworkModel {
             axes: axes as u8,
             neurons: Vec::new(),
             output_bias: [0; 2],
-            follows: false,
         };
         let mut arguments = [Argument {
             moved: 0.0,
@@ -94,7 +93,6 @@ impl NetworkModel {
             // The capacity is the number of places.
             let _ = model.neurons.push(neuron);
         }
-        model.follow();
         let mut outputs = Vec::new();
         let mut costs = [None; 2];
         let learnt = weights.output.iter().zip(weights.output_bias);

@@ -27,7 +27,6 @@ static REFERENCE: Model = Model {
     base_shifts: [0; 2],
     terms: Terms::NONE,
     base: Base::Network(NetworkModel {
-        follows: false,
         axes: 2,
         neurons: Vec::from_array(reference_neurons()),
         output_bias: [(-3 << 56) + HALF, (1 << 58) + HALF],

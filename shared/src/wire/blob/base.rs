@@ -140,13 +140,11 @@ fn network(axes: u8, mut from: Reader<'_>) -> Result<NetworkModel, Error> {
         axes,
         output_bias: Field::read(&mut from),
         neurons: Vec::new(),
-        follows: false,
     };
     for _ in 0..count {
         // The list holds as many as were stated.
         let _ = network.neurons.push(Neuron::read(&mut from));
     }
-    network.follow();
     let rest = from.rest();
     unless_zero(OFFSET + LEN - rest.len(), rest)?;
     Ok(network)
