@@ -64,18 +64,14 @@ fn written(constant: bool, power: i32) -> tempfile::TempDir {
     folder
 }
 
+/// What `identify` says about a physical model.
+fn identified(folder: &Path) -> String {
+    let command = "identify study.toml --model physical -o model.json";
+    succeed(folder, &command.split(' ').collect::<Vec<_>>())
+}
+
 fn identify(folder: &Path) -> Value {
-    succeed(
-        folder,
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "physical",
-            "-o",
-            "model.json",
-        ],
-    );
+    identified(folder);
     serde_json::from_str(&fs::read_to_string(folder.join("model.json")).unwrap()).unwrap()
 }
 
@@ -378,17 +374,7 @@ fn an_input_that_is_wrong_is_told_in_a_sentence() {
     );
     // One that never changes is told, and nothing is made of it.
     study(folder, base, VOLTAGE);
-    let said = succeed(
-        folder,
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "physical",
-            "-o",
-            "model.json",
-        ],
-    );
+    let said = identified(folder);
     assert!(
         said.contains("voltage") && said.contains("same in all rows"),
         "{said}"
@@ -417,15 +403,7 @@ fn an_input_that_is_a_channel_once_more_is_told() {
             "[[input]]\nname = \"voltage\"\ncolumn = {column}\nscale = -3.0\noffset = 1.0\n"
         );
         study(folder, base, &input);
-        let command = [
-            "identify",
-            "study.toml",
-            "--model",
-            "physical",
-            "-o",
-            "model.json",
-        ];
-        succeed(folder, &command)
+        identified(folder)
     };
     for (column, channel) in [("\"x\"", "displacement"), ("\"F\"", "force")] {
         let said = told(column);

@@ -184,6 +184,10 @@ fn a_base_takes_the_only_input_of_its_axis_as_its_third_state_on_the_device_as_w
 fn an_effect_is_added_beside_a_base_that_takes_an_input() {
     let folder = written(0.0);
     let at = folder.path();
+    // The mass is found with the model, both times with the voltage's help.
+    let path = at.join("study.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replace("inertia = 2\n", "")).unwrap();
     let flat = identify(at, "polynomial --order 1,1,0");
     succeed(
         at,
@@ -206,6 +210,8 @@ fn an_effect_is_added_beside_a_base_that_takes_an_input() {
         .as_f64()
         .unwrap();
     assert!((stiffness / STIFFNESS[1] - 1.0).abs() < 0.01, "{stiffness}");
+    let mass = model["axes"][0]["inertia"].as_f64().unwrap();
+    assert!((mass / MASS - 1.0).abs() < 0.002, "{mass} kg");
     succeed(at, &["export", "added.json", "-o", "model.bin"]);
     let replayed = json(at, &["replay", "model.bin", "study.toml"]);
     let seen = replayed["records"][1]["axes"]["x"]["relative_error"].as_f64();

@@ -423,13 +423,10 @@ fn floors(
     let conventions: Vec<_> = study.axes.iter().map(|a| a.restoring_force).collect();
     let effects = model.effects_in_si()?;
     let predicted = |motion: &Motion| {
-        let states = motion.base_states(model.state_input.as_deref());
-        let mut forces = model.base.predict(&states)?;
-        add_forces(
-            &effects,
-            &TimeHistory::of_motion(motion, &conventions),
-            &mut forces,
-        );
+        let input = model.state_input.as_deref();
+        let mut forces = model.base.predict(&motion.base_states(input))?;
+        let history = TimeHistory::of_motion(motion, &conventions);
+        add_forces(&effects, &history, &mut forces);
         Ok(forces)
     };
     let predicted = prepared

@@ -182,11 +182,7 @@ fn is_news(motions: &[&Motion], name: &str) -> bool {
         let each = motions.iter().flat_map(|m| of(m));
         each.step_by(step).collect()
     };
-    let column = gathered(&|m| {
-        let mut inputs = m.inputs.iter();
-        let own = inputs.find(|(known, _)| known == name);
-        own.map_or_else(Vec::new, |(_, series)| series.clone())
-    });
+    let column = gathered(&|m| m.input(name).unwrap_or_default().to_vec());
     let one = gathered(&|m| vec![1.0; m.rows()]);
     let time = gathered(&|m| (0..m.rows()).map(|row| row as f64).collect());
     let clock = [one.clone(), time];

@@ -12,7 +12,6 @@ use crate::signal::motion::Motion;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};
 use faer::Mat;
-use std::rc::Rc;
 
 /// The inertia of an axis, stated in the study or identified with the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,12 +42,11 @@ pub type Known<'a> = (&'a [InputRange], Option<&'a str>);
 /// The columns that stand for the restoring force, each a series over the record's rows.
 fn features<'a>(
     motion: &'a Motion,
-    (ranges, input): Known<'a>,
+    states: &'a [&'a [f64]],
+    ranges: &'a [InputRange],
 ) -> impl Iterator<Item = Vec<f64>> + 'a {
     let inputs = ranges.len();
-    let states = motion.base_states(input);
-    let value = Rc::new(move |at: usize, row: usize| ranges[at].normalise(states[at][row]));
-    let of_pieces = Rc::clone(&value);
+    let value = move |input: usize, row: usize| ranges[input].normalise(states[input][row]);
     let orders = vec![3; inputs];
     let terms = crate::model::exponents(&orders)
         .into_iter()
@@ -64,7 +62,6 @@ fn features<'a>(
     });
     let displacements = (0..motion.states.len()).step_by(2);
     let pieces = displacements.flat_map(move |input| {
-        let value = Rc::clone(&of_pieces);
         CORNERS.into_iter().map(move |corner| {
             (0..motion.rows())
                 .map(|row| (value(input, row) - corner).max(0.0))
@@ -80,12 +77,13 @@ struct Stretches {
 }
 
 impl Stretches {
-    fn new(motions: &[&Motion], known: Known<'_>, low_pass: &[f64]) -> Self {
+    fn new(motions: &[&Motion], (ranges, input): Known<'_>, low_pass: &[f64]) -> Self {
         let rows: usize = motions.iter().map(|m| m.rows()).sum();
         let step = (low_pass.len() / 16).max(rows / MAX_ROWS).max(1);
         let mut grams: Vec<Mat<f64>> = Vec::new();
         for motion in motions {
-            let series: Vec<Vec<f64>> = features(motion, known)
+            let states = motion.base_states(input);
+            let series: Vec<Vec<f64>> = features(motion, &states, ranges)
                 .map(|feature| apply_every(&feature, low_pass, step))
                 .chain(
                     motion

@@ -5,7 +5,7 @@ use crate::model::corrections::{Corrections, of_the_joint};
 use crate::model::effects::{check_inputs, input_of};
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::model::{FollowedInput, InputRange, ModelAxis, ModelEffect, Network, Polynomial};
-use crate::signal::motion::{Filters, Motion};
+use crate::signal::motion::{Filters, Motion, series_named};
 use crate::study::{Source, Study};
 use crate::text::error::{Error, Result};
 use crate::text::input;
@@ -392,12 +392,11 @@ impl ModelFile {
     ) -> Result<Vec<Vec<f64>>> {
         let effects = of_the_joint(&self.effects_in_si()?);
         check_inputs(&self.input_names()?, |name| {
-            inputs.iter().any(|(known, _)| known == name)
+            series_named(inputs, name).is_some()
         })?;
-        let followed = inputs.iter();
-        let followed = followed.filter(|(name, _)| Some(name) == self.state_input.as_ref());
-        let followed = followed.map(|(_, series)| series.as_slice());
-        let base_states: Vec<&[f64]> = states.iter().copied().chain(followed).collect();
+        let own = self.state_input.as_deref();
+        let own = own.and_then(|name| series_named(inputs, name));
+        let base_states: Vec<&[f64]> = states.iter().copied().chain(own).collect();
         let mut forces = self.base.predict(&base_states)?;
         let period_s = 1.0 / self.filters.sample_rate_hz;
         let history = TimeHistory::of_states(states, period_s).with_inputs(inputs);

@@ -1,7 +1,7 @@
 //! Laws of effects, evaluated along a record.
 
 use super::scalar::HostScalar;
-use crate::signal::motion::Motion;
+use crate::signal::motion::{Motion, series_named};
 use crate::study::Convention;
 use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::base::terms::EffectValues;
@@ -151,8 +151,7 @@ impl<'a> TimeHistory<'a> {
             return Factor(None);
         };
         let follows = Follows::parse(name);
-        let found = self.inputs.iter().find(|(known, _)| known == follows.name);
-        let series = found.map_or(&[][..], |(_, series)| series);
+        let series = series_named(self.inputs, follows.name).unwrap_or_default();
         let mut series: Cow<'a, [f64]> = if follows.lag_s > 0.0 {
             lagged(series, follows.lag_s, self.period_s).into()
         } else {

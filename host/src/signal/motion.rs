@@ -55,9 +55,14 @@ impl Motion {
     /// What a polynomial or a network is evaluated on: the states, and the input that it follows, where the record has it.
     pub(crate) fn base_states(&self, input: Option<&str>) -> Vec<&[f64]> {
         let states = self.states.iter().map(Vec::as_slice);
-        let inputs = self.inputs.iter();
-        let followed = inputs.filter(|(name, _)| Some(name.as_str()) == input);
-        states.chain(followed.map(|(_, s)| s.as_slice())).collect()
+        states
+            .chain(input.and_then(|name| self.input(name)))
+            .collect()
+    }
+
+    /// An input of the study, where the record has it.
+    pub(crate) fn input(&self, name: &str) -> Option<&[f64]> {
+        series_named(&self.inputs, name)
     }
 
     /// Rows of every series.
@@ -155,6 +160,12 @@ impl Motion {
             .map(|(force, acceleration)| sign * (force - inertia * acceleration))
             .collect()
     }
+}
+
+/// The series of this name.
+pub(crate) fn series_named<'a>(inputs: &'a [(String, Vec<f64>)], name: &str) -> Option<&'a [f64]> {
+    let found = inputs.iter().find(|(known, _)| known == name);
+    found.map(|(_, series)| series.as_slice())
 }
 
 /// Turns every record of the study into a motion, in the study's order.

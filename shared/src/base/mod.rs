@@ -272,8 +272,8 @@ impl Model {
     /// of a joint that has rested until then: effects with memory begin at 0. What effects follow beside the motion is in the middle of
     /// its range.
     ///
-    /// Of a one-axis model the third input is that which its base follows, the last is not read and the second output is 0. Integers only, no division,
-    /// nothing overflows; without effects, no branch on an input.
+    /// Of a one-axis model the third input is that which its base follows, the last is not read and the second output is 0. Integers
+    /// only, no division, nothing overflows; without effects, no branch on an input.
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
         self.evaluate_by::<Portable>(u)

@@ -251,8 +251,10 @@ fn followed(found: &FitResult, training: &[&Motion]) -> Vec<FollowedInput> {
     let names = effects.filter_map(|e| Some(Follows::parse(input_of(&e.effect)?).name));
     let names: BTreeSet<&str> = names.chain(found.state_input.as_deref()).collect();
     let range = |name: &str| {
-        let all = training.iter().flat_map(|motion| &motion.inputs);
-        let series = all.filter(|(known, _)| known == name).flat_map(|(_, s)| s);
+        let series = training
+            .iter()
+            .filter_map(|motion| motion.input(name))
+            .flatten();
         let [least, most] = series.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], &value| {
             [a.min(value), b.max(value)]
         });

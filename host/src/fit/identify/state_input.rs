@@ -65,9 +65,7 @@ impl StateInput {
                 warning: None,
             });
         };
-        let mut values = training
-            .iter()
-            .flat_map(|motion| motion.base_states(Some(name)).into_iter().skip(2).flatten());
+        let mut values = training.iter().filter_map(|m| m.input(name)).flatten();
         let first = values.next();
         if values.all(|value| Some(value) == first) {
             return Ok(left_out(format!(

@@ -30,7 +30,8 @@ pub struct NetworkOptions {
     pub tolerance: f64,
     /// Steps after which a stage ends in any case.
     pub steps_per_stage: usize,
-    /// The input of the study that is the third state of a network of one axis.
+    /// The input of the study that is the third state of a network of one axis. `identify::network` takes the study's only one where this
+    /// is `None`, and none for `none`.
     pub input: Option<String>,
 }
 

@@ -40,7 +40,8 @@ pub struct PolynomialOptions {
     pub orders: Option<Vec<u8>>,
     /// How the terms are selected and regularised.
     pub method: Method,
-    /// The input of the study that is the third state of a polynomial of one axis.
+    /// The input of the study that is the third state of a polynomial of one axis. `identify::polynomial` takes the study's only one where
+    /// this is `None`, and none for `none`.
     pub input: Option<String>,
 }
 

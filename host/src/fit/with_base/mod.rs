@@ -52,6 +52,8 @@ pub(crate) struct OnRecords<'a> {
     axes: Vec<Axis>,
     motions: &'a [&'a Motion],
     low_pass: &'a [f64],
+    /// As in the model.
+    state_input: Option<&'a str>,
     records: Records<'a>,
     functions: Functions,
     gram: Mat<f64>,
@@ -71,9 +73,10 @@ impl<'a> OnRecords<'a> {
     ) -> Result<Self> {
         check_records(axes, motions)?;
         let low_pass = &model.filters.band;
+        let state_input = model.state_input.as_deref();
         let mut axes = axes.to_vec();
         if !matches!(model.base, Base::None(_)) {
-            let known = (model.base.inputs(), model.state_input.as_deref());
+            let known = (model.base.inputs(), state_input);
             let found = inertias(&axes, motions, known, low_pass)?;
             for (axis, found) in axes.iter_mut().zip(found) {
                 axis.inertia = Some(found.value);
@@ -90,6 +93,7 @@ impl<'a> OnRecords<'a> {
             axes,
             motions,
             low_pass,
+            state_input,
             records,
             functions,
         })
@@ -291,8 +295,9 @@ impl<'a> OnRecords<'a> {
             }
             let mut effects = assemble(&self.axes, &problem, fit.solved.clone(), fit.stopped)?;
             let low_pass = self.low_pass;
-            let inputs = super::polynomial::input_ranges(self.motions, None);
-            effects.inertia = inertias(axes, self.motions, (&inputs, None), low_pass)?;
+            let inputs = super::polynomial::input_ranges(self.motions, self.state_input);
+            let known = (inputs.as_slice(), self.state_input);
+            effects.inertia = inertias(axes, self.motions, known, low_pass)?;
             return Ok(WithBase {
                 base: self.base_of_remainder(terms, &fit, &projections),
                 effective_parameters: projections.iter().map(|a| a.effective).collect(),

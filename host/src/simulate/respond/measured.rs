@@ -109,18 +109,14 @@ impl DrivenBody {
             });
         }
         let names = model.input_names()?;
-        let names = names.iter();
-        let series = |name: &String| {
-            let mut known = motion.inputs.iter();
-            known.find_map(|(known, series)| (known == name).then_some(series))
-        };
+        let inputs = names.iter().filter_map(|name| motion.input(name));
         Ok(Self {
             axes,
             motion: MeasuredMotion {
                 states: motion.states.clone(),
                 sample_rate_hz: study.sample_rate_hz,
                 start_s: (record.first_row + motion.first_row) as f64 / study.sample_rate_hz,
-                inputs: names.flat_map(series).cloned().collect(),
+                inputs: inputs.map(<[f64]>::to_vec).collect(),
             },
         })
     }
