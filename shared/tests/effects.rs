@@ -185,6 +185,7 @@ fn numbers_in_blobs_never_change() {
         (54, "generalized_maxwell"),
         (55, "self_centring"),
         (56, "blow_off_damping"),
+        (57, "offset_stops"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);

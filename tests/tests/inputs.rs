@@ -14,9 +14,11 @@ const DAMPING: f64 = 30.0;
 const FRICTION: f64 = 4.0;
 const PER_VOLT: f64 = 6.0;
 const LAG_S: f64 = 0.02;
+/// A friction in proportion to the voltage.
+const LINE: [f64; 2] = [PER_VOLT, 0.0];
 
-/// A damper whose dry friction grows with a power of a voltage, which acts behind a lag.
-fn record(seed: f64, constant: bool, power: i32) -> String {
+/// A damper whose dry friction follows a voltage and its square, which act behind a lag, by so much each.
+fn record(seed: f64, constant: bool, [per_volt, per_square]: [f64; 2]) -> String {
     let mut text = String::from("t,x,F,U\n");
     let mut behind = 1.0;
     for row in 0..8000 {
@@ -36,7 +38,7 @@ fn record(seed: f64, constant: bool, power: i32) -> String {
             1.0 + (12.9898 * steps).sin()
         };
         behind += (volts - behind) * (1.0 - (-1.0 / RATE_HZ / LAG_S).exp());
-        let friction = FRICTION + PER_VOLT * behind.powi(power);
+        let friction = FRICTION + behind * (per_volt + per_square * behind);
         let noise = 0.02 * (7919.0 * f64::from(row) * (1.0 + seed)).sin();
         let force = STIFFNESS * x + DAMPING * v + friction * (v / 1e-3).tanh() + noise;
         writeln!(text, "{t:.3},{x:.9},{force:.6},{volts:.4}").unwrap();
@@ -55,19 +57,23 @@ fn study(folder: &Path, terms: &str, input: &str) {
 
 const VOLTAGE: &str = "[[input]]\nname = \"voltage\"\ncolumn = \"U\"\nunit = \"V\"\n";
 
-fn written(constant: bool, power: i32) -> tempfile::TempDir {
+fn written(constant: bool, follows: [f64; 2]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (name, seed) in [("one.csv", 0.3), ("two.csv", 1.7)] {
-        let text = record(seed, constant, power);
+        let text = record(seed, constant, follows);
         fs::write(folder.path().join(name), text).unwrap();
     }
     folder
 }
 
+/// What the program says to a command, whose words have one space between them.
+fn run(folder: &Path, command: &str) -> String {
+    succeed(folder, &command.split(' ').collect::<Vec<_>>())
+}
+
 /// What `identify` says about a physical model.
 fn identified(folder: &Path) -> String {
-    let command = "identify study.toml --model physical -o model.json";
-    succeed(folder, &command.split(' ').collect::<Vec<_>>())
+    run(folder, "identify study.toml --model physical -o model.json")
 }
 
 fn identify(folder: &Path) -> Value {
@@ -83,7 +89,7 @@ fn value(model: &Value, effect: &str) -> f64 {
 
 #[test]
 fn a_friction_that_follows_a_voltage_is_found_with_its_parts_and_its_lag() {
-    let folder = written(false, 1);
+    let folder = written(false, LINE);
     let folder = folder.path();
     study(
         folder,
@@ -113,18 +119,9 @@ fn a_friction_that_follows_a_voltage_is_found_with_its_parts_and_its_lag() {
         VOLTAGE,
     );
     identify(folder);
-    succeed(
+    run(
         folder,
-        &[
-            "diagnose",
-            "study.toml",
-            "model.json",
-            "--json",
-            "verdict.json",
-            "--apply",
-            "-o",
-            "added.json",
-        ],
+        "diagnose study.toml model.json --json verdict.json --apply -o added.json",
     );
     let verdict = fs::read_to_string(folder.join("verdict.json")).unwrap();
     let verdict: Value = serde_json::from_str(&verdict).unwrap();
@@ -137,9 +134,38 @@ fn a_friction_that_follows_a_voltage_is_found_with_its_parts_and_its_lag() {
     assert!(after < 0.01, "{verdict}");
 }
 
+#[test]
+fn a_friction_that_rises_and_falls_with_a_voltage_is_found_with_its_square() {
+    // The straight line through it is next to level: without the square neither the lag nor most of the force shows.
+    let folder = written(false, [PER_VOLT, -2.6]);
+    let folder = folder.path();
+    let base = "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"";
+    study(folder, base, VOLTAGE);
+    identify(folder);
+    run(
+        folder,
+        "diagnose study.toml model.json --json verdict.json --apply -o added.json",
+    );
+    let text = fs::read_to_string(folder.join("added.json")).unwrap();
+    let model: Value = serde_json::from_str(&text).unwrap();
+    for (effect, truth) in [
+        ("coulomb", FRICTION),
+        ("coulomb*voltage~20ms", PER_VOLT),
+        ("coulomb*voltage^2~20ms", -2.6),
+    ] {
+        let found = value(&model, effect);
+        assert!((found / truth - 1.0).abs() < 0.02, "{effect}: {found}");
+    }
+    let text = fs::read_to_string(folder.join("verdict.json")).unwrap();
+    let verdict: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(verdict["verdict"], "effect", "{verdict}");
+    let after = verdict["relative_error_after"]["x"].as_f64().unwrap();
+    assert!(after < 0.01, "{verdict}");
+}
+
 /// A joint whose friction follows a voltage, learnt in this folder and exported.
 fn exported() -> tempfile::TempDir {
-    let folder = written(false, 1);
+    let folder = written(false, LINE);
     let at = folder.path();
     study(
         at,
@@ -147,7 +173,7 @@ fn exported() -> tempfile::TempDir {
         VOLTAGE,
     );
     identify(at);
-    succeed(at, &["export", "model.json", "-o", "model.bin"]);
+    run(at, "export model.json -o model.bin");
     folder
 }
 
@@ -155,7 +181,7 @@ fn exported() -> tempfile::TempDir {
 fn a_force_that_follows_a_voltage_runs_on_the_device_with_the_hosts_bits() {
     let folder = exported();
     let at = folder.path();
-    let inspected = succeed(at, &["inspect", "model.bin"]);
+    let inspected = run(at, "inspect model.bin");
     assert!(inspected.contains("coulomb*voltage~20ms@x"), "{inspected}");
     let json = |arguments: &[&str]| -> Value {
         let said = succeed(at, &[arguments, &["--quiet", "--json", "-"]].concat());
@@ -197,7 +223,7 @@ fn a_force_that_follows_a_voltage_runs_on_the_device_with_the_hosts_bits() {
 
 #[test]
 fn a_friction_that_goes_with_the_square_of_a_voltage_is_found_and_exported() {
-    let folder = written(false, 2);
+    let folder = written(false, [0.0, PER_VOLT]);
     let at = folder.path();
     study(
         at,
@@ -212,7 +238,7 @@ fn a_friction_that_goes_with_the_square_of_a_voltage_is_found_and_exported() {
     assert!(near(square, PER_VOLT), "{model}");
     let unit = &model["effects"][4]["parameters"][0]["unit"];
     assert_eq!(unit, "N per voltage^2", "{model}");
-    succeed(at, &["export", "model.json", "-o", "model.bin"]);
+    run(at, "export model.json -o model.bin");
     let replay = [
         "replay",
         "model.bin",
@@ -291,7 +317,7 @@ fn the_description_of_a_rig_states_where_the_input_is_wired() {
 
 #[test]
 fn what_a_device_cannot_follow_is_said_when_it_is_exported() {
-    let folder = written(false, 1);
+    let folder = written(false, LINE);
     let at = folder.path();
     let second = "[[input]]\nname = \"second\"\ncolumn = \"U\"\noffset = 1.0\n";
     let long = VOLTAGE.replace("voltage", "supply_voltage_of_the_coil");
@@ -324,7 +350,7 @@ fn what_a_device_cannot_follow_is_said_when_it_is_exported() {
 
 #[test]
 fn an_input_that_is_wrong_is_told_in_a_sentence() {
-    let folder = written(true, 1);
+    let folder = written(true, LINE);
     let folder = folder.path();
     let refused = |terms: &str, input: &str, words: &[&str]| {
         study(folder, terms, input);
@@ -379,23 +405,14 @@ fn an_input_that_is_wrong_is_told_in_a_sentence() {
         said.contains("voltage") && said.contains("same in all rows"),
         "{said}"
     );
-    succeed(
-        folder,
-        &[
-            "diagnose",
-            "study.toml",
-            "model.json",
-            "--json",
-            "verdict.json",
-        ],
-    );
+    run(folder, "diagnose study.toml model.json --json verdict.json");
     let verdict = fs::read_to_string(folder.join("verdict.json")).unwrap();
     assert!(!verdict.contains("*voltage"), "{verdict}");
 }
 
 #[test]
 fn an_input_that_is_a_channel_once_more_is_told() {
-    let folder = written(false, 1);
+    let folder = written(false, LINE);
     let folder = folder.path();
     let base = "\"stiffness@x\", \"viscous@x\"";
     let told = |column: &str| {
@@ -429,7 +446,7 @@ fn with_more_columns(folder: &Path) {
 
 #[test]
 fn a_column_that_the_study_does_not_name_is_taken_as_an_input() {
-    let folder = written(false, 1);
+    let folder = written(false, LINE);
     let folder = folder.path();
     with_more_columns(folder);
     study(folder, "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"", "");
@@ -451,16 +468,7 @@ fn a_column_that_the_study_does_not_name_is_taken_as_an_input() {
     assert!(!verdict.to_string().contains("F2"), "{verdict}");
 
     // The model knows its column again on a study that does not name it.
-    succeed(
-        folder,
-        &[
-            "compare",
-            "study.toml",
-            "added.json",
-            "--json",
-            "compared.json",
-        ],
-    );
+    run(folder, "compare study.toml added.json --json compared.json");
     let error = &read("compared.json")["records"][1]["axes"]["x"]["relative_error"];
     let said = verdict["staircase"]["steps"][1]["relative_error"]["x"]
         .as_f64()
@@ -470,10 +478,7 @@ fn a_column_that_the_study_does_not_name_is_taken_as_an_input() {
         "{error} {said}"
     );
     // It can be added by hand as well, and a column that is nowhere is told.
-    succeed(
-        folder,
-        &["add", "study.toml", "model.json", "coulomb*U~20ms@x"],
-    );
+    run(folder, "add study.toml model.json coulomb*U~20ms@x");
     let sentence = fail(
         folder,
         &["add", "study.toml", "model.json", "coulomb*W@x"],

@@ -43,6 +43,8 @@ pub(super) struct Field<'a, 'b> {
     pub(super) full: &'a Bench<'b>,
     pub(super) excerpt: &'a Bench<'b>,
     pub(super) library: &'a Library,
+    /// How forces may follow inputs.
+    pub(super) inputs: &'a [&'static str],
 }
 
 /// Looks at a hypothesis with the shapes that it has; columns of `known` parts are taken over.
@@ -85,17 +87,26 @@ pub(super) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
             }
         }
         moves.retain(|(hypothesis, _)| seen.insert(hypothesis.key()));
-        let mut tried: Vec<Looked> = moves
-            .into_par_iter()
-            .map(|(hypothesis, known)| {
-                let mut refined = field.excerpt.refined(&hypothesis, false, STEPS[0]);
-                // The frequency of a line is known as finely as the records are long.
-                if refined.added().iter().any(|b| b.entry.is_line()) {
-                    refined = field.full.refined(&refined, false, STEPS[0]);
-                }
-                look(field.full, &refined, known)
+        let look_at = |(hypothesis, known): (Hypothesis, &[Part])| {
+            let mut refined = field.excerpt.refined(&hypothesis, false, STEPS[0]);
+            // The frequency of a line is known as finely as the records are long.
+            if refined.added().iter().any(|b| b.entry.is_line()) {
+                refined = field.full.refined(&refined, false, STEPS[0]);
+            }
+            look(field.full, &refined, known)
+        };
+        let mut tried: Vec<Looked> = moves.into_par_iter().map(look_at).collect();
+        tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
+        let best = tried.iter().take(CRITERIA.width);
+        let mut moves: Vec<(Hypothesis, &[Part])> = best
+            .flat_map(|looked| {
+                let squared = with_squares(field, &looked.hypothesis);
+                squared.map(|hypothesis| (hypothesis, &*looked.parts))
             })
             .collect();
+        moves.retain(|(hypothesis, _)| seen.insert(hypothesis.key()));
+        let squared: Vec<Looked> = moves.into_par_iter().map(look_at).collect();
+        tried.extend(squared);
         tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
         let near = tried.first().map_or(0.0, |best| best.score.rank) + NEAR;
         let most = SETTLED * CRITERIA.width;
@@ -115,6 +126,24 @@ pub(super) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
         }
     }
     all
+}
+
+/// A hypothesis with the square of an input for each effect in it that follows the input alone: a force that rises and falls with an input
+/// shows by neither power alone.
+fn with_squares(
+    field: &Field<'_, '_>,
+    hypothesis: &Hypothesis,
+) -> impl Iterator<Item = Hypothesis> {
+    let members = hypothesis
+        .added()
+        .iter()
+        .zip(&hypothesis.values[hypothesis.base..]);
+    members.filter_map(|(bound, values)| {
+        let square = bound.other_power().filter(|b| b.follows_square())?;
+        let offered = square.input.is_some_and(|i| field.inputs.contains(&i));
+        let news = offered && !hypothesis.members.contains(&square);
+        news.then(|| hypothesis.with(square, values.clone()))
+    })
 }
 
 /// A hypothesis with each of so many effects that promise most beside it; in the place of a `former` one also with each that generalises it,

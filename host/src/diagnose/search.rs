@@ -17,6 +17,7 @@ use crate::signal::statistics::rms;
 use crate::study::Axis;
 use crate::text::error::Result;
 use crate::text::work;
+use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::effect::{Entry, Subsystem};
 
 /// Rows of all records together on which shapes are searched for; hypotheses are judged on all of them.
@@ -256,37 +257,50 @@ pub(super) fn of_axis(axis: usize, terms: &[AxisEffect], values: &[Vec<f64>]) ->
     }
 }
 
-/// An input behind the lag at which forces that follow it explain most beside a base: a spring, a damper and dry friction.
-fn behind_lag(bench: &Bench<'_>, base: &Hypothesis, input: &'static str) -> &'static str {
+/// The ways in which forces may follow an input: behind the lag at which a spring, a damper and dry friction that follow it and its square
+/// explain most beside a base, and as its square too where they explain more with both.
+fn ways_to_follow(bench: &Bench<'_>, base: &Hypothesis, input: &'static str) -> Vec<&'static str> {
     let parts = bench.parts(base, &[]);
-    let left = |input: &'static str| {
+    let left = |ways: &[&'static str]| {
         let mut design = bench.design(base, &parts);
-        for name in ["stiffness", "viscous", "coulomb"] {
-            let Some(entry) = Entry::named(name) else {
-                continue;
-            };
-            let bound = AxisEffect {
-                entry,
-                axis: bench.axis,
-                input: Some(input),
-            };
-            design.extend(bench.part(&bound, &bench.middle(&bound)).columns);
+        let entries = ["stiffness", "viscous", "coulomb"].map(Entry::named);
+        for entry in entries.into_iter().flatten() {
+            for way in ways {
+                let bound = AxisEffect {
+                    entry,
+                    axis: bench.axis,
+                    input: Some(*way),
+                };
+                design.extend(bench.part(&bound, &bench.middle(&bound)).columns);
+            }
         }
         bench.solved(&design).1.iter().map(|e| e * e).sum::<f64>()
     };
-    let at_once = left(input);
+    let with_square = |way: &'static str| {
+        let square = Follows {
+            squared: true,
+            ..Follows::parse(way)
+        };
+        [way, AxisEffect::kept_input(&square.written())]
+    };
+    let is_less = |less: f64, than: f64| (than / less).ln() > CRITERIA.least_difference;
+    // A force that rises and falls with the input shows its lag beside the square alone.
+    let at_once = left(&with_square(input));
     let longest_s = bench.records.longest_s();
     let lags = LAGS_MS
         .into_iter()
         .filter(|ms| 1e-3 * ms < LONGEST_LAG * longest_s);
     let tried = lags.map(|ms| {
         let lagged = AxisEffect::kept_input(&format!("{input}~{ms}ms"));
-        (lagged, left(lagged))
+        (lagged, left(&with_square(lagged)))
     });
     let best = tried.min_by(|a, b| a.1.total_cmp(&b.1));
-    match best {
-        Some((lagged, left)) if (at_once / left).ln() > CRITERIA.least_difference => lagged,
-        _ => input,
+    let lagged = best.filter(|(_, left)| is_less(*left, at_once));
+    let (way, both) = lagged.unwrap_or((input, at_once));
+    if is_less(both, left(&[way])) {
+        with_square(way).to_vec()
+    } else {
+        vec![way]
     }
 }
 
@@ -353,7 +367,7 @@ fn on_axis(
     let searched = part.as_ref().unwrap_or(&full);
     let inputs = searched.records.inputs().into_iter();
     let inputs: Vec<&'static str> = inputs
-        .map(|name| behind_lag(searched, &base, name))
+        .flat_map(|name| ways_to_follow(searched, &base, name))
         .collect();
     let name = &given.axes[axis].name;
     work::say(&format!("axis {name}: candidates"));
@@ -371,6 +385,7 @@ fn on_axis(
         full: &full,
         excerpt: searched,
         library: &library,
+        inputs: &inputs,
     };
     work::say(&format!("axis {name}: sets of effects"));
     decide(&field, given.axes.len(), &base)

@@ -428,6 +428,25 @@ impl AxisEffect {
         both || self.replaces(other) || other.replaces(self)
     }
 
+    /// Whether its strength follows the square of an input.
+    pub fn follows_square(&self) -> bool {
+        self.input
+            .is_some_and(|input| Follows::parse(input).squared)
+    }
+
+    /// The same following the square of its input where this follows the input, and the other way round.
+    pub fn other_power(&self) -> Option<Self> {
+        let follows = Follows::parse(self.input?);
+        let other = Follows {
+            squared: !follows.squared,
+            ..follows
+        };
+        Some(Self {
+            input: Some(Self::kept_input(&other.written())),
+            ..*self
+        })
+    }
+
     /// Whether the other one is this one with special strengths, so that adding this one takes it out of a model.
     pub fn replaces(&self, other: &Self) -> bool {
         self.axis == other.axis

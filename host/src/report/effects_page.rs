@@ -236,12 +236,14 @@ fn curve(entry: &Entry) -> Vec<(f64, f64)> {
 /// All effects as the page docs/reference/effects.md.
 pub fn markdown() -> String {
     let mut text = String::from(
-        "# The effects\n\nEvery physical effect that a model can hold and that a diagnosis looks for. It is generated from \
-         `shared/src/effect/`:\n\n```\njointwatch effects --markdown > docs/reference/effects.md\n```\n\n\
-         x is the displacement of the axis that the effect is bound to (`effect@axis`), and ẋ its velocity. φ and φ̇ are those of the other axis. F is the \
-         applied force and a the acceleration of the body; s = 1 for r = F − m·a and −1 for r = m·a − F. The loops are drawn in units of the \
-         motion: displacement and velocity reach 1. What belongs to the joint runs on the device too. Parameters that \
-         are not *searched* follow by least squares. Blank cells: one axis, joint.\n\n| effect | what it is | acts on | belongs to | number in a blob |\n|---|---|---|---|---|\n",
+        "# The effects\n\nWhat a model can hold and a diagnosis looks for, generated from \
+         `shared/src/effect/`:\n\n```\njointwatch effects --markdown > docs/reference/effects.md\n```\n\nx is the displacement \
+         of the axis that the effect is bound to (`effect@axis`), and ẋ its velocity. φ and φ̇ are those of the other axis. F \
+         is the applied force and a the acceleration of the body; s = 1 for r = F − m·a and −1 for r = m·a − F. Loops are drawn \
+         in units of the motion: displacement and velocity reach 1. What belongs to the joint runs on the device too. Starred \
+         parameters are searched, others solved for. Units are of translations; for rotations put N·m for N, rad for m. Each \
+         ends with its source, what its absence leaves in a residual, and what tells it apart. Blank cells: one axis, \
+         joint.\n\n| effect | what it is | acts on | belongs to | number in a blob |\n|---|---|---|---|---|\n",
     );
     for entry in EFFECTS {
         let about = &entry.about;
@@ -275,16 +277,17 @@ pub fn markdown() -> String {
                 continue;
             }
             let searched = match p.role {
-                Role::Shape(shape) if !shape.is_given() => ", searched",
+                Role::Shape(shape) if !shape.is_given() => "*",
                 _ => "",
+            };
+            let unit = match units(p) {
+                [unit, _] if unit == "–" => String::new(),
+                [unit, _] => format!(" ({unit})"),
             };
             let _ = writeln!(
                 text,
-                "- `{}` {} ({}{searched}): {}",
-                p.name,
-                p.symbol,
-                unit_in_words(p),
-                p.meaning
+                "- `{}`{searched} {}{unit}: {}",
+                p.name, p.symbol, p.meaning
             );
         }
         // Of a part of the joint the table above says it all.
@@ -294,7 +297,7 @@ pub fn markdown() -> String {
         };
         let _ = write!(
             text,
-            "{fate}- {}.\n- Signature: {}.\n- Experiment: {}\n\n```\n{}\n{}\n```\n",
+            "{fate}- {}.\n- {}.\n- {}\n\n```\n{}\n{}\n```\n",
             about.source,
             about.residual_signature,
             about.separated_by,

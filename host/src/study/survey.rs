@@ -225,7 +225,7 @@ fn surveyed(name: String, unit: Option<String>, values: Vec<f64>) -> SurveyedCol
 }
 
 /// The column that counts the time: the one whose name or unit says so best, where it never falls; of columns without names the first,
-/// where it rises evenly.
+/// where it rises evenly, and so the first one where its name is a unit of time alone (a path is called `s` as well).
 pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
     let rises = |c: &&SurveyedColumn| {
         let rising = c.values.windows(2).filter(|w| w[1] > w[0]).count();
@@ -240,13 +240,15 @@ pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
     let named = columns.iter().filter(|c| c.named.time > 0);
     // The last of those that say it alike.
     let best = named.filter(rises).max_by_key(|c| c.named.time);
+    let is_unit = |c: &SurveyedColumn| naming::seconds(&c.name);
     let unnamed = |c: &&SurveyedColumn| {
         let number = c.name.strip_prefix('c').unwrap_or(&c.name);
-        number.parse::<usize>().is_ok() && rises_evenly(&c.values)
+        (number.parse::<usize>().is_ok() || is_unit(c).is_some()) && rises_evenly(&c.values)
     };
     let first = columns.first().filter(unnamed);
     let column = best.or(first)?;
     let stated = column.unit.as_deref().and_then(naming::seconds);
+    let stated = stated.or_else(|| is_unit(column));
     let seconds_per_unit = stated.unwrap_or_else(|| usual_unit(column));
     let seconds: Vec<f64> = column.values.iter().map(|t| t * seconds_per_unit).collect();
     let stamps = Stamps::of(&seconds)?;

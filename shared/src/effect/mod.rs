@@ -44,6 +44,7 @@ mod lugre;
 mod mains_hum;
 mod maxwell;
 mod mullins;
+mod offset_stops;
 mod periodic_friction;
 mod position_friction;
 mod power_contact;
@@ -142,4 +143,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<generalized_maxwell::GeneralizedMaxwell>(),
     Entry::of::<self_centring::SelfCentring>(),
     Entry::of::<blow_off_damping::BlowOffDamping>(),
+    Entry::of::<offset_stops::OffsetStops>(),
 ];

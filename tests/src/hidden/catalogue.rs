@@ -92,7 +92,8 @@ pub const SUBJECTS: [Subject; 31] = [
 ];
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed and the list above.
-pub const BY_NAME: [Subject; 29] = [
+pub const BY_NAME: [Subject; 30] = [
+    subject("offset_stops", Kind::Joint),
     subject("blow_off_damping", Kind::Joint),
     subject("force_drift", Kind::Instrument),
     subject("coulomb_by_direction", Kind::Joint),
@@ -334,6 +335,13 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
         "blow_off_damping" => Form::ReliefValve {
             opens: [v * within(0.2, 0.6), v * within(0.2, 0.6)],
             back: within(0.4, 2.5),
+        },
+        "offset_stops" => Form::PlacedStops {
+            at: [
+                scale.reach * within(-0.4, 0.7),
+                -scale.reach * within(0.2, 0.8),
+            ],
+            back: within(0.3, 2.0),
         },
         "digressive_damping" => Form::Valve {
             knee: v * within(0.1, 0.5),

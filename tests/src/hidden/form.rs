@@ -177,6 +177,13 @@ pub enum Form {
         /// The return's strength beside the way ahead.
         back: f64,
     },
+    /// Springs that are met as the displacement passes a place on either side, signed; the lower one is `back` times as stiff.
+    PlacedStops {
+        /// Where the upper one and the lower one are met, m or rad.
+        at: [f64; 2],
+        /// The lower one's stiffness beside the upper one's.
+        back: f64,
+    },
     /// A damper that gives way above a knee: v/(1 + |v|/knee).
     Valve {
         /// Velocity at which half the slope's force is left.

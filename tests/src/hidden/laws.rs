@@ -6,6 +6,7 @@
 use super::form::Form;
 use super::rig::JointState;
 use super::sizes::{MEMORIES, Memory};
+use std::f64::consts::TAU;
 
 /// What a law sees besides the joint's state.
 #[derive(Clone, Copy, Debug, Default)]
@@ -89,7 +90,7 @@ impl Law {
                 ..
             } => z / deflection + damping_s / deflection * self.rates(joint, memory)[0],
             Form::SpringDamper { .. } | Form::HardeningWen { .. } => z,
-            Form::Teeth { pitch, phase } => (std::f64::consts::TAU * x / pitch + phase).sin(),
+            Form::Teeth { pitch, phase } => (TAU * x / pitch + phase).sin(),
             Form::Constant => 1.0,
             Form::CrossSpring => return [self.strength * other, self.strength * x],
             Form::GrowingSpring { duration_s } => x * around.time_s / duration_s,
@@ -118,6 +119,10 @@ impl Law {
                 opens: [ahead, returning],
                 back,
             } => sided(v.clamp(-returning, ahead), back),
+            Form::PlacedStops {
+                at: [upper, lower],
+                back,
+            } => (x - upper).max(0.0) + back * (x - lower).min(0.0),
             Form::Valve { knee } => v / (1.0 + v.abs() / knee),
             Form::LateFriction { .. } => z,
             Form::SpringTimesOther { power } => x * other.powi(power),
@@ -130,7 +135,7 @@ impl Law {
                 period_s,
                 phase,
             } => {
-                let course = (std::f64::consts::TAU * around.time_s / period_s + phase).sin();
+                let course = (TAU * around.time_s / period_s + phase).sin();
                 direction(v, edge) * 0.5 * (1.0 + (8.0 * course).tanh())
             }
             Form::LateSpring { .. } => around.delayed,
@@ -138,7 +143,7 @@ impl Law {
             Form::SwingingSpring {
                 frequency_hz,
                 phase,
-            } => x * (std::f64::consts::TAU * frequency_hz * around.time_s + phase).sin(),
+            } => x * (TAU * frequency_hz * around.time_s + phase).sin(),
             Form::SqueezeFilm => x * x * v,
             Form::SmoothSpring { length, phases } => [1.0, 2.0, 4.0]
                 .iter()
@@ -252,13 +257,14 @@ impl Law {
                 .max(top_speed / deflection)
                 .max(s * damping_s / (deflection * moving_inertia)),
             Form::SpringDamper { relaxation_s } => spring(s) + 1.0 / relaxation_s,
+            Form::PlacedStops { back, .. } => spring(s * back.max(1.0)),
             // It unloads several times as steeply as it is unloaded.
             Form::HardeningWen {
                 both_ways,
                 unloading,
             } => spring(16.0 * s).max(2.0 * top_speed * (both_ways + unloading)),
             Form::Wild(wild) => wild.fastest_rate(s, moving_inertia, top_speed),
-            Form::Teeth { pitch, .. } => spring(s * std::f64::consts::TAU / pitch),
+            Form::Teeth { pitch, .. } => spring(s * TAU / pitch),
             _ => 0.0,
         }
     }
@@ -267,7 +273,7 @@ impl Law {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::{PI, TAU};
+    use std::f64::consts::PI;
 
     /// Force at every step of the last of ten cycles of x = sin t, memory integrated by the midpoint rule.
     fn last_cycle(form: Form) -> Vec<([f64; 2], f64)> {

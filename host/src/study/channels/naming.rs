@@ -166,7 +166,6 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
         .find(|(word, _)| tokens.iter().any(|t| t == word));
     let unit = stated.map(str::to_owned).or(own);
     let unit = unit.or(clock.map(|(_, unit)| (*unit).to_owned()));
-    let known = unit.as_deref().filter(|u| is_a_unit(u));
     let among = |words: &[&str]| tokens.iter().any(|t| words.contains(&t.as_str()));
     let by_name = |quantity: Quantity| -> u8 {
         let (whole, parts) = words(quantity);
@@ -181,9 +180,17 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
             0
         }
     };
+    // A name that is no word for anything may be a unit; an n or an in is more often something else, so it says little beside other names.
+    let is_word = |q: &Quantity| by_name(*q) > 0;
+    let is_word = is_word(&Quantity::Time) || QUANTITIES.iter().any(is_word);
+    let bare = (unit.is_none() && !is_word && is_a_unit(name) && !is_bare(name) && name != "in")
+        .then_some(name);
+    let unit = unit.or(bare.map(str::to_owned));
+    let known = unit.as_deref().filter(|u| is_a_unit(u));
     let (commanded, measured) = (among(&COMMANDS), among(&MEASURED));
     let by_unit = |quantity: Quantity| known.map(|unit| quantity.factor(unit, false).is_ok());
     let score = |quantity: Quantity| match by_unit(quantity) {
+        Some(true) if bare.is_some() => 1,
         Some(true) => 4 + by_name(quantity),
         // A volt or a count says nothing; any other unit says that it is something else.
         Some(false) if !known.is_some_and(is_bare) => 0,
@@ -313,6 +320,9 @@ mod tests {
             ("vitesse m/s", None, Velocity(Translation)),
             ("Force", None, Force(Translation)),
             ("F", None, Force(Translation)),
+            ("N", None, Force(Translation)),
+            ("mm", None, Displacement(Translation)),
+            ("s", None, Displacement(Translation)),
         ] {
             let found = read(name, unit);
             let best = found.quantities.iter().max_by_key(|(_, s)| *s);
