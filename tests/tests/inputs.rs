@@ -81,6 +81,25 @@ fn identify(folder: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(folder.join("model.json")).unwrap()).unwrap()
 }
 
+/// The verdict on a joint whose friction is known and whose voltage is not, and the model with all that it names, which explains the force.
+fn explained(folder: &Path) -> (Value, Value) {
+    let base = "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"";
+    study(folder, base, VOLTAGE);
+    identify(folder);
+    run(
+        folder,
+        "diagnose study.toml model.json --json verdict.json --apply -o added.json",
+    );
+    let read = |name: &str| -> Value {
+        serde_json::from_str(&fs::read_to_string(folder.join(name)).unwrap()).unwrap()
+    };
+    let verdict = read("verdict.json");
+    assert_eq!(verdict["verdict"], "effect", "{verdict}");
+    let after = verdict["relative_error_after"]["x"].as_f64().unwrap();
+    assert!(after < 0.01, "{verdict}");
+    (verdict, read("added.json"))
+}
+
 fn value(model: &Value, effect: &str) -> f64 {
     let effects = model["effects"].as_array().unwrap();
     let effect = effects.iter().find(|e| e["effect"] == effect).unwrap();
@@ -113,41 +132,18 @@ fn a_friction_that_follows_a_voltage_is_found_with_its_parts_and_its_lag() {
     assert_eq!(shape("coulomb"), shape("coulomb*voltage~20ms"));
 
     // Left out, it is found again, and the lag to the next of those that are tried.
-    study(
-        folder,
-        "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"",
-        VOLTAGE,
-    );
-    identify(folder);
-    run(
-        folder,
-        "diagnose study.toml model.json --json verdict.json --apply -o added.json",
-    );
-    let verdict = fs::read_to_string(folder.join("verdict.json")).unwrap();
-    let verdict: Value = serde_json::from_str(&verdict).unwrap();
-    assert_eq!(verdict["verdict"], "effect", "{verdict}");
+    let (verdict, _) = explained(folder);
     assert_eq!(
         verdict["found"][0]["effect"], "coulomb*voltage~20ms",
         "{verdict}"
     );
-    let after = verdict["relative_error_after"]["x"].as_f64().unwrap();
-    assert!(after < 0.01, "{verdict}");
 }
 
 #[test]
 fn a_friction_that_rises_and_falls_with_a_voltage_is_found_with_its_square() {
     // The straight line through it is next to level: without the square neither the lag nor most of the force shows.
     let folder = written(false, [PER_VOLT, -2.6]);
-    let folder = folder.path();
-    let base = "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"";
-    study(folder, base, VOLTAGE);
-    identify(folder);
-    run(
-        folder,
-        "diagnose study.toml model.json --json verdict.json --apply -o added.json",
-    );
-    let text = fs::read_to_string(folder.join("added.json")).unwrap();
-    let model: Value = serde_json::from_str(&text).unwrap();
+    let (_, model) = explained(folder.path());
     for (effect, truth) in [
         ("coulomb", FRICTION),
         ("coulomb*voltage~20ms", PER_VOLT),
@@ -156,11 +152,6 @@ fn a_friction_that_rises_and_falls_with_a_voltage_is_found_with_its_square() {
         let found = value(&model, effect);
         assert!((found / truth - 1.0).abs() < 0.02, "{effect}: {found}");
     }
-    let text = fs::read_to_string(folder.join("verdict.json")).unwrap();
-    let verdict: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(verdict["verdict"], "effect", "{verdict}");
-    let after = verdict["relative_error_after"]["x"].as_f64().unwrap();
-    assert!(after < 0.01, "{verdict}");
 }
 
 /// A joint whose friction follows a voltage, learnt in this folder and exported.

@@ -198,10 +198,14 @@ impl<'a> Bench<'a> {
 
     /// The columns of an effect at these values.
     pub(super) fn part(&self, bound: &AxisEffect, values: &[f64]) -> Part {
+        self.part_of((bound, values), self.records.columns(bound, values))
+    }
+
+    /// The same from the columns that it has on all axes.
+    fn part_of(&self, (bound, values): (&AxisEffect, &[f64]), columns: Vec<Vec<f64>>) -> Part {
         let rows = rows_of(self.records, self.axis);
-        let columns = self.records.columns(bound, values).into_iter();
         let bounds = column_bounds(bound, self.records);
-        let columns = columns.zip(bounds).map(|(column, bounds)| Column {
+        let columns = columns.iter().zip(bounds).map(|(column, bounds)| Column {
             data: Arc::new(column[rows.clone()].to_vec()),
             bounds,
         });
@@ -215,12 +219,26 @@ impl<'a> Bench<'a> {
     /// The columns of every member; those of the base and of `known` parts are taken over.
     pub(super) fn parts(&self, hypothesis: &Hypothesis, known: &[Part]) -> Vec<Part> {
         let members = hypothesis.members.iter().zip(&hypothesis.values);
-        let part = |(bound, values): (&AxisEffect, &Vec<f64>)| {
+        let members: Vec<(&AxisEffect, &[f64])> = members.map(|(b, v)| (b, v.as_slice())).collect();
+        let taken_over = |(bound, values): &(&AxisEffect, &[f64])| {
             let mut all = known.iter().chain(&self.base_parts);
-            let same = all.find(|part| part.is(bound, values)).cloned();
-            same.unwrap_or_else(|| self.part(bound, values))
+            all.find(|part| part.is(bound, values)).cloned()
         };
-        members.map(part).collect()
+        let parts: Vec<Option<Part>> = members.iter().map(taken_over).collect();
+        let news = members
+            .iter()
+            .zip(&parts)
+            .filter(|(_, part)| part.is_none());
+        let news: Vec<(&AxisEffect, &[f64])> = news.map(|(member, _)| *member).collect();
+        let columns = self.records.columns_of_all(&news);
+        let mut news = news
+            .into_iter()
+            .zip(columns)
+            .map(|(new, columns)| self.part_of(new, columns));
+        let parts = parts.into_iter();
+        parts
+            .filter_map(|part| part.or_else(|| news.next()))
+            .collect()
     }
 
     /// The columns of parts, of which the first `base` belong to the base, and of what stands beside every hypothesis. A term of the base

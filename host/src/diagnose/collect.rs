@@ -70,8 +70,8 @@ pub(super) fn candidates(
         of_joint.flat_map(|entry| inputs.iter().map(move |i| bound(entry, axis, Some(*i))));
     // A square is no candidate by itself: it comes with the input, or after it.
     let following = following.filter(|bound| {
-        let first = bound.other_power().filter(|_| bound.follows_square());
-        first.is_none_or(|first| known.contains(&first))
+        let mut known = known.iter();
+        bound.squared().is_some() || known.any(|k| k.squared().as_ref() == Some(bound))
     });
     let bounds = bounds.chain(following);
     let inertia = bench.records.doubtful_inertia(axis);

@@ -8,6 +8,7 @@ use super::hypothesis::Hypothesis;
 use super::learner::{Inputs, Knows, Left, Taken};
 use super::rank::{Field, Looked, look, rank};
 use crate::model::effects::AxisEffect;
+use rayon::prelude::*;
 
 /// Steps in which a hypothesis is found anew without one of its effects.
 const STEPS: usize = 8;
@@ -285,7 +286,7 @@ fn pruned(field: &Field<'_, '_>, inputs: &Inputs, mut decided: Looked, base: &Lo
 
 /// Error power that is lost without each added effect when the others are found anew, the least first, with what stays.
 fn lost_without_each(field: &Field<'_, '_>, of: &Looked) -> Vec<(f64, AxisEffect, Looked)> {
-    let added = of.hypothesis.added().iter();
+    let added = of.hypothesis.added().par_iter();
     let mut lost: Vec<(f64, AxisEffect, Looked)> = added
         .map(|bound| {
             let narrower = of.hypothesis.without(bound);

@@ -49,17 +49,7 @@ impl Bench<'_> {
                     tried.values[member][index] = unknown.clamp(value);
                 }
             }
-            let moved = tried.values.iter().zip(&best.values).zip(&parts);
-            let new: Vec<Part> = moved
-                .zip(&tried.members)
-                .map(|(((new, old), part), bound)| {
-                    if new == old {
-                        part.clone()
-                    } else {
-                        self.part(bound, new)
-                    }
-                })
-                .collect();
+            let new = self.parts(&tried, &parts);
             let next = cost(&new);
             if next.0 < at.0 {
                 let little = at.0 - next.0 < LITTLE * at.0;
@@ -97,12 +87,19 @@ impl Bench<'_> {
         let products = self.products(columns, &slopes, 0..self.measured.len());
         let (count, more) = (columns.len(), slopes.len());
         let last = count + more;
-        let pick: Vec<usize> = free.iter().copied().chain(count..last).collect();
         // Products with the residual: those with the force less those with what the columns make of it.
         let with_left = |row: usize| {
             let taken: f64 = (0..count).map(|c| factors[c] * products[(row, c)]).sum();
             products[(row, last)] - taken
         };
+        // A shape that its bound keeps from going on stays there.
+        let moves = |at: &usize| {
+            let unknown = searched[at - count];
+            let (member, index) = unknown.places[0];
+            !unknown.is_held(parts[member].values[index], with_left(*at))
+        };
+        let moved: Vec<usize> = (count..last).filter(moves).collect();
+        let pick: Vec<usize> = free.iter().chain(&moved).copied().collect();
         let matrix = Mat::from_fn(pick.len(), pick.len(), |i, j| {
             let value = products[(pick[i], pick[j])];
             let more = if i == j && i >= free.len() {
@@ -118,7 +115,10 @@ impl Bench<'_> {
         });
         let right = Mat::from_fn(pick.len(), 1, |i, _| with_left(pick[i]));
         let solved = normal_equations::solve(&matrix, &right).ok()?.coefficients;
-        let step: Vec<f64> = (free.len()..pick.len()).map(|i| solved[(i, 0)]).collect();
+        let mut step = vec![0.0; more];
+        for (place, at) in moved.iter().enumerate() {
+            step[at - count] = solved[(free.len() + place, 0)];
+        }
         step.iter().all(|s| s.is_finite()).then_some(step)
     }
 }

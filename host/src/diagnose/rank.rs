@@ -139,7 +139,7 @@ fn with_squares(
         .iter()
         .zip(&hypothesis.values[hypothesis.base..]);
     members.filter_map(|(bound, values)| {
-        let square = bound.other_power().filter(|b| b.follows_square())?;
+        let square = bound.squared()?;
         let offered = square.input.is_some_and(|i| field.inputs.contains(&i));
         let news = offered && !hypothesis.members.contains(&square);
         news.then(|| hypothesis.with(square, values.clone()))

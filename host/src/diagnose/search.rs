@@ -6,7 +6,7 @@ use super::collect::{Library, candidates};
 use super::criteria::CRITERIA;
 use super::decide::{Decision, decide};
 use super::errors::{Unseen, relative_errors, shapes_of};
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Column, Hypothesis};
 use super::rank::Field;
 use super::zeros::{OWN_ZEROS, Zeros, beside, judged, own_zero};
 use crate::fit::effects::columns::Records;
@@ -17,7 +17,6 @@ use crate::signal::statistics::rms;
 use crate::study::Axis;
 use crate::text::error::Result;
 use crate::text::work;
-use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::effect::{Entry, Subsystem};
 
 /// Rows of all records together on which shapes are searched for; hypotheses are judged on all of them.
@@ -260,48 +259,46 @@ pub(super) fn of_axis(axis: usize, terms: &[AxisEffect], values: &[Vec<f64>]) ->
 /// The ways in which forces may follow an input: behind the lag at which a spring, a damper and dry friction that follow it and its square
 /// explain most beside a base, and as its square too where they explain more with both.
 fn ways_to_follow(bench: &Bench<'_>, base: &Hypothesis, input: &'static str) -> Vec<&'static str> {
-    let parts = bench.parts(base, &[]);
-    let left = |ways: &[&'static str]| {
-        let mut design = bench.design(base, &parts);
-        let entries = ["stiffness", "viscous", "coulomb"].map(Entry::named);
-        for entry in entries.into_iter().flatten() {
-            for way in ways {
-                let bound = AxisEffect {
-                    entry,
-                    axis: bench.axis,
-                    input: Some(*way),
-                };
-                design.extend(bench.part(&bound, &bench.middle(&bound)).columns);
-            }
-        }
+    let beside = bench.design(base, &bench.parts(base, &[]));
+    let entries = ["stiffness", "viscous", "coulomb"].map(Entry::named);
+    let following = |way: &'static str| {
+        let bound = move |entry| AxisEffect {
+            entry,
+            axis: bench.axis,
+            input: Some(way),
+        };
+        entries.into_iter().flatten().map(bound)
+    };
+    let left = |bounds: &mut dyn Iterator<Item = AxisEffect>| {
+        let parts = bounds.map(|bound| bench.part(&bound, &bench.middle(&bound)));
+        let design = beside.iter().cloned();
+        let design: Vec<Column> = design.chain(parts.flat_map(|part| part.columns)).collect();
         bench.solved(&design).1.iter().map(|e| e * e).sum::<f64>()
     };
     let with_square = |way: &'static str| {
-        let square = Follows {
-            squared: true,
-            ..Follows::parse(way)
-        };
-        [way, AxisEffect::kept_input(&square.written())]
+        let squares = following(way).filter_map(|bound| bound.squared());
+        left(&mut following(way).chain(squares))
     };
     let is_less = |less: f64, than: f64| (than / less).ln() > CRITERIA.least_difference;
     // A force that rises and falls with the input shows its lag beside the square alone.
-    let at_once = left(&with_square(input));
+    let at_once = with_square(input);
     let longest_s = bench.records.longest_s();
     let lags = LAGS_MS
         .into_iter()
         .filter(|ms| 1e-3 * ms < LONGEST_LAG * longest_s);
     let tried = lags.map(|ms| {
         let lagged = AxisEffect::kept_input(&format!("{input}~{ms}ms"));
-        (lagged, left(&with_square(lagged)))
+        (lagged, with_square(lagged))
     });
     let best = tried.min_by(|a, b| a.1.total_cmp(&b.1));
     let lagged = best.filter(|(_, left)| is_less(*left, at_once));
     let (way, both) = lagged.unwrap_or((input, at_once));
-    if is_less(both, left(&[way])) {
-        with_square(way).to_vec()
-    } else {
-        vec![way]
+    let mut ways = vec![way];
+    if is_less(both, left(&mut following(way))) {
+        let square = following(way).find_map(|bound| bound.squared()?.input);
+        ways.extend(square);
     }
+    ways
 }
 
 /// The decision on one axis, and with which zeros of force it was made, where they are more than one zero for all records.

@@ -428,21 +428,15 @@ impl AxisEffect {
         both || self.replaces(other) || other.replaces(self)
     }
 
-    /// Whether its strength follows the square of an input.
-    pub fn follows_square(&self) -> bool {
-        self.input
-            .is_some_and(|input| Follows::parse(input).squared)
-    }
-
-    /// The same following the square of its input where this follows the input, and the other way round.
-    pub fn other_power(&self) -> Option<Self> {
+    /// The same following the square of its input; none without an input, and of a square.
+    pub fn squared(&self) -> Option<Self> {
         let follows = Follows::parse(self.input?);
-        let other = Follows {
-            squared: !follows.squared,
+        let square = Follows {
+            squared: true,
             ..follows
         };
-        Some(Self {
-            input: Some(Self::kept_input(&other.written())),
+        (!follows.squared).then(|| Self {
+            input: Some(Self::kept_input(&square.written())),
             ..*self
         })
     }

@@ -30,6 +30,18 @@ impl Factor<'_> {
         let series = self.0.as_ref();
         series.map_or(1.0, |series| series.get(row).copied().unwrap_or(0.0))
     }
+
+    /// A series along the record times this.
+    pub(crate) fn times<'s>(&self, series: &'s [f64]) -> Cow<'s, [f64]> {
+        match self.0 {
+            None => series.into(),
+            Some(_) => series
+                .iter()
+                .enumerate()
+                .map(|(row, v)| v * self.at(row))
+                .collect(),
+        }
+    }
 }
 
 /// A series behind a first-order lag, which begins at rest.
@@ -181,6 +193,19 @@ impl<'a> TimeHistory<'a> {
         parameters: &Parameters<S>,
         axis: usize,
         phase: f64,
+        each: impl FnMut(usize, [S; 2]),
+    ) {
+        self.along_changing(entry, *parameters, |_, _| (), axis, phase, each);
+    }
+
+    /// The same with strengths that `change` from row to row. No state of a law depends on a strength.
+    pub(crate) fn along_changing<S: HostScalar>(
+        &self,
+        entry: &Entry,
+        mut parameters: Parameters<S>,
+        mut change: impl FnMut(usize, &mut Parameters<S>),
+        axis: usize,
+        phase: f64,
         mut each: impl FnMut(usize, [S; 2]),
     ) {
         // Cut to one length beforehand, so that no row is checked against it.
@@ -217,7 +242,8 @@ impl<'a> TimeHistory<'a> {
                     .as_ref()
                     .map_or(silent, |said| said.at(row, silent, &lift)),
             };
-            each(row, law(parameters, &at, &mut memory));
+            change(row, &mut parameters);
+            each(row, law(&parameters, &at, &mut memory));
         }
     }
 }

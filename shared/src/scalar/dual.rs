@@ -141,11 +141,11 @@ impl<const N: usize> Dual<N> {
     #[inline]
     fn powered(self, a: f64, moves: bool, exponent: Self) -> Self {
         let n = exponent.value;
-        let value = a.powf(n);
+        let value = super::powered(a, n);
         let steepness = match (moves, a > 0.0) {
             (false, _) => 0.0,
             (true, true) => n * (value / a),
-            (true, false) => n * a.powf(n - 1.0),
+            (true, false) => n * super::powered(a, n - 1.0),
         };
         if exponent.slopes.iter().all(|slope| *slope == 0.0) {
             return self.through(value, steepness);

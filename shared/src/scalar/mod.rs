@@ -169,12 +169,19 @@ impl Number for f64 {
 impl Powers for f64 {
     #[inline]
     fn power(self, exponent: Self) -> Self {
-        self.clamp(0.0, 1.0).powf(exponent)
+        powered(self.clamp(0.0, 1.0), exponent)
     }
     #[inline]
     fn raised(self, exponent: Self) -> Self {
-        f64::max(self, 0.0).powf(exponent)
+        powered(f64::max(self, 0.0), exponent)
     }
+}
+
+/// aⁿ. The roundest knee has n = 1, and its power needs no logarithm.
+#[cfg(feature = "fit")]
+#[inline]
+fn powered(a: f64, n: f64) -> f64 {
+    if n == 1.0 { a } else { a.powf(n) }
 }
 
 #[cfg(feature = "fit")]

@@ -6,29 +6,18 @@
 
 use crate::model::corrections::of_the_joint;
 use crate::model::effects::AxisEffect;
-use crate::model::per_record::{self, PHASES};
-use crate::model::scalar::HostScalar;
-use crate::model::time_history::{TimeHistory, add_forces, law_parameters};
+use crate::model::per_record;
+use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::fir::{apply_every, shut_from_hz};
 use crate::signal::motion::Motion;
 use crate::study::{Axis, Convention};
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
-use jointwatch_shared::effect::{Acts, Parameters};
 use jointwatch_shared::units::{Dimension, References};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Takes out of a column (both axes, one after the other) what something that is fitted beside the laws makes of it.
 pub(crate) type Projection<'a> = &'a (dyn Fn(&mut [f64]) + Sync);
-
-/// What a column of a term stands for: a parameter that the force is proportional to, at 1; in one record alone, where its size is
-/// another one in each.
-struct Unit {
-    parameter: usize,
-    record: Option<usize>,
-    phase: f64,
-}
 
 /// One row of a record, as far as one axis moves.
 pub(crate) struct Sample {
@@ -42,12 +31,12 @@ pub(crate) struct Sample {
 
 /// The training records, ready to hold force laws against.
 pub(crate) struct Records<'a> {
-    histories: Vec<TimeHistory<'a>>,
-    axes: usize,
+    pub(super) histories: Vec<TimeHistory<'a>>,
+    pub(super) axes: usize,
     taps: &'a [f64],
     /// Of so many rows one is kept.
     pub(crate) every: usize,
-    projection: Option<Projection<'a>>,
+    pub(super) projection: Option<Projection<'a>>,
     /// Whether a base beside the terms has a constant of its own, so that zeros of records are known only relative to one another.
     pub(crate) beside_constant: bool,
     /// Thinned rows per second.
@@ -194,8 +183,7 @@ impl<'a> Records<'a> {
     pub(crate) fn of_input(&self, axis: usize, name: &'static str) -> Vec<f64> {
         let parts = self.histories.iter().map(|history| {
             let factor = history.input(Some(name));
-            let series: Vec<f64> = (0..history.rows()).map(|row| factor.at(row)).collect();
-            self.thinned(&series)
+            self.thinned(&factor.times(&vec![1.0; history.rows()]))
         });
         self.on_axis(axis, parts.flatten().collect())
     }
@@ -276,56 +264,6 @@ impl<'a> Records<'a> {
         whole
     }
 
-    /// One column per linear parameter of a term: its share of the force when it is 1 and the other linear ones are 0. A
-    /// parameter with a size of its own in every record has one per record and phase.
-    ///
-    /// `values` are the term's parameters in SI, of which only those that shape the law are read.
-    pub(crate) fn columns(&self, bound: &AxisEffect, values: &[f64]) -> Vec<Vec<f64>> {
-        let units = self.units(bound);
-        if units.len() > 1 && !bound.entry.is_per_record() {
-            return self.linear_columns(bound, values);
-        }
-        units
-            .par_iter()
-            .map(|unit| self.unit_column(bound, values, unit))
-            .collect()
-    }
-
-    /// What each column of a term stands for.
-    fn units(&self, bound: &AxisEffect) -> Vec<Unit> {
-        let mut units = Vec::new();
-        let linear = bound.entry.parameters().iter().enumerate();
-        for (index, parameter) in linear.filter(|(_, p)| p.is_linear()) {
-            let unit = |record, phase| Unit {
-                parameter: index,
-                record,
-                phase,
-            };
-            let phases = &PHASES[..parameter.phases()];
-            if phases.is_empty() {
-                units.push(unit(None, 0.0));
-            }
-            for record in self.own_size(parameter) {
-                units.extend(phases.iter().map(|&phase| unit(Some(record), phase)));
-            }
-        }
-        units
-    }
-
-    fn unit_column(&self, bound: &AxisEffect, values: &[f64], unit: &Unit) -> Vec<f64> {
-        let mut parameters = law_parameters(bound.entry, values);
-        let listed = bound.entry.parameters().iter().zip(&mut parameters);
-        for (index, (_, value)) in listed.enumerate().filter(|(_, (p, _))| p.is_linear()) {
-            *value = f64::from(u8::from(index == unit.parameter));
-        }
-        self.real_column(bound, &parameters, unit.record, unit.phase)
-    }
-
-    /// How many columns [`Records::columns`] makes of a term.
-    pub(crate) fn count(&self, bound: &AxisEffect) -> usize {
-        self.units(bound).len()
-    }
-
     /// How many columns it makes of one parameter.
     pub(crate) fn columns_of(&self, parameter: &Parameter) -> usize {
         match parameter.role {
@@ -336,7 +274,7 @@ impl<'a> Records<'a> {
     }
 
     /// The records in which a size is found: all; of a zero beside a base with a constant, all but the first.
-    fn own_size(&self, parameter: &Parameter) -> Range<usize> {
+    pub(super) fn own_size(&self, parameter: &Parameter) -> Range<usize> {
         let constant = parameter.phases() == 1 && parameter.dimension == Dimension::FORCE;
         let relative = self.beside_constant && constant;
         usize::from(relative)..self.rows.len()
@@ -371,35 +309,6 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// The force of a term with all of its parameters, SI; of one with a size of its own in every record, nothing.
-    pub(crate) fn force(&self, bound: &AxisEffect, values: &[f64]) -> Vec<f64> {
-        if bound.entry.is_per_record() {
-            return self.nothing();
-        }
-        self.real_column(bound, &law_parameters(bound.entry, values), None, 0.0)
-    }
-
-    /// Takes from a residual what a term with a size of its own in every record has in it, by least squares in each.
-    pub(crate) fn take_out(&self, bound: &AxisEffect, values: &[f64], residual: &mut [f64]) {
-        if !bound.entry.is_per_record() {
-            return;
-        }
-        let units = self.units(bound);
-        for record in 0..self.rows.len() {
-            let of_record = units.iter().filter(|unit| unit.record == Some(record));
-            let columns: Vec<Vec<f64>> = of_record
-                .map(|unit| self.unit_column(bound, values, unit))
-                .collect();
-            let factors = per_record::least_squares(&columns, residual);
-            for (column, factor) in columns.iter().zip(factors) {
-                residual
-                    .iter_mut()
-                    .zip(column)
-                    .for_each(|(r, c)| *r -= factor * c);
-            }
-        }
-    }
-
     /// The frequency, Hz, near a start of a term's shape at which a residual holds the strongest line.
     pub(crate) fn line_in(&self, residual: &[f64], axis: usize, shape: &Shape) -> f64 {
         let mut start = axis * self.rows_per_axis();
@@ -409,72 +318,5 @@ impl<'a> Records<'a> {
         });
         let records: Vec<&[f64]> = records.collect();
         per_record::strongest(&records, self.thinned_rate_hz, shape)
-    }
-
-    /// The force of a law with these parameters, as the law takes them; in one record alone, or in all.
-    fn real_column(
-        &self,
-        bound: &AxisEffect,
-        parameters: &Parameters<f64>,
-        only: Option<usize>,
-        phase: f64,
-    ) -> Vec<f64> {
-        let [column] = self.column(bound, parameters, (only, phase), |force: f64| [force]);
-        column
-    }
-
-    /// Evaluates a law on every record, or on one alone, then low-passes and thins out; `part` is what of its force is wanted, one
-    /// column each.
-    pub(super) fn column<S: HostScalar, const N: usize>(
-        &self,
-        bound: &AxisEffect,
-        parameters: &Parameters<S>,
-        (only, phase): (Option<usize>, f64),
-        part: impl Fn(S) -> [f64; N] + Sync,
-    ) -> [Vec<f64>; N] {
-        let both = bound.entry.acts == Acts::BothAxes && self.axes == 2;
-        let along = |history: &TimeHistory<'_>| {
-            let mut own = [(); N].map(|()| vec![0.0; history.rows()]);
-            let mut other = [(); N].map(|()| vec![0.0; if both { history.rows() } else { 0 }]);
-            let factor = history.input(bound.input);
-            history.along(bound.entry, parameters, bound.axis, phase, |row, [f, g]| {
-                let factor = factor.at(row);
-                for (series, value) in own.iter_mut().zip(part(f)) {
-                    series[row] = value * factor;
-                }
-                if both {
-                    for (series, value) in other.iter_mut().zip(part(g)) {
-                        series[row] = value * factor;
-                    }
-                }
-            });
-            [own, other].map(|series| series.map(|s| self.thinned(&s)))
-        };
-        let records = self.histories.par_iter().enumerate();
-        let wanted = records.map(|(record, history)| {
-            only.is_none_or(|only| only == record)
-                .then(|| along(history))
-        });
-        let mut whole = [(); N].map(|()| self.nothing());
-        let mut start = 0;
-        for (of_record, &rows) in wanted.collect::<Vec<_>>().iter().zip(&self.rows) {
-            if let Some([own, other]) = of_record {
-                let mut put = |axis: usize, series: &[Vec<f64>; N]| {
-                    let at = axis * self.rows_per_axis() + start;
-                    for (whole, series) in whole.iter_mut().zip(series) {
-                        whole[at..at + rows].copy_from_slice(series);
-                    }
-                };
-                put(bound.axis, own);
-                if both {
-                    put(1 - bound.axis, other);
-                }
-            }
-            start += rows;
-        }
-        if let Some(projection) = self.projection {
-            whole.iter_mut().for_each(|column| projection(column));
-        }
-        whole
     }
 }

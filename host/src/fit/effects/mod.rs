@@ -2,6 +2,7 @@
 
 pub(crate) mod columns;
 pub(crate) mod intervals;
+mod laws;
 pub(crate) mod projection;
 pub(crate) mod slopes;
 mod solution;

@@ -94,20 +94,27 @@ impl Problem<'_> {
     pub(crate) fn solve(&self, shapes: &[f64], before: Option<&Solved>) -> Result<Solved> {
         work::step();
         let mut values = self.values(shapes);
+        let is_kept = |term: usize, before: &Solved| {
+            let parameters = self.terms[term].entry.parameters().iter();
+            let mut pairs = parameters.zip(values[term].iter().zip(&before.values[term]));
+            pairs.all(|(p, (new, old))| p.is_linear() || new == old)
+        };
+        let kept = |term: usize| before.filter(|before| is_kept(term, before));
+        let terms = self.terms.iter().zip(&values).enumerate();
+        let moved = terms.filter(|(term, _)| kept(*term).is_none());
+        let moved: Vec<(&AxisEffect, &[f64])> = moved
+            .map(|(_, (bound, values))| (bound, values.as_slice()))
+            .collect();
+        let mut moved = self.records.columns_of_all(&moved).into_iter();
         let mut columns: Vec<Vec<f64>> = Vec::new();
         for (term, bound) in self.terms.iter().enumerate() {
-            let count = self.records.count(bound);
-            let kept = before.filter(|before| {
-                let parameters = bound.entry.parameters().iter();
-                let mut pairs = parameters.zip(values[term].iter().zip(&before.values[term]));
-                pairs.all(|(p, (new, old))| p.is_linear() || new == old)
-            });
-            match kept {
+            let start = columns.len();
+            match kept(term) {
                 Some(before) => {
-                    let start = columns.len();
-                    columns.extend_from_slice(&before.columns[start..start + count]);
+                    let own = start..start + self.records.count(bound);
+                    columns.extend_from_slice(&before.columns[own]);
                 }
-                None => columns.extend(self.records.columns(bound, &values[term])),
+                None => columns.extend(moved.next().unwrap_or_default()),
             }
         }
         columns.extend(self.records.accelerations.iter().flatten().cloned());
@@ -281,8 +288,18 @@ impl Problem<'_> {
         };
         let between = block(0, linear, linear, shapes + 1);
         let weights = normal_equations::solve(&block(0, 0, linear, linear), &between)?;
-        let reduced = block(linear, linear, shapes, shapes + 1)
+        let mut reduced = block(linear, linear, shapes, shapes + 1)
             - between.subcols(0, shapes).transpose() * &weights.coefficients;
+        // A shape that its bound keeps from going on stays there, and the others go as if it were known.
+        for (held, (unknown, value)) in self.shapes.iter().zip(self.shapes_of(solved)).enumerate() {
+            if unknown.is_held(value, reduced[(held, shapes)]) {
+                let others = (0..shapes).filter(|&other| other != held);
+                for (r, c) in others.flat_map(|other| [(held, other), (other, held)]) {
+                    reduced[(r, c)] = 0.0;
+                }
+                reduced[(held, shapes)] = 0.0;
+            }
+        }
         Ok((reduced, shapes))
     }
 

@@ -1,10 +1,11 @@
 //! How the forces of laws change with the shapes that are searched for.
 
 use super::columns::Records;
+use super::laws::{share_a_run, unchanged};
 use super::unknowns::ShapeUnknown;
 use crate::model::effects::AxisEffect;
 use crate::model::scalar::HostScalar;
-use crate::model::time_history::law_parameters;
+use crate::model::time_history::{TimeHistory, law_parameters};
 use jointwatch_shared::effect::about::{Parameter, Role};
 use jointwatch_shared::effect::{Parameters, SLOPES};
 use jointwatch_shared::scalar::dual::Dual;
@@ -20,7 +21,7 @@ pub(crate) struct At<'a> {
     pub(crate) factors: &'a [f64],
 }
 
-impl Records<'_> {
+impl<'a> Records<'a> {
     /// How the force of a sum of terms changes with the logarithm of each unknown, at fixed factors: one column per unknown.
     ///
     /// All shapes of a term come from one run of its law along the records ([`SLOPES`] at most), since powers and exponentials cost far more
@@ -34,20 +35,23 @@ impl Records<'_> {
                 .filter(|(_, index)| !terms[term].bound.entry.parameters()[*index].is_given())
                 .collect()
         };
-        let runs: Vec<(At<'_>, Vec<(usize, usize)>)> = (0..terms.len())
-            .flat_map(|term| {
-                let places = places_of(term);
-                let runs = places.chunks(SLOPES).map(|run| (terms[term], run.to_vec()));
-                runs.collect::<Vec<_>>()
+        let runs: Vec<(Vec<At<'_>>, Vec<(usize, usize)>)> = sharing(terms)
+            .into_iter()
+            .flat_map(|sharing| {
+                let places = places_of(sharing[0]);
+                let sharing: Vec<At<'_>> = sharing.iter().map(|&term| terms[term]).collect();
+                let runs = places.chunks(SLOPES);
+                runs.map(|run| (sharing.clone(), run.to_vec()))
+                    .collect::<Vec<_>>()
             })
             .collect();
         let found: Vec<Vec<Vec<f64>>> = runs
             .par_iter()
-            .map(|(term, run)| {
+            .map(|(sharing, run)| {
                 let by: Vec<usize> = run.iter().map(|(_, index)| *index).collect();
                 match by.len() {
-                    1 => self.run::<1>(*term, &by),
-                    _ => self.run::<SLOPES>(*term, &by),
+                    1 => self.run::<1>(sharing, &by),
+                    _ => self.run::<SLOPES>(sharing, &by),
                 }
             })
             .collect();
@@ -60,36 +64,13 @@ impl Records<'_> {
         sums
     }
 
-    /// The columns of a term with several linear parameters, from one run of its law ([`SLOPES`] at most): what is linear in a parameter
-    /// has its slope as column.
-    pub(super) fn linear_columns(&self, bound: &AxisEffect, values: &[f64]) -> Vec<Vec<f64>> {
-        let taken = law_parameters(bound.entry, values);
-        let listed = bound.entry.parameters().iter().enumerate();
-        let linear = listed.filter(|(_, p)| p.is_linear());
-        let linear: Vec<usize> = linear.map(|(index, _)| index).collect();
-        let runs = linear.par_chunks(SLOPES).flat_map_iter(|run| {
-            let mut parameters: Parameters<Dual<SLOPES>> = taken.map(Dual::constant);
-            for &index in &linear {
-                parameters[index] = Dual::constant(0.0);
-            }
-            for (slot, &index) in run.iter().enumerate() {
-                parameters[index].slopes[slot] = 1.0;
-            }
-            let columns = self.column(bound, &parameters, (None, 0.0), |force| force.slopes);
-            columns.into_iter().take(run.len())
-        });
-        runs.collect()
-    }
-
-    /// How the force of a term changes with the logarithms of some of its shapes, N at most.
-    fn run<const N: usize>(&self, term: At<'_>, by: &[usize]) -> Vec<Vec<f64>>
+    /// How the force of terms that share a run of their law changes with the logarithms of some of its shapes, N at most.
+    fn run<const N: usize>(&self, sharing: &[At<'_>], by: &[usize]) -> Vec<Vec<f64>>
     where
         Dual<N>: HostScalar,
     {
-        let entry = term.bound.entry;
-        let mut values = term.values.to_vec();
-        self.put(term.bound, term.factors, &mut values);
-        let taken = law_parameters(entry, &values);
+        let (bound, entry) = (sharing[0].bound, sharing[0].bound.entry);
+        let taken = law_parameters(entry, sharing[0].values);
         let mut parameters: Parameters<Dual<N>> = taken.map(Dual::constant);
         for (slot, &index) in by.iter().enumerate() {
             let role = entry.parameters()[index].role;
@@ -98,28 +79,77 @@ impl Records<'_> {
             let value = taken[index];
             parameters[index].slopes[slot] = if reciprocal { -value } else { value };
         }
-        let along = |parameters: &Parameters<Dual<N>>, only: Option<usize>, phase: f64| {
-            self.column(term.bound, parameters, (only, phase), |force| force.slopes)
-        };
         let mut own_size = entry.parameters().iter();
         let Some(size) = own_size.position(Parameter::is_per_record) else {
-            return along(&parameters, None, 0.0).into();
+            return self.slopes_of_sum(sharing, &parameters).into();
         };
         let mut sums = [(); N].map(|()| self.nothing());
-        for (record, factors) in term
-            .factors
-            .chunks_exact(entry.phases_per_record())
-            .enumerate()
-        {
+        let of_records = sharing[0].factors.chunks_exact(entry.phases_per_record());
+        for (record, factors) in of_records.enumerate() {
             let quarter = factors.get(1).copied().unwrap_or(0.0);
             parameters[size] = Dual::constant(factors[0].hypot(quarter));
-            let phase = quarter.atan2(factors[0]) / std::f64::consts::TAU;
-            for (sum, part) in sums.iter_mut().zip(along(&parameters, Some(record), phase)) {
-                add(sum, &part);
+            let place = (
+                Some(record),
+                quarter.atan2(factors[0]) / std::f64::consts::TAU,
+            );
+            let inputs = [bound.input];
+            let columns = self.column((bound, &parameters), place, &inputs, unchanged, |f| {
+                f.slopes
+            });
+            for (sum, part) in sums.iter_mut().zip(columns.iter().flatten()) {
+                add(sum, part);
             }
         }
         sums.into()
     }
+
+    /// The slopes of the force of terms that share a run of their law, whose strengths are sums of what each has at a row.
+    fn slopes_of_sum<const N: usize>(
+        &self,
+        sharing: &[At<'_>],
+        parameters: &Parameters<Dual<N>>,
+    ) -> [Vec<f64>; N]
+    where
+        Dual<N>: HostScalar,
+    {
+        let bound = sharing[0].bound;
+        let listed = bound.entry.parameters().iter().enumerate();
+        let linear = listed.filter(|(_, p)| p.is_linear());
+        let linear: Vec<usize> = linear.map(|(index, _)| index).collect();
+        let change = |history: &TimeHistory<'a>| {
+            let inputs = sharing.iter().map(|term| history.input(term.bound.input));
+            let inputs: Vec<_> = inputs.zip(sharing).collect();
+            let linear = &linear;
+            move |row: usize, parameters: &mut Parameters<Dual<N>>| {
+                for (place, &index) in linear.iter().enumerate() {
+                    let parts = inputs.iter();
+                    let strength = parts.map(|(input, term)| input.at(row) * term.factors[place]);
+                    parameters[index] = Dual::constant(strength.sum());
+                }
+            }
+        };
+        let columns = self.column((bound, parameters), (None, 0.0), &[None], change, |f| {
+            f.slopes
+        });
+        let [sum] = columns
+            .try_into()
+            .unwrap_or_else(|_| [[(); N].map(|()| self.nothing())]);
+        sum
+    }
+}
+
+/// The terms, those together that share a run of their law.
+fn sharing(terms: &[At<'_>]) -> Vec<Vec<usize>> {
+    let mut all: Vec<Vec<usize>> = Vec::new();
+    for (at, term) in terms.iter().enumerate() {
+        let first = |known: &Vec<usize>| (terms[known[0]].bound, terms[known[0]].values);
+        let same = |known: &&mut Vec<usize>| share_a_run(first(known), (term.bound, term.values));
+        match all.iter_mut().find(same) {
+            Some(known) => known.push(at),
+            None => all.push(vec![at]),
+        }
+    }
+    all
 }
 
 fn add(sum: &mut [f64], part: &[f64]) {

@@ -28,6 +28,12 @@ impl ShapeUnknown {
             self.shape.most * self.reference,
         )
     }
+
+    /// Whether a value stands at a bound beyond which it would go in this direction.
+    pub(crate) fn is_held(&self, value: f64, direction: f64) -> bool {
+        let beyond = value * (1.0 + f64::EPSILON.sqrt().copysign(direction));
+        direction != 0.0 && self.clamp(beyond) == self.clamp(value)
+    }
 }
 
 /// The shape unknowns of a list of terms; parameters that are tied to one another are one unknown.
