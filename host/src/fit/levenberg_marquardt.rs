@@ -49,6 +49,22 @@ pub(crate) trait SumOfSquares {
     ) -> Result<Option<Self::Point>>;
 }
 
+/// Takes out of JᵀJ and Jᵀe, beside each other, the unknowns that a bound keeps from going where they would, `is_held` of an unknown and the
+/// sign of its step: they stay there, and the others go as if they were known.
+pub(crate) fn hold(normal: &mut Mat<f64>, is_held: impl Fn(usize, f64) -> bool) {
+    let unknowns = normal.nrows();
+    for held in 0..unknowns {
+        if !is_held(held, normal[(held, unknowns)]) {
+            continue;
+        }
+        for other in (0..unknowns).filter(|&other| other != held) {
+            normal[(held, other)] = 0.0;
+            normal[(other, held)] = 0.0;
+        }
+        normal[(held, unknowns)] = 0.0;
+    }
+}
+
 /// Goes down from a point until a step gains less than `small_gain` of the cost, with so many steps at most.
 pub(crate) fn descend<S: SumOfSquares>(
     squares: &S,

@@ -290,16 +290,10 @@ impl Problem<'_> {
         let weights = normal_equations::solve(&block(0, 0, linear, linear), &between)?;
         let mut reduced = block(linear, linear, shapes, shapes + 1)
             - between.subcols(0, shapes).transpose() * &weights.coefficients;
-        // A shape that its bound keeps from going on stays there, and the others go as if it were known.
-        for (held, (unknown, value)) in self.shapes.iter().zip(self.shapes_of(solved)).enumerate() {
-            if unknown.is_held(value, reduced[(held, shapes)]) {
-                let others = (0..shapes).filter(|&other| other != held);
-                for (r, c) in others.flat_map(|other| [(held, other), (other, held)]) {
-                    reduced[(r, c)] = 0.0;
-                }
-                reduced[(held, shapes)] = 0.0;
-            }
-        }
+        let values = self.shapes_of(solved);
+        levenberg_marquardt::hold(&mut reduced, |shape, direction| {
+            self.shapes[shape].is_held(values[shape], direction)
+        });
         Ok((reduced, shapes))
     }
 

@@ -9,7 +9,7 @@
 use super::tangent::{Displacements, Stretch, simulated};
 use super::unknowns::{By, Unknowns};
 use crate::fit::effects::projection::product;
-use crate::fit::levenberg_marquardt::SumOfSquares;
+use crate::fit::levenberg_marquardt::{self, SumOfSquares};
 use crate::fit::normal_equations;
 use crate::model::file::ModelFile;
 use crate::simulate::respond::measured::DrivenBody;
@@ -267,7 +267,11 @@ impl SumOfSquares for Shooting<'_> {
     }
 
     fn linearised(&self, point: &Point) -> Result<Linearised> {
-        self.eliminated(point, self.unknowns.count())
+        let mut linearised = self.eliminated(point, self.unknowns.count())?;
+        levenberg_marquardt::hold(&mut linearised.normal, |unknown, direction| {
+            self.unknowns.is_held(&point.values, unknown, direction)
+        });
+        Ok(linearised)
     }
 
     fn normal<'a>(&self, linearised: &'a Linearised) -> &'a Mat<f64> {

@@ -156,6 +156,18 @@ impl Unknowns {
         model
     }
 
+    /// Whether an unknown stands at a bound beyond which it would go in this direction.
+    pub(super) fn is_held(&self, values: &[f64], unknown: usize, direction: f64) -> bool {
+        let value = values[unknown];
+        match self.list[unknown].kind {
+            Kind::Logarithm { least, .. } | Kind::Linear { least, .. } if direction < 0.0 => {
+                value <= least
+            }
+            Kind::Logarithm { most, .. } => value >= most,
+            Kind::Linear { .. } => false,
+        }
+    }
+
     /// The values that a step leads to, held within their bounds; none when that is no change.
     pub(super) fn stepped(&self, values: &[f64], step: &[f64]) -> Option<Vec<f64>> {
         let mut most: f64 = 0.0;
