@@ -119,10 +119,14 @@ impl Library {
             .iter()
             .flat_map(|bound| {
                 let starts = starts(bench, bound, known, values, residual);
-                let thin = starts.len().div_ceil(MAX_STARTS).max(1);
+                // A pitch that is thinned out is not found from its neighbours, so that every one stays once.
+                let thin = match bound.entry.pitch() {
+                    None => starts.len().div_ceil(MAX_STARTS),
+                    Some(_) => starts.len() / MAX_STARTS,
+                };
                 starts
                     .into_iter()
-                    .step_by(thin)
+                    .step_by(thin.max(1))
                     .map(|values| (*bound, values))
             })
             .collect();
@@ -315,7 +319,10 @@ fn starts(
             vec![records.line_in(residual, bound.axis, &unknown.shape)]
         } else {
             let starts = unknown.shape.starts.iter();
-            starts.map(|start| start * unknown.reference).collect()
+            let starts = starts.map(|start| start * unknown.reference);
+            let short = (bound.entry.pitch() == Some(index))
+                .then(|| records.pitches_in(residual, bound, unknown));
+            starts.chain(short.into_iter().flatten()).collect()
         };
         combined = combined
             .into_iter()

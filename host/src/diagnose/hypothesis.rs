@@ -115,8 +115,8 @@ impl Hypothesis {
 
 /// Whether an effect stands at the edge of what was searched, or has values that it cannot have.
 pub(super) fn is_at_bound(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
-    let listed = bound.entry.parameters().iter().zip(values);
-    let mut edges = listed.filter_map(|(parameter, &value)| {
+    let listed = bound.entry.parameters().iter().zip(values).enumerate();
+    let mut edges = listed.filter_map(|(place, (parameter, &value))| {
         let Role::Shape(shape) = parameter.role else {
             return None;
         };
@@ -130,8 +130,8 @@ pub(super) fn is_at_bound(bound: &AxisEffect, values: &[f64], records: &Records<
         let relative = value / reference(bound, parameter, &records.references);
         let outside =
             relative < (1.0 + AT_BOUND) * shape.least || relative > (1.0 - AT_BOUND) * shape.most;
-        let pitch = parameter.name == "pitch" && relative > TRAVEL;
-        Some((decides && outside) || pitch)
+        let is_pitch = bound.entry.pitch() == Some(place);
+        Some((decides && outside) || (is_pitch && relative > TRAVEL))
     });
     edges.any(|at| at) || !is_physical(bound, values, records)
 }

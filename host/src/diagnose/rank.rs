@@ -22,7 +22,7 @@ const RIVAL: f64 = 0.1;
 const MORE: f64 = 4.0;
 /// Steps of the first refinement of an effect's shapes, and of all shapes together.
 const STEPS: [usize; 2] = [6, 10];
-/// Of the best, this many times the width have all their shapes found anew.
+/// Of the best, this many times the width are tried with squares of inputs, and have all their shapes found anew.
 const SETTLED: usize = 2;
 /// No hypothesis overtakes one that is ahead by so much mean log error power.
 const NEAR: f64 = 1.5;
@@ -97,7 +97,7 @@ pub(super) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
         };
         let mut tried: Vec<Looked> = moves.into_par_iter().map(look_at).collect();
         tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
-        let best = tried.iter().take(CRITERIA.width);
+        let best = tried.iter().take(SETTLED * CRITERIA.width);
         let mut moves: Vec<(Hypothesis, &[Part])> = best
             .flat_map(|looked| {
                 let squared = with_squares(field, &looked.hypothesis);

@@ -56,7 +56,8 @@ impl Effect for Cogging {
                 dimension: Dimension::DISPLACEMENT,
                 role: Role::Shape(Shape {
                     starts: &PITCHES,
-                    least: 0.03,
+                    // Each bit of the displacement is a thousand times as much of a turn, still below what a sensor resolves.
+                    least: 0.001,
                     most: 3.0,
                     reciprocal: true,
                     tie: None,

@@ -312,6 +312,12 @@ impl Entry {
         self.phases_per_record() == 2
     }
 
+    /// The place of the length after which its force repeats, where it is a wave over the displacement.
+    #[cfg(feature = "fit")]
+    pub fn pitch(&self) -> Option<usize> {
+        self.parameters().iter().position(|p| p.name == "pitch")
+    }
+
     /// Whether the searched values of this parameter of its are in SI.
     #[cfg(feature = "fit")]
     pub fn is_in_si(&self, parameter: &Parameter) -> bool {

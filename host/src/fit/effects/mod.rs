@@ -8,6 +8,7 @@ pub(crate) mod slopes;
 mod solution;
 pub(crate) mod starts;
 pub(crate) mod unknowns;
+mod waves;
 
 pub use projection::Stopped;
 pub(crate) use solution::{AnotherStart, Solution, are_enough, solve, solve_also_from, solved_at};

@@ -149,9 +149,24 @@ fn scanned(
     shapes: &[ShapeUnknown],
 ) -> Result<Vec<Vec<f64>>> {
     if terms.iter().any(|t| t.entry.is_line()) {
-        return Ok(vec![lines_last(records, axes, terms, shapes)?]);
+        let line = |residual: &[f64], bound: &AxisEffect, unknown: &ShapeUnknown| {
+            records.line_in(residual, bound.axis, &unknown.shape)
+        };
+        let is_line = |bound: &AxisEffect| bound.entry.is_line();
+        return Ok(vec![last(records, axes, (terms, shapes), is_line, line)?]);
     }
-    Ok(starts::starts(records, terms, shapes, axes.len()))
+    let mut starts = starts::starts(records, terms, shapes, axes.len());
+    if terms.iter().any(|t| t.entry.pitch().is_some()) {
+        let wave = |residual: &[f64], bound: &AxisEffect, unknown: &ShapeUnknown| {
+            let is_pitch = bound.entry.pitch() == Some(unknown.places[0].1);
+            let pitches = is_pitch.then(|| records.pitches_in(residual, bound, unknown));
+            let strongest = pitches.and_then(|pitches| pitches.first().copied());
+            strongest.unwrap_or_else(|| starts::middle(unknown))
+        };
+        let is_wave = |bound: &AxisEffect| bound.entry.pitch().is_some();
+        starts.push(last(records, axes, (terms, shapes), is_wave, wave)?);
+    }
+    Ok(starts)
 }
 
 /// The best that is found from any of these starts.
@@ -198,16 +213,17 @@ fn solve_from(
     })
 }
 
-/// Starting values of every shape of terms among which some are lines, whose frequencies show only in what the other terms
-/// leave of the force.
-fn lines_last(
+/// Starting values of every shape of terms of which some are found `last`: lines and short waves show only in what the other terms leave of
+/// the force. `value` is where a shape of theirs starts, by that residual.
+fn last(
     records: &Records<'_>,
     axes: &[Axis],
-    terms: &[AxisEffect],
-    shapes: &[ShapeUnknown],
+    (terms, shapes): (&[AxisEffect], &[ShapeUnknown]),
+    last: impl Fn(&AxisEffect) -> bool,
+    value: impl Fn(&[f64], &AxisEffect, &ShapeUnknown) -> f64,
 ) -> Result<Vec<f64>> {
-    let is_line = |term: usize| terms[term].entry.is_line();
-    let others: Vec<usize> = (0..terms.len()).filter(|&term| !is_line(term)).collect();
+    let others = (0..terms.len()).filter(|&term| !last(&terms[term]));
+    let others: Vec<usize> = others.collect();
     let bounds: Vec<AxisEffect> = others.iter().map(|&term| terms[term]).collect();
     let (values, residual) = if bounds.is_empty() {
         (Vec::new(), records.measured.clone())
@@ -219,7 +235,7 @@ fn lines_last(
         let (term, index) = unknown.places[0];
         match others.iter().position(|&other| other == term) {
             Some(place) => values[place][index],
-            None => records.line_in(&residual, terms[term].axis, &unknown.shape),
+            None => value(&residual, &terms[term], unknown),
         }
     };
     Ok(shapes.iter().map(start).collect())

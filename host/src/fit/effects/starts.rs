@@ -42,10 +42,6 @@ pub(crate) fn starts(
     shapes: &[ShapeUnknown],
     axes: usize,
 ) -> Vec<Vec<f64>> {
-    let middle = |unknown: &ShapeUnknown| {
-        let starts = unknown.shape.starts;
-        unknown.reference * starts.get(starts.len() / 2).copied().unwrap_or(0.5)
-    };
     let default: Vec<f64> = shapes.iter().map(middle).collect();
     if shapes.is_empty() {
         return vec![default];
@@ -72,6 +68,12 @@ pub(crate) fn starts(
         }
     }
     all
+}
+
+/// The starting value in the middle of a shape's.
+pub(super) fn middle(unknown: &ShapeUnknown) -> f64 {
+    let starts = unknown.shape.starts;
+    unknown.reference * starts.get(starts.len() / 2).copied().unwrap_or(0.5)
 }
 
 impl Scan {

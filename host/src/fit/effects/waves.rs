@@ -1,0 +1,80 @@
+//! Waves over the displacement that are too short for a scan of starting values: ripple of a motor or a gear, balls of a screw, of which the
+//! travel holds dozens.
+
+use super::columns::Records;
+use super::unknowns::ShapeUnknown;
+use crate::model::effects::AxisEffect;
+use jointwatch_shared::units::Dimension;
+use realfft::RealFftPlanner;
+
+/// Places in the travel at which a residual is summed: more than five in the shortest wave.
+const PLACES: usize = 1 << 14;
+/// Wave numbers in the width of a peak, so that a start lies well inside its valley.
+const POINTS_PER_PEAK: usize = 4;
+/// Pitches that are told at most.
+const MAX_PITCHES: usize = 3;
+
+impl Records<'_> {
+    /// The pitches, m or rad, at which a residual repeats most strongly over the displacement of an effect's axis, the strongest first: those
+    /// that are shorter than the starts of its pitch. The wave of a friction turns its sign with the velocity.
+    ///
+    /// `residual` has both axes, as columns have.
+    pub(crate) fn pitches_in(
+        &self,
+        residual: &[f64],
+        bound: &AxisEffect,
+        pitch: &ShapeUnknown,
+    ) -> Vec<f64> {
+        let rows = self.rows_per_axis();
+        let own = bound.axis * rows..(bound.axis + 1) * rows;
+        let of_friction = bound.entry.parameters().iter();
+        let of_friction = of_friction
+            .map(|p| p.dimension)
+            .any(|d| d == Dimension::VELOCITY);
+        let along = self.of_motion(bound.axis, None, |at| at.displacement);
+        let along = &along[own.clone()];
+        let sign = self.of_motion(bound.axis, None, |at| {
+            if of_friction {
+                at.velocity.signum()
+            } else {
+                1.0
+            }
+        });
+        let least = along.iter().copied().fold(f64::INFINITY, f64::min);
+        let travel = along
+            .iter()
+            .copied()
+            .fold(0.0, |most: f64, x| most.max(x - least));
+        let starts = pitch.shape.starts.iter().copied();
+        let longest = pitch.reference * starts.fold(f64::INFINITY, f64::min);
+        let shortest = pitch.reference * pitch.shape.least;
+        if travel <= longest {
+            return Vec::new();
+        }
+        let mut sums = vec![0.0; POINTS_PER_PEAK * PLACES];
+        let pairs = residual[own.clone()].iter().zip(&sign[own]).zip(along);
+        for ((left, sign), x) in pairs {
+            let place = (x - least) / travel * (PLACES - 1) as f64;
+            sums[place.round() as usize] += left * sign;
+        }
+        let transform = RealFftPlanner::new().plan_fft_forward(sums.len());
+        let mut spectrum = transform.make_output_vec();
+        if transform.process(&mut sums, &mut spectrum).is_err() {
+            return Vec::new();
+        }
+        let power: Vec<f64> = spectrum.iter().map(|c| c.norm_sqr()).collect();
+        let pitch_of = |number: usize| {
+            (POINTS_PER_PEAK * PLACES) as f64 / (PLACES - 1) as f64 * travel / number as f64
+        };
+        let is_peak = |at: &usize| {
+            let near = *at - POINTS_PER_PEAK..=*at + POINTS_PER_PEAK;
+            let pitch = pitch_of(*at);
+            shortest < pitch && pitch < longest && power[near].iter().all(|p| *p <= power[*at])
+        };
+        let numbers = POINTS_PER_PEAK..power.len() - POINTS_PER_PEAK;
+        let mut peaks: Vec<usize> = numbers.filter(is_peak).collect();
+        peaks.sort_by(|a, b| power[*b].total_cmp(&power[*a]));
+        peaks.truncate(MAX_PITCHES);
+        peaks.into_iter().map(pitch_of).collect()
+    }
+}
