@@ -53,7 +53,7 @@ fn ctrl_c_keeps_the_best_weights_and_says_so() {
         folder.path().join("model.json"),
     );
     let simulated = Command::new(JOINTWATCH)
-        .args(["simulate", "--quiet", "--duration", "3", "--out"])
+        .args(["simulate", "--quiet", "--duration", "12", "--out"])
         .arg(&study)
         .status();
     assert!(simulated.expect("the binary starts").success());
