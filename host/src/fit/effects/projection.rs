@@ -90,17 +90,15 @@ impl Problem<'_> {
         matrix
     }
 
-    /// The best linear parameters for these shapes. Columns of terms whose shapes are those of `before` are taken from it.
-    pub(crate) fn solve(&self, shapes: &[f64], before: Option<&Solved>) -> Result<Solved> {
-        work::step();
-        let mut values = self.values(shapes);
+    /// The columns of every term at these values; those of terms whose shapes are those of `before` are taken from it.
+    fn columns(&self, values: &[Vec<f64>], before: Option<&Solved>) -> Vec<Vec<f64>> {
         let is_kept = |term: usize, before: &Solved| {
             let parameters = self.terms[term].entry.parameters().iter();
             let mut pairs = parameters.zip(values[term].iter().zip(&before.values[term]));
             pairs.all(|(p, (new, old))| p.is_linear() || new == old)
         };
         let kept = |term: usize| before.filter(|before| is_kept(term, before));
-        let terms = self.terms.iter().zip(&values).enumerate();
+        let terms = self.terms.iter().zip(values).enumerate();
         let moved = terms.filter(|(term, _)| kept(*term).is_none());
         let moved: Vec<(&AxisEffect, &[f64])> = moved
             .map(|(_, (bound, values))| (bound, values.as_slice()))
@@ -117,6 +115,14 @@ impl Problem<'_> {
                 None => columns.extend(moved.next().unwrap_or_default()),
             }
         }
+        columns
+    }
+
+    /// The best linear parameters for these shapes; `before` has columns that may serve again.
+    pub(crate) fn solve(&self, shapes: &[f64], before: Option<&Solved>) -> Result<Solved> {
+        work::step();
+        let mut values = self.values(shapes);
+        let mut columns = self.columns(&values, before);
         columns.extend(self.records.accelerations.iter().flatten().cloned());
 
         let all: Vec<&[f64]> = columns

@@ -21,6 +21,14 @@ pub(crate) struct At<'a> {
     pub(crate) factors: &'a [f64],
 }
 
+/// One run of a law along the records.
+struct Run<'a> {
+    /// The terms that it serves.
+    sharing: Vec<At<'a>>,
+    /// By which unknowns, and which parameters they are of the law.
+    by: Vec<(usize, usize)>,
+}
+
 impl<'a> Records<'a> {
     /// How the force of a sum of terms changes with the logarithm of each unknown, at fixed factors: one column per unknown.
     ///
@@ -35,29 +43,26 @@ impl<'a> Records<'a> {
                 .filter(|(_, index)| !terms[term].bound.entry.parameters()[*index].is_given())
                 .collect()
         };
-        let runs: Vec<(Vec<At<'_>>, Vec<(usize, usize)>)> = sharing(terms)
-            .into_iter()
-            .flat_map(|sharing| {
-                let places = places_of(sharing[0]);
-                let sharing: Vec<At<'_>> = sharing.iter().map(|&term| terms[term]).collect();
-                let runs = places.chunks(SLOPES);
-                runs.map(|run| (sharing.clone(), run.to_vec()))
-                    .collect::<Vec<_>>()
-            })
-            .collect();
-        let found: Vec<Vec<Vec<f64>>> = runs
-            .par_iter()
-            .map(|(sharing, run)| {
-                let by: Vec<usize> = run.iter().map(|(_, index)| *index).collect();
-                match by.len() {
-                    1 => self.run::<1>(sharing, &by),
-                    _ => self.run::<SLOPES>(sharing, &by),
-                }
-            })
-            .collect();
+        let mut runs: Vec<Run<'_>> = Vec::new();
+        for sharing in sharing(terms) {
+            let places = places_of(sharing[0]);
+            let terms: Vec<At<'_>> = sharing.into_iter().map(|term| terms[term]).collect();
+            runs.extend(places.chunks(SLOPES).map(|by| Run {
+                sharing: terms.clone(),
+                by: by.to_vec(),
+            }));
+        }
+        let slopes = |run: &Run<'_>| {
+            let by: Vec<usize> = run.by.iter().map(|(_, index)| *index).collect();
+            match by.len() {
+                1 => self.run::<1>(&run.sharing, &by),
+                _ => self.run::<SLOPES>(&run.sharing, &by),
+            }
+        };
+        let found: Vec<Vec<Vec<f64>>> = runs.par_iter().map(slopes).collect();
         let mut sums = vec![self.nothing(); unknowns.len()];
-        for ((_, run), columns) in runs.iter().zip(found) {
-            for ((unknown, _), column) in run.iter().zip(columns) {
+        for (run, columns) in runs.iter().zip(found) {
+            for ((unknown, _), column) in run.by.iter().zip(columns) {
                 add(&mut sums[*unknown], &column);
             }
         }
