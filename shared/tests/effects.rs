@@ -186,6 +186,9 @@ fn numbers_in_blobs_never_change() {
         (55, "self_centring"),
         (56, "blow_off_damping"),
         (57, "offset_stops"),
+        (58, "gas_spring"),
+        (59, "offset_contact"),
+        (60, "cogging_harmonics"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);

@@ -17,6 +17,7 @@ mod by_direction;
 mod clearance;
 mod clearance_coupling;
 mod cogging;
+mod cogging_harmonics;
 mod coulomb;
 mod coulomb_by_direction;
 mod cross_coupling;
@@ -32,6 +33,7 @@ mod force_gain;
 mod force_zero;
 mod gap_jenkins;
 mod gap_jenkins_by_direction;
+mod gas_spring;
 mod generalized_maxwell;
 mod gravity;
 mod inertia_error;
@@ -44,6 +46,7 @@ mod lugre;
 mod mains_hum;
 mod maxwell;
 mod mullins;
+mod offset_contact;
 mod offset_stops;
 mod periodic_friction;
 mod position_friction;
@@ -144,4 +147,7 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<self_centring::SelfCentring>(),
     Entry::of::<blow_off_damping::BlowOffDamping>(),
     Entry::of::<offset_stops::OffsetStops>(),
+    Entry::of::<gas_spring::GasSpring>(),
+    Entry::of::<offset_contact::OffsetContact>(),
+    Entry::of::<cogging_harmonics::CoggingHarmonics>(),
 ];

@@ -11,23 +11,28 @@ use crate::units::Dimension;
 /// positive wherever the stops are.
 pub(super) struct OffsetStops;
 
-/// Where a stop is searched for, from its far end: 1 is the middle of the travel.
-const PLACE: Shape = Shape {
-    starts: &[0.4, 0.8, 1.1, 1.35, 1.6, 1.85],
-    least: 0.05,
-    most: 1.98,
-    reciprocal: false,
-    tie: None,
-};
+/// Where the search for a stop begins, from its far end: 1 is the middle of the travel.
+const PLACES: &[f64] = &[0.4, 0.8, 1.1, 1.35, 1.6, 1.85];
 
 /// The displacement at which a stop is met.
-const fn place(name: &'static str, symbol: &'static str, meaning: &'static str) -> Parameter {
+pub(super) const fn place(
+    name: &'static str,
+    symbol: &'static str,
+    meaning: &'static str,
+    starts: &'static [f64],
+) -> Parameter {
     Parameter {
         name,
         symbol,
         meaning,
         dimension: Dimension::DISPLACEMENT,
-        role: Role::Shape(PLACE),
+        role: Role::Shape(Shape {
+            starts,
+            least: 0.05,
+            most: 1.98,
+            reciprocal: false,
+            tie: None,
+        }),
     }
 }
 
@@ -63,11 +68,13 @@ impl Effect for OffsetStops {
                 "upper_distance",
                 "d_u",
                 "displacement at which the upper stop is met, counted from −x₁",
+                PLACES,
             ),
             place(
                 "lower_distance",
                 "d_l",
                 "displacement at which the lower stop is met, counted back from x₁",
+                PLACES,
             ),
             Parameter {
                 name: "reference_displacement",

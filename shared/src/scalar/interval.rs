@@ -189,28 +189,28 @@ impl Powers for Interval<{ short::PLACES }> {
             exponent.least - exponent.error,
             exponent.most + exponent.error,
         ];
-        let corners = |of: fn(f64, f64) -> f64| {
+        let corners = |a: [f64; 2], n: [f64; 2], of: fn(f64, f64) -> f64| {
             let all = a.map(|a| n.map(|n| of(a, n)));
-            all.into_iter().flatten().fold(0.0, f64::max)
+            let [least, most] = [f64::min, f64::max];
+            let all = all.into_iter().flatten();
+            [all.clone().fold(f64::INFINITY, least), all.fold(0.0, most)]
         };
-        let steepest = corners(|a, n| n * a.powf(n - 1.0));
-        let largest = corners(f64::powf);
-        // |aⁿ·ln a| is at most 1/(e·n) up to 1, and grows beyond.
-        let by_exponent = (0.37 / n[0]).max(largest * a[1].max(1.0).ln());
+        let [_, steepest] = corners(a, n, |a, n| n.abs() * a.powf(n - 1.0));
+        let [_, largest] = corners(a, n, f64::powf);
+        let by_exponent = if n[0] > 0.0 {
+            // |aⁿ·ln a| is at most 1/(e·n) up to 1, and grows beyond.
+            (0.37 / n[0]).max(largest * a[1].max(1.0).ln())
+        } else {
+            largest * a[0].ln().abs().max(a[1].ln().abs())
+        };
+        let size = n[0].abs().max(n[1].abs());
         let error = steepest * self.error
             + by_exponent * exponent.error
-            + (1.0 + n[1]) * largest * RAISED_ERROR
+            + (1.0 + size) * largest * RAISED_ERROR
             + POWER_ERROR;
-        let [least, most] = [self.least.max(0.0), self.most.max(0.0)];
-        let between = [exponent.least, exponent.most];
-        let smallest = between.map(|n| least.powf(n)).into_iter();
-        let greatest = between.map(|n| most.powf(n)).into_iter();
-        Self::from(
-            smallest.fold(f64::INFINITY, f64::min),
-            greatest.fold(0.0, f64::max),
-            error,
-            &[self, exponent],
-        )
+        let range = [self.least.max(0.0), self.most.max(0.0)];
+        let [least, most] = corners(range, [exponent.least, exponent.most], f64::powf);
+        Self::from(least, most, error, &[self, exponent])
     }
 }
 

@@ -18,7 +18,7 @@
 //! | [`Scalar::gaussian`] | e^(−a²) | |
 //! | [`Scalar::sine`] | sin(2πa): the sine of a turns | |
 //! | [`Powers::power`] | aⁿ for a from 0 to 1, n from 1 to 4 | |
-//! | [`Powers::raised`] | aⁿ for a from 0 to 8, n above 0, to 7 | |
+//! | [`Powers::raised`] | aⁿ for a from 0 to 8, n from −7 to 7 | |
 //!
 //! Where a law takes many steps with numbers that are all small, such as the internal state of a hysteresis, it takes them with
 //! [`Scalar::Short`] ones, which the device has in half as many bits ([`short::Short`]).
@@ -78,6 +78,8 @@ pub trait Powers: Number {
     /// selfⁿ for a number from 0 to 1, held there, and an exponent from 1 to 4.
     fn power(self, exponent: Self) -> Self;
     /// selfⁿ for a number from 0 to 8 and an exponent from above 0 to 7; 0 where `self` is negative.
+    ///
+    /// The exponent may be below 0 as well, down to −7, where `self` is so far above 0 that the power is below 8.
     fn raised(self, exponent: Self) -> Self;
 }
 

@@ -11,7 +11,7 @@
 //! |---|---|---|---|
 //! | `power` | 0 to 1, exponents 1 to 4 | 5 units of 2⁻²⁸ ([`POWER_ERROR`]) | 4.4 and 0.51 |
 //!
-//! | `raised` | 0 to 8, exponents from 0.1 to 7, values up to 8 | 5 units and (1 + n)·aⁿ more ([`RAISED_ERROR`]) | 0.77 of what is stated |
+//! | `raised` | 0 to 8, exponents n of 0.1 to 7 in size, values up to 8 | 5 units and (1 + \|n\|)·aⁿ more ([`RAISED_ERROR`]) | 0.77 of what is stated |
 //!
 //! Measured by `cargo test --release -p jointwatch-shared short -- --nocapture`. The stated error is that against the exact
 //! function of the numbers that were given.
@@ -185,7 +185,7 @@ impl Powers for Short {
         let whole = i64::from(zeros) - i64::from(31 - PLACES);
         let halvings = (whole << 27) - i64::from((fraction + (1 << 2)) >> 3);
         // Below 2⁶³: at most 28 halvings, and an exponent below 8.
-        let t = halvings * i64::from(exponent.raw.max(0));
+        let t = halvings * i64::from(exponent.raw);
         let rest = (t >> 23) as u32;
         // In 2⁻³⁰, from ½ to 1.
         let value = i64::from(halved_by((rest ^ 1 << 31) as i32));
@@ -335,13 +335,20 @@ mod tests {
     #[test]
     fn a_number_is_raised_as_near_as_stated() {
         let mut fullest = 0.0_f64;
-        for n in [0.1, 0.3, 0.5, 0.9, 1.0, 1.7, 3.0, 5.0, 7.0].map(short) {
+        for n in [
+            0.1, 0.3, 0.5, 0.9, 1.0, 1.7, 3.0, 5.0, 7.0, -0.3, -1.0, -1.7, -7.0,
+        ]
+        .map(short)
+        {
             let even = (0..=100_003).map(|step| 7.99 * f64::from(step) / 100_003.0);
             let small = (0..=100_003).map(|step| (-f64::from(step) / 5200.0).exp());
             for a in even.chain(small).map(short) {
                 let exact = real(a).powf(real(n));
+                if real(n) < 0.0 && exact >= 8.0 {
+                    continue;
+                }
                 let off = (real(a.raised(n)) - exact.min(8.0 - UNIT)).abs();
-                let stated = POWER_ERROR + (1.0 + real(n)) * exact.min(8.0) * RAISED_ERROR;
+                let stated = POWER_ERROR + (1.0 + real(n).abs()) * exact.min(8.0) * RAISED_ERROR;
                 fullest = fullest.max(off / stated);
             }
         }

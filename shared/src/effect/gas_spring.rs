@@ -1,0 +1,91 @@
+//! A spring that stiffens toward a wall: enclosed gas behind a piston, the gap of a magnet, a bump stop.
+
+use super::about::{About, Parameter, Role, Shape};
+use super::by_direction::strength;
+use super::power_law::exponent;
+use super::{Effect, Kinematics, Parameters, States};
+use crate::scalar::{Number, Powers, Scalar};
+use crate::units::Dimension;
+
+/// r = F₊·(g(x) − g(0)) − F₋·(g(−x) − g(0)) with g(x) = (1 + (x₁ − x)/d)⁻ⁿ, which is 1 at x₁ and infinite at the wall, d further on.
+///
+/// With a large exponent it is an exponential spring of the length d/n. It ends at 7 times F: nobody has measured that near to the wall.
+pub(super) struct GasSpring;
+
+impl Effect for GasSpring {
+    const TAG: u8 = 58;
+    /// One wall is enough.
+    const ONE_IS_ENOUGH: &'static [usize] = &[0, 1];
+    const LOOKS_LIKE: &'static [&'static str] = &[
+        "power_contact",
+        "power_spring",
+        "power_spring_by_direction",
+        "cubic_hardening",
+    ];
+
+    const ABOUT: About = About {
+        name: "gas_spring",
+        title: "spring that stiffens toward a wall (enclosed gas, gap of a magnet, bump stop)",
+        equation: "r = F₊·(g(x) − g(0)) − F₋·(g(−x) − g(0)), g(x) = (1 + (x₁ − x)/d)⁻ⁿ",
+        source: "polytropic change of state, p·Vⁿ constant; for vehicles J. C. Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007",
+        residual_signature: "the residual over the displacement bends up faster and faster toward one end or both",
+        separated_by: "A slow push toward the wall, force⁻¹ᐟⁿ over displacement: one straight line to the wall, where a power of the \
+                       displacement or of a penetration bends.",
+        parameters: &[
+            strength(
+                "force_above",
+                "F₊",
+                "force at x₁ of the gas that is pressed as the displacement grows, beside its force at −∞",
+                Dimension::FORCE,
+            ),
+            strength(
+                "force_below",
+                "F₋",
+                "the same at −x₁ of the gas that is pressed as the displacement falls",
+                Dimension::FORCE,
+            ),
+            Parameter {
+                name: "wall_distance",
+                symbol: "d",
+                meaning: "distance from the largest displacement in training to the wall",
+                dimension: Dimension::DISPLACEMENT,
+                role: Role::Shape(Shape {
+                    starts: &[0.4, 1.0, 2.5],
+                    // The far end of the travel is within 8 times it.
+                    least: 0.29,
+                    most: 6.0,
+                    reciprocal: true,
+                    tie: None,
+                }),
+            },
+            exponent(&[1.0, 4.0], 0.5, 6.9),
+            Parameter {
+                name: "reference_displacement",
+                symbol: "x₁",
+                meaning: "largest displacement in the training records; given, not found",
+                dimension: Dimension::DISPLACEMENT,
+                role: Role::Shape(Shape {
+                    reciprocal: false,
+                    ..Shape::given(&[1.0])
+                }),
+            },
+        ],
+    };
+
+    fn law<S: Scalar>(
+        &[above, below, per_distance, exponent, reference, _]: &Parameters<S>,
+        at: &Kinematics<S>,
+        _: &mut States<S>,
+    ) -> [S; 2] {
+        let exponent = -exponent.short();
+        let nearest = S::Short::ratio(1, 8);
+        let pressed = |x: S| {
+            let left = S::one() + (reference - x) * per_distance;
+            let force = left.short().max(nearest).raised(exponent);
+            S::long(force.min(S::Short::ratio(7, 1)))
+        };
+        let at_rest = pressed(S::zero());
+        let [up, down] = [at.displacement, -at.displacement].map(|x| pressed(x) - at_rest);
+        [above * up - below * down, S::zero()]
+    }
+}
