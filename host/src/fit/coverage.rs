@@ -173,6 +173,7 @@ mod tests {
                 .collect()
         };
         Motion {
+            before: Vec::new(),
             inputs: Vec::new(),
             record,
             first_row: 0,

@@ -378,7 +378,7 @@ impl ModelFile {
     /// As [`ModelFile::predict`]; an input that the record has not.
     pub fn predict_motion(&self, motion: &Motion) -> Result<Vec<Vec<f64>>> {
         let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
-        self.predict_with(&states, &motion.inputs)
+        self.predict_after(&motion.before, &states, &motion.inputs)
     }
 
     /// The same for states that some inputs with their names go with.
@@ -387,6 +387,16 @@ impl ModelFile {
     /// As [`ModelFile::predict`]; an input that is not there.
     pub fn predict_with(
         &self,
+        states: &[&[f64]],
+        inputs: &[(String, Vec<f64>)],
+    ) -> Result<Vec<Vec<f64>>> {
+        self.predict_after(&[], states, inputs)
+    }
+
+    /// The same after states before the first row.
+    fn predict_after(
+        &self,
+        before: &[Vec<f64>],
         states: &[&[f64]],
         inputs: &[(String, Vec<f64>)],
     ) -> Result<Vec<Vec<f64>>> {
@@ -399,7 +409,8 @@ impl ModelFile {
         let base_states: Vec<&[f64]> = states.iter().copied().chain(own).collect();
         let mut forces = self.base.predict(&base_states)?;
         let period_s = 1.0 / self.filters.sample_rate_hz;
-        let history = TimeHistory::of_states(states, period_s).with_inputs(inputs);
+        let history = TimeHistory::of_states(states, period_s);
+        let history = history.with_inputs(inputs).after(before);
         add_forces(&effects, &history, &mut forces);
         Ok(forces)
     }

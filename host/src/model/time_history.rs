@@ -14,6 +14,8 @@ use std::borrow::Cow;
 pub struct TimeHistory<'a> {
     /// Displacement and velocity of each axis.
     states: Vec<&'a [f64]>,
+    /// The same before the first row; none where nothing is known of it.
+    before: Vec<&'a [f64]>,
     /// Time between rows, s.
     period_s: f64,
     /// Inputs of the study, by name.
@@ -72,6 +74,7 @@ impl<'a> TimeHistory<'a> {
     pub fn of_states(states: &[&'a [f64]], period_s: f64) -> Self {
         Self {
             states: states.to_vec(),
+            before: Vec::new(),
             period_s,
             inputs: &[],
             instruments: None,
@@ -84,6 +87,12 @@ impl<'a> TimeHistory<'a> {
         self
     }
 
+    /// The same after what was before the first row.
+    pub(crate) fn after(mut self, before: &'a [Vec<f64>]) -> Self {
+        self.before = before.iter().map(Vec::as_slice).collect();
+        self
+    }
+
     /// A record with everything that was measured; `conventions` has one entry per axis.
     pub fn of_motion(motion: &'a Motion, conventions: &[Convention]) -> Self {
         let slices = |series: &'a [Vec<f64>]| series.iter().map(Vec::as_slice).collect();
@@ -92,6 +101,7 @@ impl<'a> TimeHistory<'a> {
         let force: Vec<Cow<'a, [f64]>> = applied.collect();
         Self {
             states: slices(&motion.states),
+            before: slices(&motion.before),
             period_s,
             inputs: &motion.inputs,
             instruments: Some(Instruments {
@@ -185,7 +195,8 @@ impl<'a> TimeHistory<'a> {
         self.states.first().map_or(0, |series| series.len())
     }
 
-    /// Evaluates the law of an effect on `axis` along the record, in the record's order, from internal states of 0; `phase` is the
+    /// Evaluates the law of an effect on `axis` along the record, in the record's order, from internal states of 0 before what is known of
+    /// the motion before it; `phase` is the
     /// record's own, in turns, for an effect that has one; `each` is given the row and the force on the own and the other axis.
     pub fn along<S: HostScalar>(
         &self,
@@ -210,40 +221,85 @@ impl<'a> TimeHistory<'a> {
     ) {
         // Cut to one length beforehand, so that no row is checked against it.
         let rows = self.rows();
-        let state = |series: usize| self.states.get(series).map(|series| &series[..rows]);
-        let (own, other) = (2 * axis, 2 * (1 - axis));
-        let (Some(displacements), Some(velocities)) = (state(own), state(own + 1)) else {
+        let known = self.before.first().map_or(0, |series| series.len());
+        let Some(during) = AxisStates::of(&self.states, axis, rows) else {
             return;
         };
-        let others = state(other).zip(state(other + 1));
         // No law of the joint looks at them.
         let instruments = self.instruments.as_ref();
         let instruments = instruments.filter(|_| entry.subsystem == Subsystem::Sensor);
         let instruments = instruments.map(|said| said.of_axis(axis, rows));
         let (law, lift) = (S::law_of(entry), S::constant);
         let mut memory: States<S> = [S::zero(); _];
+        let mut last = during.displacement.first().copied().unwrap_or(0.0);
+        let before = AxisStates::of(&self.before, axis, known);
+        if let Some(before) = before.filter(|_| !entry.state_bounds.is_empty()) {
+            last = before.displacement.first().copied().unwrap_or(last);
+            for row in 0..known {
+                let at = before.at(row, last, self.period_s, Instrument::silent());
+                law(&parameters, &at, &mut memory);
+                last = before.displacement[row];
+            }
+        }
         for row in 0..rows {
-            let displacement = lift(displacements[row]);
-            let [other_displacement, other_velocity] =
-                others.map_or([S::zero(); 2], |(x, v)| [lift(x[row]), lift(v[row])]);
             let silent = Instrument {
                 time: lift(row as f64 * self.period_s),
                 phase: lift(phase),
                 ..Instrument::silent()
             };
-            let at = Kinematics {
-                displacement,
-                velocity: lift(velocities[row]),
-                step: displacement - lift(displacements[row.saturating_sub(1)]),
-                other_displacement,
-                other_velocity,
-                period: lift(self.period_s),
-                instrument: instruments
-                    .as_ref()
-                    .map_or(silent, |said| said.at(row, silent, &lift)),
-            };
+            let instrument = instruments
+                .as_ref()
+                .map_or(silent, |said| said.at(row, silent, &lift));
+            let at = during.at(row, last, self.period_s, instrument);
+            last = during.displacement[row];
             change(row, &mut parameters);
             each(row, law(&parameters, &at, &mut memory));
+        }
+    }
+}
+
+/// The states of an axis and of the other one, all equally long.
+struct AxisStates<'a> {
+    displacement: &'a [f64],
+    velocity: &'a [f64],
+    /// Displacement and velocity of the other axis.
+    other: Option<(&'a [f64], &'a [f64])>,
+}
+
+impl<'a> AxisStates<'a> {
+    /// Those of `axis`, of so many rows; nothing where there are none.
+    fn of(states: &[&'a [f64]], axis: usize, rows: usize) -> Option<Self> {
+        let state = |series: usize| states.get(series).map(|series| &series[..rows]);
+        let (own, other) = (2 * axis, 2 * (1 - axis));
+        let (displacement, velocity) = state(own).zip(state(own + 1))?;
+        Some(Self {
+            displacement,
+            velocity,
+            other: state(other).zip(state(other + 1)),
+        })
+    }
+
+    /// What a law sees at a row, `last` the displacement at the one before.
+    fn at<S: HostScalar>(
+        &self,
+        row: usize,
+        last: f64,
+        period_s: f64,
+        instrument: Instrument<S>,
+    ) -> Kinematics<S> {
+        let lift = S::constant;
+        let displacement = lift(self.displacement[row]);
+        let [other_displacement, other_velocity] = self
+            .other
+            .map_or([S::zero(); 2], |(x, v)| [lift(x[row]), lift(v[row])]);
+        Kinematics {
+            displacement,
+            velocity: lift(self.velocity[row]),
+            step: displacement - lift(last),
+            other_displacement,
+            other_velocity,
+            period: lift(period_s),
+            instrument,
         }
     }
 }

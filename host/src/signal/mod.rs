@@ -9,6 +9,7 @@ pub mod design;
 pub mod every;
 pub mod filters;
 pub mod fir;
+mod lead_in;
 pub(crate) mod mixed_acceleration;
 pub mod motion;
 pub mod spectrum;

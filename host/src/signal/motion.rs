@@ -11,6 +11,7 @@
 //! Spring and damper act on the body in the same way in both, so both take them off the applied force first.
 
 use crate::signal::fir::apply;
+use crate::signal::lead_in::AxisRecord;
 use crate::study::{Axis, Convention, Record, Study};
 use crate::text::error::{Error, Result, in_order};
 use rayon::prelude::*;
@@ -32,6 +33,9 @@ pub struct Motion {
     pub sample_rate_hz: f64,
     /// [x, ẋ] or [x, ẋ, φ, φ̇]: relative displacement and velocity of each axis, SI, wide-band.
     pub states: Vec<Vec<f64>>,
+    /// The same before row 0, as far as what remembers it has to know: the logged rows that the filters cost, and before them the travel
+    /// by which the joint came to the first of them, where the record tells of one. All equally long; none where nothing is known.
+    pub before: Vec<Vec<f64>>,
     /// Absolute acceleration of the body, per axis.
     pub acceleration: Vec<Vec<f64>>,
     /// Applied force per axis, known ground spring and damper already subtracted (Eqs. 8, 9).
@@ -89,6 +93,11 @@ impl Motion {
             first_row: self.first_row + rows.start,
             sample_rate_hz: self.sample_rate_hz,
             states: cut(&self.states),
+            before: {
+                let all = self.before.iter().zip(&self.states);
+                let before = all.map(|(b, s)| [b, &s[..rows.start]].concat());
+                before.collect()
+            },
             acceleration: cut(&self.acceleration),
             force: cut(&self.force),
             inputs: {
@@ -117,6 +126,7 @@ impl Motion {
             first_row: self.first_row,
             sample_rate_hz: self.sample_rate_hz / step as f64,
             states: thin(&self.states),
+            before: thin(&self.before),
             acceleration: thin(&self.acceleration),
             force: thin(&self.force),
             inputs: {
@@ -195,6 +205,7 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
         first_row: half,
         sample_rate_hz: study.sample_rate_hz,
         states: Vec::new(),
+        before: Vec::new(),
         acceleration: Vec::new(),
         force: Vec::new(),
         ground: Vec::new(),
@@ -222,6 +233,16 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
         for (f, g) in force.iter_mut().zip(ground.iter().flatten()) {
             *f -= g;
         }
+        let along = AxisRecord {
+            displacement: &relative,
+            first_row: half,
+            velocity: &velocity,
+            force: &force,
+            acceleration: motion.acceleration.last().map_or(&[], Vec::as_slice),
+            sample_rate_hz: study.sample_rate_hz,
+            band: &filters.band,
+        };
+        motion.before.extend(along.before());
         motion.force.push(force);
         motion.ground.push(ground);
         motion.states.push(inner(&relative));

@@ -92,7 +92,10 @@ pub const SUBJECTS: [Subject; 31] = [
 ];
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed and the list above.
-pub const BY_NAME: [Subject; 30] = [
+pub const BY_NAME: [Subject; 33] = [
+    subject("gas_spring", Kind::Joint),
+    subject("offset_contact", Kind::Joint),
+    subject("cogging_harmonics", Kind::Joint),
     subject("offset_stops", Kind::Joint),
     subject("blow_off_damping", Kind::Joint),
     subject("force_drift", Kind::Instrument),
@@ -342,6 +345,25 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
                 -scale.reach * within(0.2, 0.8),
             ],
             back: within(0.3, 2.0),
+        },
+        "gas_spring" => Form::Piston {
+            length: scale.reach * within(1.5, 3.0),
+            index: within(1.0, 1.6),
+            back: within(0.1, 1.0),
+        },
+        "offset_contact" => Form::PlacedContact {
+            at: [
+                scale.reach * within(0.1, 0.7) * if within(1.0, 4.0) < 2.0 { -1.0 } else { 1.0 },
+                -10.0 * scale.reach,
+            ],
+            exponent: within(1.4, 2.2),
+            length: scale.reach,
+            back: 1.0,
+        },
+        "cogging_harmonics" => Form::UnevenTeeth {
+            pitch: x * within(0.4, 0.9),
+            phases: [TAU * within(0.1, 1.0), TAU * within(0.1, 1.0)],
+            second: within(0.3, 1.0),
         },
         "digressive_damping" => Form::Valve {
             knee: v * within(0.1, 0.5),

@@ -177,6 +177,35 @@ pub enum Form {
         /// The return's strength beside the way ahead.
         back: f64,
     },
+    /// Gas of the polytropic index `index` behind a piston on either side, `back` times as much on the lower one; shut off at x = 0.
+    Piston {
+        /// From x = 0 to where no gas is left.
+        length: f64,
+        /// n in p·Vⁿ.
+        index: f64,
+        /// Lower over upper.
+        back: f64,
+    },
+    /// Contacts by Hertz's law or another power, each met at a place of its own.
+    PlacedContact {
+        /// Where the upper and the lower one are met.
+        at: [f64; 2],
+        /// Power of the penetration.
+        exponent: f64,
+        /// What the penetration is relative to.
+        length: f64,
+        /// Lower over upper.
+        back: f64,
+    },
+    /// A wave over the displacement with its second harmonic.
+    UnevenTeeth {
+        /// Length of a tooth.
+        pitch: f64,
+        /// Phases of the first and the second harmonic, rad.
+        phases: [f64; 2],
+        /// Second over first harmonic.
+        second: f64,
+    },
     /// Springs that are met as the displacement passes a place on either side, signed; the lower one is `back` times as stiff.
     PlacedStops {
         /// Where the upper one and the lower one are met, m or rad.

@@ -52,6 +52,11 @@ pub(super) fn dead_zone(x: f64, gap: f64) -> f64 {
     (x.abs() - gap).max(0.0).copysign(x)
 }
 
+/// What gas in a cylinder of this length is pressed up by, at x = 0 nothing; it is not pressed beyond a quarter.
+fn pressed(x: f64, length: f64, index: f64) -> f64 {
+    (1.0 - x / length).max(0.25).powf(-index) - 1.0
+}
+
 impl Law {
     /// The force on the law's own axis and on the other one, N or N·m.
     pub fn force(&self, joint: &JointState, memory: &Memory, around: &Surroundings) -> [f64; 2] {
@@ -123,6 +128,25 @@ impl Law {
                 at: [upper, lower],
                 back,
             } => (x - upper).max(0.0) + back * (x - lower).min(0.0),
+            Form::Piston {
+                length,
+                index,
+                back,
+            } => pressed(x, length, index) - back * pressed(-x, length, index),
+            Form::PlacedContact {
+                at: [upper, lower],
+                exponent,
+                length,
+                back,
+            } => {
+                let depth = |beyond: f64| (beyond.max(0.0) / length).powf(exponent);
+                depth(x - upper) - back * depth(lower - x)
+            }
+            Form::UnevenTeeth {
+                pitch,
+                phases: [first, other],
+                second,
+            } => (TAU * x / pitch + first).sin() + second * (2.0 * TAU * x / pitch + other).sin(),
             Form::Valve { knee } => v / (1.0 + v.abs() / knee),
             Form::LateFriction { .. } => z,
             Form::SpringTimesOther { power } => x * other.powi(power),
@@ -258,6 +282,20 @@ impl Law {
                 .max(s * damping_s / (deflection * moving_inertia)),
             Form::SpringDamper { relaxation_s } => spring(s) + 1.0 / relaxation_s,
             Form::PlacedStops { back, .. } => spring(s * back.max(1.0)),
+            Form::Piston {
+                length,
+                index,
+                back,
+            } => spring(s * back.max(1.0) * index / length * 0.25_f64.powf(-index - 1.0)),
+            Form::PlacedContact {
+                exponent,
+                length,
+                back,
+                ..
+            } => spring(s * back.max(1.0) * exponent * 2_f64.powf(exponent) / length),
+            Form::UnevenTeeth { pitch, second, .. } => {
+                spring(s * TAU * (1.0 + 2.0 * second) / pitch)
+            }
             // It unloads several times as steeply as it is unloaded.
             Form::HardeningWen {
                 both_ways,

@@ -149,8 +149,8 @@ fn force(
     let law = term.in_si(&version.model.axes).ok()?;
     let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
     let mut forces = vec![vec![0.0; motion.rows()]; axes.len()];
-    let along =
-        TimeHistory::of_states(&states, 1.0 / motion.sample_rate_hz).with_inputs(&motion.inputs);
+    let along = TimeHistory::of_states(&states, 1.0 / motion.sample_rate_hz);
+    let along = along.with_inputs(&motion.inputs).after(&motion.before);
     add_forces(&[law], &along, &mut forces);
     let mut force = low_pass(&forces[axis], &version.model.filters.band);
     let history = &histories[axis];

@@ -1,0 +1,109 @@
+//! Logs that are cut out of longer ones: what the joint remembers from before shows in the first seconds, and no model can know it beforehand.
+
+use jointwatch_tests::program::succeed;
+use serde_json::Value;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+const RATE_HZ: f64 = 500.0;
+/// Samples before the log begins, and in it.
+const BEFORE: usize = 1500;
+const LOGGED: usize = 8000;
+const STIFFNESS: f64 = 2e4;
+const SLIP: f64 = 0.003;
+const PLAY: f64 = 0.002;
+
+/// What remembers: a spring behind a slider, or one behind a lost motion.
+#[derive(Clone, Copy)]
+enum Law {
+    Jenkins,
+    Backlash,
+}
+
+impl Law {
+    /// Force at every displacement of a path that begins at rest.
+    fn along(self, path: &[f64]) -> Vec<f64> {
+        let mut state = 0.0_f64;
+        let mut before = path[0];
+        let step = |x: &f64| {
+            let change = x - before;
+            before = *x;
+            match self {
+                Self::Jenkins => {
+                    state = (state + change).clamp(-SLIP, SLIP);
+                    0.5 * x + 2.0 * state
+                }
+                Self::Backlash => {
+                    state = state.clamp(x - PLAY, x + PLAY);
+                    state
+                }
+            }
+        };
+        path.iter().map(step).map(|x| STIFFNESS * x).collect()
+    }
+}
+
+/// A record of many tones, cut where the joint is anywhere.
+fn record(law: Law, seed: f64) -> String {
+    let tones = [0.13, 0.21, 0.37, 0.55];
+    let at = |row: usize| {
+        let t = row as f64 / RATE_HZ;
+        let tone = |f: f64| (TAU * f * t + seed * (3.0 + 7.0 * f)).sin();
+        0.0025 * tones.iter().map(|f| tone(*f)).sum::<f64>()
+    };
+    let path: Vec<f64> = (0..BEFORE + LOGGED).map(at).collect();
+    let force = law.along(&path);
+    let mut noise = 1_u64 + (1e3 * seed) as u64;
+    let mut text = String::from("t,x,F\n");
+    for (row, (x, force)) in path.iter().zip(force).enumerate().skip(BEFORE) {
+        noise = noise
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let noise = 0.2 * ((noise >> 33) as f64 / f64::from(1_u32 << 31) - 0.5);
+        let t = (row - BEFORE) as f64 / RATE_HZ;
+        writeln!(text, "{t:.3},{x:.9},{:.6}", force + noise).unwrap();
+    }
+    text
+}
+
+/// The model of a study whose base is a damper and this effect.
+fn identified(folder: &Path, law: Law, effect: &str) -> Value {
+    for (name, seed) in [("one.csv", 0.3), ("two.csv", 1.1), ("three.csv", 1.9)] {
+        fs::write(folder.join(name), record(law, seed)).unwrap();
+    }
+    let text = format!(
+        "time = \"t\"\nband_hz = 10\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n\
+         [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"train\"\n\
+         [[record]]\nfile = \"three.csv\"\nrole = \"validate\"\n[base]\nterms = [\"stiffness@x\", \"viscous@x\", \"{effect}@x\"]\n"
+    );
+    fs::write(folder.join("study.toml"), text).unwrap();
+    succeed(
+        folder,
+        &["identify", ".", "--model", "physical", "-o", "m.json"],
+    );
+    serde_json::from_str(&fs::read_to_string(folder.join("m.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn what_was_before_the_record_is_found_with_it() {
+    for (law, effect, length, is) in [
+        (Law::Jenkins, "jenkins", "slip_displacement", SLIP),
+        (Law::Backlash, "backlash", "play", PLAY),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let model = identified(folder.path(), law, effect);
+        for of in ["verification", "validation"] {
+            let error = model[of][0]["relative_error"].as_f64().unwrap();
+            println!("{effect}: {of} {error:.5}");
+            // From rest at the first row it is 0.08 for the slider.
+            assert!(error < 0.01, "{effect}: {of} {error}");
+        }
+        let effects = model["effects"].as_array().unwrap().iter();
+        let mut parameters = effects.flat_map(|e| e["parameters"].as_array().unwrap());
+        let found = parameters.find(|p| p["name"] == length).expect(length);
+        let found = found["value"].as_f64().unwrap();
+        assert!((found / is - 1.0).abs() < 0.01, "{effect}: {found}");
+    }
+}
