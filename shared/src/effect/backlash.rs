@@ -20,8 +20,8 @@ impl Effect for Backlash {
         equation: "r = k·(x − y), y ← y + Δx held within ±d",
         source: "M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989, ch. 2",
         residual_signature: "the residual over the displacement is a parallelogram with horizontal ends and sloping sides",
-        separated_by: "Slow reversals at several places: the force stays after every reversal for the same travel 2·d wherever it happens; \
-                       free play between stops has its flat part at one place only.",
+        separated_by: "Slow reversals at several places: the force stays after each for the same travel 2·d; free play between stops has \
+                       its flat part at one place only.",
         parameters: &[
             Parameter::linear(
                 "stiffness",

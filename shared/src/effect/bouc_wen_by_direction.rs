@@ -22,8 +22,8 @@ impl Effect for BoucWenByDirection {
         equation: "r = F₊·max(z, 0) + F₋·min(z, 0), dz/dx = (1 − |z|ⁿ·(1 − γ + γ·sgn(ẋ·z)))/u_y",
         source: "asymmetric Bouc–Wen laws are reviewed by M. Ismail, F. Ikhouane, J. Rodellar, Arch. Comput. Methods Eng. 16 (2009) 161–188",
         residual_signature: "the residual over the displacement is a rounded loop whose upper and lower plateau are not opposite",
-        separated_by: "Slow reversals at several amplitudes in both directions: the plateaus differ, and the flank bends where the force \
-                       changes its sign; beside a preload the whole loop is shifted and the flank does not bend there.",
+        separated_by: "Slow reversals in both directions: the plateaus differ, and the flank bends where the force changes its sign; a \
+                       preload shifts the whole loop.",
         parameters: &[
             strength(
                 "yield_force_forward",

@@ -28,8 +28,8 @@ impl Effect for BoucWenHardening {
         source: "F. Ikhouane, J. Rodellar, Systems with Hysteresis, Wiley 2007, ch. 2; J.-P. Noël, M. Schoukens, Hysteretic benchmark with a \
                  dynamic nonlinearity, 2016",
         residual_signature: "the residual over the displacement is a loop whose branches bend upwards, thin in the middle and steep towards its ends",
-        separated_by: "Slow cycles at several amplitudes: both ends grow stiffer with the swing, and it unloads more steeply than it was loaded. \
-                       Hardening without memory has one line; Bouc–Wen flattens towards its ends.",
+        separated_by: "Slow cycles at several amplitudes: both ends grow stiffer with the swing, and it unloads more steeply than it was \
+                       loaded; Bouc–Wen flattens.",
         parameters: &[
             Parameter::linear(
                 "hardening_force",

@@ -25,8 +25,8 @@ impl Effect for BoucWenPinching {
         equation: "r = F_y·z, dz/dx = (1 − ζ·b²)·(1 − |z|ⁿ·(½ + ½·sgn(ẋ·z)))/u_y, b = max(0, 1 − ((z·sgn ẋ − q)/w)²)",
         source: "T. T. Baber, M. N. Noori, J. Eng. Mech. 111 (1985) 1010–1026; G. C. Foliente, J. Struct. Eng. 121 (1995) 1013–1022",
         residual_signature: "the residual over the displacement is a loop that is thin about zero force and wide towards its ends",
-        separated_by: "Slow cycles at several amplitudes: behind every reversal the force falls steeply, creeps past zero and rises again. Free \
-                       play has its flat part at a fixed place, this one wherever the force passes zero.",
+        separated_by: "Slow cycles at several amplitudes: after a reversal the force falls steeply, creeps past zero and rises again. \
+                       Free play has its flat part at one place.",
         parameters: &[
             BoucWen::ABOUT.parameters[0],
             Parameter {

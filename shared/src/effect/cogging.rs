@@ -32,8 +32,8 @@ impl Effect for Cogging {
         equation: "r = A·sin(2πx/p) + B·cos(2πx/p)",
         source: "for permanent magnet motors J. De La Ree, N. Boules, IEEE Trans. Industry Applications 25 (1989) 107–112",
         residual_signature: "the residual over the displacement is a wave of constant size",
-        separated_by: "A slow sweep at constant speed: its frequency follows the speed, where mains hum and resonances stay. Over more than a pitch of \
-                       travel it repeats, where springs that bend (hardening, stops) go on rising.",
+        separated_by: "A slow sweep at constant speed: its frequency follows the speed, where mains hum stays. Over more than a pitch it \
+                       repeats, where springs that bend go on rising.",
         parameters: &[
             Parameter::linear(
                 "sine",

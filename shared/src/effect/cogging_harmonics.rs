@@ -27,12 +27,11 @@ impl Effect for CoggingHarmonics {
 
     const ABOUT: About = About {
         name: "cogging_harmonics",
-        title: "force that repeats with the displacement, with a second harmonic",
+        title: "cogging with a second harmonic",
         equation: "r = A·sin θ + B·cos θ + A₂·sin 2θ + B₂·cos 2θ, θ = 2πx/p",
-        source: "for linear motors P. J. Hor, Z. Q. Zhu, D. Howe, J. Rees-Jones, IEEE Trans. Magnetics 34 (1998) 3544–3546",
+        source: "P. J. Hor, Z. Q. Zhu, D. Howe, J. Rees-Jones, IEEE Trans. Magnetics 34 (1998) 3544–3546",
         residual_signature: "the residual over the displacement is a wave of constant size that is no sine",
-        separated_by: "A slow sweep at constant speed over several pitches: its spectrum has a line and one at twice its frequency, and both \
-                       follow the speed.",
+        separated_by: "A slow sweep over several pitches: its spectrum has a line and one at twice its frequency.",
         parameters: &[
             Parameter::linear("sine", "A", "amplitude of sin θ", Dimension::FORCE, false),
             Parameter::linear("cosine", "B", "amplitude of cos θ", Dimension::FORCE, false),

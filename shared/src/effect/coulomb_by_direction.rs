@@ -20,8 +20,8 @@ impl Effect for CoulombByDirection {
         equation: "r = F₊·max(s, 0) + F₋·min(s, 0), s = tanh(ẋ/v_t)",
         source: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083–1138, with a level per direction",
         residual_signature: "the residual jumps between two values whenever the velocity changes its sign, and the two are not opposite",
-        separated_by: "Slow sweeps in both directions, and the force channel read with the joint unloaded: a preload shifts both levels, \
-                       at rest as well; unequal friction shifts them in motion only.",
+        separated_by: "Slow sweeps in both directions, and the force channel read unloaded: a preload shifts both levels at rest as well, \
+                       unequal friction in motion only.",
         parameters: &[
             strength(
                 "friction_forward",

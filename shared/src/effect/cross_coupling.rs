@@ -17,8 +17,8 @@ impl Effect for CrossCoupling {
         equation: "r_x = k_c·φ + c_c·φ̇",
         source: "off-diagonal terms of the stiffness and damping matrix: Lord Rayleigh, The Theory of Sound, vol. 1, 1877, §82",
         residual_signature: "the residual of one axis follows the displacement or the velocity of the other",
-        separated_by: "Shake the other axis alone while this one is held: the force follows the motion and vanishes with it; cross-talk of \
-                       the force channels follows the other force, also when nothing can move.",
+        separated_by: "Shake the other axis alone while this one is held: the force follows that motion; cross-talk follows the other \
+                       force, also when nothing can move.",
         parameters: &[
             Parameter::linear(
                 "stiffness",

@@ -18,8 +18,7 @@ impl Effect for Crosstalk {
         equation: "r_measured − r = χ·s·F_other, s = ±1 as r = s·(F − m·a)",
         source: "cross sensitivity of a multi-component force sensor",
         residual_signature: "the residual follows the force on the other axis, also while this axis rests",
-        separated_by: "Shake the other axis alone with the joint taken out: what this channel then reads is cross-talk. A coupling of the \
-                       joint follows the other axis's motion instead of its force.",
+        separated_by: "Shake the other axis alone with the joint taken out: what this channel then reads is cross-talk.",
         parameters: &[Parameter::linear(
             "share",
             "χ",

@@ -37,8 +37,8 @@ impl Effect for Dahl {
         equation: "r = F_c·z, dz/dx = (1 − z·sgn ẋ)/u_c",
         source: "P. R. Dahl, A solid friction model, Aerospace Corp. TOR-0158(3107-18)-1, 1968, with exponent 1",
         residual_signature: "the residual over the displacement is a loop that after every reversal approaches its flat part exponentially",
-        separated_by: "Slow reversals at several amplitudes: steepest right after the reversal and bent from there on; Jenkins is straight \
-                       until it slips, Bouc–Wen with n > 1 has a sharper knee. At higher speed LuGre's flat part falls.",
+        separated_by: "Slow reversals at several amplitudes: steepest right after the reversal and bent from there on; Jenkins is \
+                       straight until it slips, Bouc–Wen with n > 1 has a sharper knee.",
         parameters: &[
             Parameter::linear(
                 "friction",

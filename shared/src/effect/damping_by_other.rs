@@ -19,7 +19,7 @@ impl Effect for DampingByOther {
         equation: "r = c₁·ẋ·φ",
         source: "second- and third-order terms of coupled oscillators: A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations, Wiley 1979, ch. 6",
         residual_signature: "the residual over ẋ is a straight line whose slope follows φ",
-        separated_by: "The same sweep of x at three held positions of φ: the damping at the middle one is halfway between the others; with a square it is the least or the largest.",
+        separated_by: "The same sweep of x at three held positions of φ: the middle damping is halfway between the others.",
         parameters: &[Parameter::linear(
             "damping_slope",
             "c₁",

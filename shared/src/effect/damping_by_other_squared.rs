@@ -19,7 +19,7 @@ impl Effect for DampingByOtherSquared {
         equation: "r = c₂·ẋ·φ²",
         source: "second- and third-order terms of coupled oscillators: A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations, Wiley 1979, ch. 6",
         residual_signature: "the residual over ẋ is a straight line that is steeper when φ is large on either side",
-        separated_by: "The same sweep of x at three held positions of φ: the damping at zero is the least; in proportion to φ it is halfway between the others.",
+        separated_by: "The same sweep of x at three held positions of φ: the damping at zero is the least.",
         parameters: &[Parameter::linear(
             "damping_curvature",
             "c₂",

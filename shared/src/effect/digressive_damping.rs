@@ -22,8 +22,8 @@ impl Effect for DigressiveDamping {
         equation: "r = F·(1 − e^(−|ẋ|/v_k))·sgn ẋ",
         source: "J. C. Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007: digressive valves",
         residual_signature: "the residual over the velocity is steep near rest and flattens towards a level on either side",
-        separated_by: "Sweeps at constant speeds: near rest the force is proportional to the speed, where dry friction jumps; far above the \
-                       knee it stays, where a power goes on rising.",
+        separated_by: "Sweeps at constant speeds: near rest the force is proportional to the speed, where dry friction jumps; far above \
+                       the knee it stays.",
         parameters: &[
             Parameter::linear(
                 "force",

@@ -20,8 +20,7 @@ impl Effect for ForceDrift {
         equation: "r_measured − r = F₀ + Ḟ·t, t since the record began, F₀ and Ḟ found in every record anew",
         source: "thermal drift of bridges; K. Hoffmann, as for force_zero",
         residual_signature: "the residual rises or falls along each record, by another amount in each",
-        separated_by: "Log the force with the joint at rest: a drift of the channel stays. A drift of the displacement, which a spring \
-                       turns into the same force, goes.",
+        separated_by: "Log the force with the joint at rest: a drift of the channel stays; one of the displacement goes.",
         parameters: &[
             Parameter {
                 name: "zero",

@@ -20,8 +20,7 @@ impl Effect for ForceGain {
         equation: "r_measured − r = g·s·F, s = ±1 as r = s·(F − m·a)",
         source: "calibration of a force channel",
         residual_signature: "the residual follows the applied force",
-        separated_by: "Load the force channel with a known weight. From motion alone a wrong inertia differs only where the joint carries \
-                       part of the force: drive well below the resonance.",
+        separated_by: "Load the force channel with a known weight. From motion alone a wrong inertia differs only well below the resonance.",
         parameters: &[Parameter::linear(
             "excess",
             "g",

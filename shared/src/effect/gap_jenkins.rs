@@ -53,8 +53,8 @@ impl Effect for GapJenkins {
         equation: "r = F_s·|w|ⁿ·sgn w, w = dz(z, 1 − c)/c, z ← z + Δx/u held within ±1",
         source: "stop operator with a dead zone: M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989, ch. 1 and 3",
         residual_signature: "the residual over the displacement falls to zero after every reversal, stays there for a fixed travel, then rises to a plateau",
-        separated_by: "Slow reversals at several amplitudes: a flat part at zero force of the same length after every reversal, wherever it \
-                       happens. A clearance has its flat part at a fixed place; Jenkins and Bouc–Wen reverse without one.",
+        separated_by: "Slow reversals at several amplitudes: after each a flat part of one length at zero force. A clearance has its flat \
+                       part at one place; Jenkins and Bouc–Wen have none.",
         parameters: &[
             Parameter::linear(
                 "slip_force",

@@ -25,29 +25,28 @@ impl Effect for GasSpring {
 
     const ABOUT: About = About {
         name: "gas_spring",
-        title: "spring that stiffens toward a wall (enclosed gas, gap of a magnet, bump stop)",
+        title: "spring that stiffens toward a wall (gas, magnets, bump stops)",
         equation: "r = F₊·(g(x) − g(0)) − F₋·(g(−x) − g(0)), g(x) = (1 + (x₁ − x)/d)⁻ⁿ",
-        source: "polytropic change of state, p·Vⁿ constant; for vehicles J. C. Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007",
-        residual_signature: "the residual over the displacement bends up faster and faster toward one end or both",
-        separated_by: "A slow push toward the wall, force⁻¹ᐟⁿ over displacement: one straight line to the wall, where a power of the \
-                       displacement or of a penetration bends.",
+        source: "J. C. Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007: p·Vⁿ constant",
+        residual_signature: "the residual over the displacement bends ever more toward one end or both",
+        separated_by: "A slow push toward the wall: force to the power −1/n over displacement is straight.",
         parameters: &[
             strength(
                 "force_above",
                 "F₊",
-                "force at x₁ of the gas that is pressed as the displacement grows, beside its force at −∞",
+                "force at x₁ where displacement presses as it grows",
                 Dimension::FORCE,
             ),
             strength(
                 "force_below",
                 "F₋",
-                "the same at −x₁ of the gas that is pressed as the displacement falls",
+                "force at −x₁ where displacement presses as it falls",
                 Dimension::FORCE,
             ),
             Parameter {
                 name: "wall_distance",
                 symbol: "d",
-                meaning: "distance from the largest displacement in training to the wall",
+                meaning: "distance from x₁ to the wall",
                 dimension: Dimension::DISPLACEMENT,
                 role: Role::Shape(Shape {
                     starts: &[0.4, 1.0, 2.5],

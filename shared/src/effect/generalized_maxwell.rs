@@ -27,8 +27,7 @@ impl Effect for GeneralizedMaxwell {
         equation: "r = k·Σ ρⁱ·yᵢ, ẏᵢ = ẋ − yᵢ/τᵢ, τᵢ = 4^(i−3)·τ, i = 0…3",
         source: "E. Wiechert, Annalen der Physik 286 (1893) 546–570; for power laws R. L. Bagley, P. J. Torvik, J. Rheology 27 (1983) 201–210",
         residual_signature: "the residual is a loop at every frequency, about as wide at all of them, around a spring that grows stiffer with the frequency",
-        separated_by: "A push that is held: the force goes on falling over decades of time, where that of one Maxwell element is soon gone. \
-                       Sweeps: the loss stays alike over decades of frequency.",
+        separated_by: "A push that is held: the force goes on falling over decades of time, where that of one Maxwell element is soon gone.",
         parameters: &[
             Parameter::linear(
                 "stiffness",

@@ -27,8 +27,8 @@ impl Effect for Iwan {
         source: "W. D. Iwan, J. Applied Mechanics 33 (1966) 893–900; for bolted joints D. J. Segalman, J. Applied Mechanics 72 (2005) 752–760",
         residual_signature: "the residual over the displacement is a loop of straight pieces or a bent one, whose branches are the first loading drawn \
                   twice as large (Masing)",
-        separated_by: "Slow reversals at amplitudes over two decades: small loops lose energy too, with a power of the amplitude between 2 \
-                       and 3; below its slip displacement a single Jenkins element loses none.",
+        separated_by: "Slow reversals at amplitudes over two decades: small loops lose energy too; below its slip displacement a single \
+                       Jenkins element loses none.",
         parameters: &[
             Parameter::linear(
                 "stiffness",

@@ -18,8 +18,8 @@ impl Effect for LoadFriction {
         equation: "r = μk·|x|·tanh(ẋ/v_t)",
         source: "Coulomb friction under the load of a spring; as hysteretic damping T. K. Caughey, A. Vijayaraghavan, Int. J. Non-Linear Mech. 5 (1970) 533–555",
         residual_signature: "the residual over the displacement is a bow tie: two triangles that meet at zero displacement",
-        separated_by: "Slow cycles at several amplitudes: the width of the loop is in proportion to the deflection, and the energy of a cycle \
-                       to its square at every frequency; dry friction's goes with the amplitude.",
+        separated_by: "Slow cycles at several amplitudes: the energy of a cycle goes with the square of the amplitude at every frequency; \
+                       dry friction's goes with the amplitude.",
         parameters: &[
             Parameter::linear(
                 "friction_stiffness",

@@ -18,8 +18,8 @@ impl Effect for MainsHum {
         equation: "r_measured − r = A·sin(2π(f·t + p)), A and p found in every record anew",
         source: "pick-up of mains wiring; H. W. Ott, Noise Reduction Techniques in Electronic Systems, Wiley 1988, ch. 2",
         residual_signature: "the residual holds a narrow line near 50 or 60 Hz of the same size in every record, at rest too",
-        separated_by: "Log with the drive switched off: the line stays. A resonance or cogging near that frequency changes with the \
-                       motion, hum does not; screened cable and one earth take it away.",
+        separated_by: "Log with the drive switched off: the line stays. A resonance or cogging changes with the motion; screened cable \
+                       and one earth take hum away.",
         parameters: &[
             Parameter {
                 name: "amplitude",

@@ -22,8 +22,8 @@ impl Effect for Mullins {
         equation: "r = −k_s·x·m, m = largest |x| so far",
         source: "L. Mullins, Rubber Chemistry and Technology 42 (1969) 339–362; in proportion to the largest displacement",
         residual_signature: "the residual is a spring's, stiff at the beginning of a record and softer after every new largest displacement",
-        separated_by: "The same small motion before and after a large one: the stiffness has fallen and stays so; a drift goes on falling \
-                       without one, hardening and softening springs come back.",
+        separated_by: "The same small motion before and after a large one: the stiffness has fallen and stays so; hardening and softening \
+                       springs come back.",
         parameters: &[Parameter::linear(
             "softening",
             "k_s",

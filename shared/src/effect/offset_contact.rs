@@ -19,35 +19,34 @@ impl Effect for OffsetContact {
 
     const ABOUT: About = About {
         name: "offset_contact",
-        title: "contacts that are met off centre, with a power of the penetration (pressed bearings)",
+        title: "contacts met off centre, with a power of the penetration",
         equation: "r = F₊·max(1 + (x − d_u)/x₁, 0)ᵖ − F₋·max(1 − (x + d_l)/x₁, 0)ᵖ",
-        source: "H. Hertz, J. reine und angewandte Mathematik 92 (1882) 156–171: p = 3/2 for balls; lifting off D. E. Hess, A. Soom, J. Tribology 113 (1991) 80–86",
-        residual_signature: "the residual over the displacement is a bent line on one side of a place that is not the middle, and flat on the other",
-        separated_by: "A slow push into the contact, force over penetration on logarithmic scales: one straight line with slope p; stops \
-                       have slope 1. A slow pull until it lifts off shows the place.",
+        source: "H. Hertz, J. reine und angewandte Mathematik 92 (1882) 156–171: p = 3/2",
+        residual_signature: "the residual over the displacement is flat, and a bent line beyond a place that is not the middle",
+        separated_by: "A slow push: force over penetration on logarithmic scales has slope p. A slow pull shows where it lifts off.",
         parameters: &[
             strength(
                 "force_above",
                 "F₊",
-                "force of the contact that the displacement presses as it grows, at a penetration of x₁",
+                "force at a penetration of x₁ where displacement presses as it grows",
                 Dimension::FORCE,
             ),
             strength(
                 "force_below",
                 "F₋",
-                "force of the contact that the displacement presses as it falls, at a penetration of x₁",
+                "the same as it falls",
                 Dimension::FORCE,
             ),
             place(
                 "upper_distance",
                 "d_u",
-                "displacement at which the upper contact is met, counted from −x₁",
+                "displacement at which the upper stop is met, counted from −x₁",
                 &[0.4, 0.8, 1.2, 1.6],
             ),
             place(
                 "lower_distance",
                 "d_l",
-                "displacement at which the lower contact is met, counted back from x₁",
+                "displacement at which the lower stop is met, counted back from x₁",
                 &[0.4, 0.8, 1.2, 1.6],
             ),
             exponent(&[1.5, 2.3], 1.0, 3.0),

@@ -19,7 +19,8 @@ impl Effect for StiffnessByOther {
         equation: "r = k₁·x·φ",
         source: "second- and third-order terms of coupled oscillators: A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations, Wiley 1979, ch. 6",
         residual_signature: "the residual over x is a straight line whose slope follows φ, and vanishes where either axis is at zero",
-        separated_by: "A slow sweep of x at three held positions of φ: the slope at the middle one is halfway between the others; with a square it is the least or the largest.",
+        separated_by: "A slow sweep of x at three held positions of φ: the middle slope is halfway between the others; with a square it \
+                       is the least or the largest.",
         parameters: &[Parameter::linear(
             "stiffness_slope",
             "k₁",

@@ -19,7 +19,7 @@ impl Effect for StiffnessByOtherSquared {
         equation: "r = k₂·x·φ²",
         source: "second- and third-order terms of coupled oscillators: A. H. Nayfeh, D. T. Mook, Nonlinear Oscillations, Wiley 1979, ch. 6",
         residual_signature: "the residual over x is a straight line that is steeper when φ is large on either side",
-        separated_by: "A slow sweep of x at three held positions of φ: the slope at zero is the least; in proportion to φ it is halfway between the others.",
+        separated_by: "A slow sweep of x at three held positions of φ: the slope at zero is the least.",
         parameters: &[Parameter::linear(
             "stiffness_curvature",
             "k₂",

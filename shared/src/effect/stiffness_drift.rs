@@ -18,8 +18,8 @@ impl Effect for StiffnessDrift {
         equation: "r = k̇·x·t, t since the record began",
         source: "first term of a Taylor series of a slowly changing stiffness in time",
         residual_signature: "the residual follows the displacement and grows (or shrinks and grows again) along the record",
-        separated_by: "Repeat the record with half the drive: a drift with time stays, hardening with amplitude goes with its square; \
-                       repeat it after a pause: what warmed up begins anew, what worked loose goes on.",
+        separated_by: "Repeat the record with half the drive: a drift with time stays, hardening falls. Repeat it after a pause: what \
+                       warmed up begins anew, what worked loose goes on.",
         parameters: &[Parameter::linear(
             "drift",
             "k̇",
