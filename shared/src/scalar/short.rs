@@ -11,7 +11,7 @@
 //! |---|---|---|---|
 //! | `power` | 0 to 1, exponents 1 to 4 | 5 units of 2⁻²⁸ ([`POWER_ERROR`]) | 4.4 and 0.51 |
 //!
-//! | `raised` | 0 to 8, exponents n of 0.1 to 7 in size, values up to 8 | 5 units and (1 + \|n\|)·aⁿ more ([`RAISED_ERROR`]) | 0.77 of what is stated |
+//! | `raised` | 0 to 8, exponents n of 0.1 to 7 in size, values up to 8 | 5 units and (1 + \|n\|)·aⁿ more ([`RAISED_ERROR`]) | 0.77 of what is stated, for n below 0 0.89 |
 //!
 //! Measured by `cargo test --release -p jointwatch-shared short -- --nocapture`. The stated error is that against the exact
 //! function of the numbers that were given.
@@ -334,7 +334,7 @@ mod tests {
 
     #[test]
     fn a_number_is_raised_as_near_as_stated() {
-        let mut fullest = 0.0_f64;
+        let mut fullest = [0.0_f64; 2];
         for n in [
             0.1, 0.3, 0.5, 0.9, 1.0, 1.7, 3.0, 5.0, 7.0, -0.3, -1.0, -1.7, -7.0,
         ]
@@ -349,11 +349,12 @@ mod tests {
                 }
                 let off = (real(a.raised(n)) - exact.min(8.0 - UNIT)).abs();
                 let stated = POWER_ERROR + (1.0 + real(n).abs()) * exact.min(8.0) * RAISED_ERROR;
-                fullest = fullest.max(off / stated);
+                let side = &mut fullest[usize::from(real(n) < 0.0)];
+                *side = side.max(off / stated);
             }
         }
-        println!("raised: {fullest:.2} of what is stated");
-        assert!(fullest <= 0.78, "{fullest}");
+        println!("raised: {fullest:.2?} of what is stated");
+        assert!(fullest[0] <= 0.78 && fullest[1] <= 0.9, "{fullest:?}");
     }
 
     #[test]
