@@ -97,7 +97,7 @@ impl AxisRecord<'_> {
         let thin = |series: Vec<f64>| apply_every(&series, self.band, every);
         let mut fixed: Vec<Vec<f64>> = self.states(rows, half).into_iter().map(thin).collect();
         let force = thin(self.force[..rows].to_vec());
-        if !(half > 0.0) || force.len() < 10 * (fixed.len() + SLIPS.len() + RELAXATIONS_S.len()) {
+        if half <= 0.0 || force.len() < 10 * (fixed.len() + SLIPS.len() + RELAXATIONS_S.len()) {
             return 0.0;
         }
         let alone = left(&fixed, &force);
