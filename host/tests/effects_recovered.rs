@@ -208,6 +208,7 @@ fn motion(states: Vec<Vec<f64>>) -> Motion {
         first_row: 0,
         sample_rate_hz: RATE,
         states,
+        before: Vec::new(),
         ground: vec![None; 2],
         acceleration: vec![vec![0.0; rows]; 2],
         force: vec![vec![0.0; rows]; 2],
