@@ -20,7 +20,7 @@ const TRIED: usize = 9;
 const LEFT: f64 = 0.5;
 /// Rounds of trials, each between the neighbours of the best of the last.
 const PASSES: usize = 3;
-/// Samples of the travel.
+/// Samples of the travel, of the same number on every axis.
 const SAMPLES: usize = 32;
 
 /// What an axis did in a record.
@@ -74,7 +74,6 @@ impl AxisRecord<'_> {
         };
         let travel = self.travel();
         let came = (0..SAMPLES).map(|k| first - travel * (1.0 - k as f64 / SAMPLES as f64));
-        let came = came.filter(|_| travel != 0.0);
         let displacement: Vec<f64> = came.chain(logged.iter().copied()).collect();
         let rate = |row: usize| {
             let before = displacement[row.saturating_sub(1)];
