@@ -2,8 +2,8 @@
 
 use crate::assess::compare::{self, RecordFigures};
 use crate::assess::noise_floor;
-use crate::diagnose::start::start;
-use crate::diagnose::{PerAxis, bench::MAX_FORCE};
+use crate::diagnose::search::start::start;
+use crate::diagnose::{PerAxis, search::bench::MAX_FORCE};
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::{FitResult, Prepared, effect_terms, fit_alone, fit_in_time};
 use crate::fit::with_base::{OnRecords, WithBase};

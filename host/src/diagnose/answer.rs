@@ -3,9 +3,9 @@
 use super::decide::{Decision, drop_interval};
 use super::errors::shapes_of;
 use super::learner::Knows;
-use super::rank::Looked as LookedAt;
+use super::search::rank::Looked as LookedAt;
+use super::search::zeros::Zeros;
 use super::search::{Model, Search};
-use super::zeros::Zeros;
 use crate::assess::where_it_fails::FailingRegion;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{FittedEffect, assemble, solved_at};

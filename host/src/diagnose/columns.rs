@@ -4,11 +4,11 @@
 //! the motion and the column. A column that lets it predict unseen blocks better is an input, whatever the law.
 
 use super::base::base_of;
-use super::bench::Bench;
-use super::chances::is_gained;
+use super::decide::chances::is_gained;
 use super::errors::shapes_of;
-use super::hypothesis::{Column, Hypothesis};
 use super::learner::{Inputs, Knows, Taken};
+use super::search::bench::Bench;
+use super::search::hypothesis::{Column, Hypothesis};
 use super::search::of_axis;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::solve;

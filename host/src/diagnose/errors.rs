@@ -1,7 +1,7 @@
 //! What a model leaves on records that it was not fitted to.
 
-use super::blocks::Blocks;
-use super::score::NO_POWER;
+use super::search::blocks::Blocks;
+use super::search::score::NO_POWER;
 use crate::fit::effects::Solution;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::Solved;

@@ -5,26 +5,14 @@ pub mod add;
 mod answer;
 pub mod apply;
 mod base;
-mod bench;
-mod blocks;
-mod chances;
 pub mod changed;
-mod collect;
 mod columns;
 mod criteria;
-mod curve;
 mod decide;
-mod descend;
 mod errors;
-mod hypothesis;
 mod learner;
-mod rank;
-mod score;
-mod search;
-mod smooth;
-pub(crate) mod start;
+pub(crate) mod search;
 mod verdict;
-mod zeros;
 
 pub use answer::{
     Absorbed, CandidateParameter, Diagnosis, Found, Looked, PerAxis, Ranked, Remainder, Verdict,

@@ -1,30 +1,30 @@
 //! What a hypothesis is worth: its error on blocks that it was not learnt from, and the price of what it chooses.
 
 use super::bench::{Bench, LEARNT};
-use super::criteria::CRITERIA;
 use super::hypothesis::{Column, Hypothesis, Part, is_replaced};
+use crate::diagnose::criteria::CRITERIA;
 use crate::fit::bounded;
 use faer::Mat;
 
 /// Error power that counts as none, beside that of the force.
-pub(super) const NO_POWER: f64 = 1e-7;
+pub(crate) const NO_POWER: f64 = 1e-7;
 
 /// What a hypothesis is worth.
 #[derive(Clone, Debug)]
-pub(super) struct Score {
+pub(crate) struct Score {
     /// Log error power of every judged block, fold after fold, beside that of the force.
-    pub(super) log_errors: Vec<f64>,
+    pub(crate) log_errors: Vec<f64>,
     /// RMS error over RMS force on blocks in turn.
-    pub(super) error: f64,
+    pub(crate) error: f64,
     /// What was chosen: strengths and shapes.
-    pub(super) numbers: usize,
+    pub(crate) numbers: usize,
     /// Mean log error with the price of the numbers: less is better.
-    pub(super) rank: f64,
+    pub(crate) rank: f64,
 }
 
 impl Score {
     /// Whether it leaves a third of the error of another one.
-    pub(super) fn is_clearly_better(&self, than: &Self) -> bool {
+    pub(crate) fn is_clearly_better(&self, than: &Self) -> bool {
         let pairs = than.log_errors.iter().zip(&self.log_errors);
         let gained: f64 = pairs.map(|(other, own)| other - own).sum();
         gained > CRITERIA.clearly * self.log_errors.len() as f64
@@ -32,18 +32,18 @@ impl Score {
 }
 
 /// What least squares makes of a design on all blocks but some.
-pub(super) struct Judged {
+pub(crate) struct Judged {
     /// Products of the columns in every block.
     products: Vec<Mat<f64>>,
     /// Factors from all rows,
-    pub(super) all: Vec<f64>,
+    pub(crate) all: Vec<f64>,
     /// and those with which each fold is judged.
-    pub(super) folds: Vec<Vec<f64>>,
+    pub(crate) folds: Vec<Vec<f64>>,
 }
 
 impl Bench<'_> {
     /// Factors of a design's columns, from all rows and as each fold judges with them.
-    pub(super) fn judged(&self, columns: &[Column]) -> Judged {
+    pub(crate) fn judged(&self, columns: &[Column]) -> Judged {
         let blocks = self.blocks.rows.iter();
         let products: Vec<Mat<f64>> = blocks
             .map(|rows| self.products(columns, &[], rows.clone()))
@@ -73,7 +73,7 @@ impl Bench<'_> {
     }
 
     /// The score of a hypothesis on blocks that were not learnt from.
-    pub(super) fn score(&self, hypothesis: &Hypothesis, parts: &[Part], judged: &Judged) -> Score {
+    pub(crate) fn score(&self, hypothesis: &Hypothesis, parts: &[Part], judged: &Judged) -> Score {
         let (products, folds) = (&judged.products, &judged.folds);
         let (mut log_errors, mut squares) = (Vec::new(), 0.0);
         for (at, (fold, factors)) in self.blocks.folds.iter().zip(folds).enumerate() {
@@ -94,7 +94,7 @@ impl Bench<'_> {
     }
 
     /// A score from what is left of every judged block.
-    pub(super) fn score_of(&self, log_errors: Vec<f64>, squares: f64, numbers: usize) -> Score {
+    pub(crate) fn score_of(&self, log_errors: Vec<f64>, squares: f64, numbers: usize) -> Score {
         let mean = log_errors.iter().sum::<f64>() / log_errors.len().max(1) as f64;
         Score {
             rank: mean + CRITERIA.price * numbers as f64,

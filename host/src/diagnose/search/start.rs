@@ -2,8 +2,8 @@
 
 use super::bench::Bench;
 use super::collect::Library;
-use super::errors::shapes_of;
 use super::hypothesis::Hypothesis;
+use crate::diagnose::errors::shapes_of;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::solved_at;
 use crate::model::effects::AxisEffect;

@@ -32,23 +32,23 @@ struct Start {
 
 /// An effect that would explain something.
 #[derive(Clone)]
-pub(super) struct Promise {
-    pub(super) bound: AxisEffect,
+pub(crate) struct Promise {
+    pub(crate) bound: AxisEffect,
     /// Shapes as they start; strengths as least squares has them.
-    pub(super) values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// Power that it takes away in the rows of the scan, beside that of the force.
-    pub(super) gain: f64,
+    pub(crate) gain: f64,
 }
 
 /// Every candidate at every start, on the rows of a scan.
-pub(super) struct Library {
+pub(crate) struct Library {
     starts: Vec<Start>,
     matrix: Mat<f64>,
     step: usize,
 }
 
 /// Every effect that could be added on an axis to a model that has the `known` terms.
-pub(super) fn candidates(
+pub(crate) fn candidates(
     bench: &Bench<'_>,
     axes: &[Axis],
     known: &[AxisEffect],
@@ -106,7 +106,7 @@ pub(super) fn candidates(
 
 impl Library {
     /// Evaluates candidates at their starts; `known` are all terms of the model with their values, for shapes that are tied to theirs.
-    pub(super) fn new(
+    pub(crate) fn new(
         bench: &Bench<'_>,
         candidates: &[AxisEffect],
         known: &[AxisEffect],
@@ -159,12 +159,12 @@ impl Library {
     }
 
     /// Whether a candidate is such.
-    pub(super) fn has(&self, such: impl Fn(&AxisEffect) -> bool) -> bool {
+    pub(crate) fn has(&self, such: impl Fn(&AxisEffect) -> bool) -> bool {
         self.starts.iter().any(|start| such(&start.part.bound))
     }
 
     /// What each candidate would explain beside a hypothesis with this design, the most promising first: one start of each.
-    pub(super) fn scan(
+    pub(crate) fn scan(
         &self,
         bench: &Bench<'_>,
         hypothesis: &Hypothesis,

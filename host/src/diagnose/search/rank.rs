@@ -3,9 +3,9 @@
 
 use super::bench::Bench;
 use super::collect::Library;
-use super::criteria::CRITERIA;
 use super::hypothesis::{Hypothesis, Part};
 use super::score::Score;
+use crate::diagnose::criteria::CRITERIA;
 use crate::fit::effects::are_enough;
 use crate::model::effects::AxisEffect;
 use crate::text::work;
@@ -29,26 +29,26 @@ const NEAR: f64 = 1.5;
 
 /// A hypothesis that was looked at.
 #[derive(Clone)]
-pub(super) struct Looked {
+pub(crate) struct Looked {
     /// With its values.
-    pub(super) hypothesis: Hypothesis,
-    pub(super) parts: Vec<Part>,
-    pub(super) score: Score,
+    pub(crate) hypothesis: Hypothesis,
+    pub(crate) parts: Vec<Part>,
+    pub(crate) score: Score,
     /// Whether its values are physics.
-    pub(super) sound: bool,
+    pub(crate) sound: bool,
 }
 
 /// The rows that are searched on, and those that are judged.
-pub(super) struct Field<'a, 'b> {
-    pub(super) full: &'a Bench<'b>,
-    pub(super) excerpt: &'a Bench<'b>,
-    pub(super) library: &'a Library,
+pub(crate) struct Field<'a, 'b> {
+    pub(crate) full: &'a Bench<'b>,
+    pub(crate) excerpt: &'a Bench<'b>,
+    pub(crate) library: &'a Library,
     /// How forces may follow inputs.
-    pub(super) inputs: &'a [&'static str],
+    pub(crate) inputs: &'a [&'static str],
 }
 
 /// Looks at a hypothesis with the shapes that it has; columns of `known` parts are taken over.
-pub(super) fn look(bench: &Bench<'_>, hypothesis: &Hypothesis, known: &[Part]) -> Looked {
+pub(crate) fn look(bench: &Bench<'_>, hypothesis: &Hypothesis, known: &[Part]) -> Looked {
     work::step();
     let parts = bench.parts(hypothesis, known);
     let design = bench.design(hypothesis, &parts);
@@ -64,7 +64,7 @@ pub(super) fn look(bench: &Bench<'_>, hypothesis: &Hypothesis, known: &[Part]) -
 }
 
 /// Every hypothesis that was looked at, the base first.
-pub(super) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
+pub(crate) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
     let mut seen = HashSet::from([base.hypothesis.key()]);
     let mut beam = vec![base.clone()];
     let mut all = vec![base];

@@ -13,7 +13,7 @@ const LITTLE: f64 = 3e-4;
 
 impl Bench<'_> {
     /// Finds the shapes of the added members, or of all, that leave least; by so many steps at most.
-    pub(super) fn refined(&self, start: &Hypothesis, all: bool, steps: usize) -> Hypothesis {
+    pub(crate) fn refined(&self, start: &Hypothesis, all: bool, steps: usize) -> Hypothesis {
         let (of_base, others) = self.unknowns(start);
         let (searched, fixed): (Vec<&ShapeUnknown>, Vec<&ShapeUnknown>) = if all {
             (of_base.iter().chain(&others).collect(), Vec::new())

@@ -4,17 +4,17 @@
 //! both into a force. Where the base has none, no record says more of its origin.
 
 use super::bench::Bench;
-use super::chances::{chance_of_gain, falls, is_gained, mean_and_error};
-use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use super::rank::look;
 use super::score::Score;
+use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::decide::chances::{chance_of_gain, falls, is_gained, mean_and_error};
 use crate::fit::effects::columns::Records;
 use crate::model::effects::AxisEffect;
 use jointwatch_shared::effect::Entry;
 
 /// The effects by which a model says so, the simpler one first.
-pub(super) const OWN_ZEROS: [&str; 2] = ["force_zero", "force_drift"];
+pub(crate) const OWN_ZEROS: [&str; 2] = ["force_zero", "force_drift"];
 /// Variance of zeros, or of slopes, beside that of what the halves of the records differ by at which chance leaves one of twenty (Fisher),
 /// for three records.
 const STANDS: f64 = 9.55;
@@ -29,7 +29,7 @@ fn on(axis: usize, name: &str) -> Option<AxisEffect> {
 }
 
 /// A hypothesis that leaves the zeros to what stands beside it.
-pub(super) fn beside(own: Option<AxisEffect>, hypothesis: &Hypothesis) -> Hypothesis {
+pub(crate) fn beside(own: Option<AxisEffect>, hypothesis: &Hypothesis) -> Hypothesis {
     let mut rest = hypothesis.clone();
     let Some(own) = own else {
         return rest;
@@ -45,7 +45,7 @@ pub(super) fn beside(own: Option<AxisEffect>, hypothesis: &Hypothesis) -> Hypoth
 }
 
 /// What a hypothesis is worth, its log errors those on blocks in turn, every record with a zero of its own where that is given.
-pub(super) fn judged(
+pub(crate) fn judged(
     records: &Records<'_>,
     axis: usize,
     hypothesis: &Hypothesis,
@@ -71,7 +71,7 @@ fn with_one_zero(axis: usize, hypothesis: &Hypothesis) -> Hypothesis {
 
 /// The effect among `names` with which every record has a zero of its own, beside a hypothesis that does not say so already: where blocks that
 /// it was not learnt from are predicted better than with one zero for all, and it is more than a tolerance.
-pub(super) fn own_zero(
+pub(crate) fn own_zero(
     records: &Records<'_>,
     axis: usize,
     hypothesis: &Hypothesis,
@@ -102,9 +102,9 @@ pub(super) fn own_zero(
 }
 
 /// Zeros of force beside a hypothesis.
-pub(super) struct Zeros {
+pub(crate) struct Zeros {
     /// What says so.
-    pub(super) own: AxisEffect,
+    pub(crate) own: AxisEffect,
     /// Of every record: its zero, N or N·m, or its slope, per second.
     of_records: Vec<f64>,
     /// By how much those of a record's two halves differ, halved.
@@ -112,14 +112,14 @@ pub(super) struct Zeros {
     /// How long each record lasts, s.
     lengths_s: Vec<f64>,
     /// Log error power that they gain on every block in turn.
-    pub(super) gains: Vec<f64>,
+    pub(crate) gains: Vec<f64>,
     /// RMS error over RMS force on these blocks with one zero for all records, and with these.
-    pub(super) errors: [f64; 2],
+    pub(crate) errors: [f64; 2],
 }
 
 impl Zeros {
     /// Those of records.
-    pub(super) fn of(records: &Records<'_>, hypothesis: &Hypothesis, own: AxisEffect) -> Self {
+    pub(crate) fn of(records: &Records<'_>, hypothesis: &Hypothesis, own: AxisEffect) -> Self {
         let with_one = with_one_zero(own.axis, hypothesis);
         let [before, after] = [(&with_one, None), (hypothesis, Some(own))]
             .map(|(hypothesis, own_zero)| judged(records, own.axis, hypothesis, own_zero));
@@ -154,7 +154,7 @@ impl Zeros {
     }
 
     /// What a model is given that says so.
-    pub(super) fn as_hypothesis(&self) -> Hypothesis {
+    pub(crate) fn as_hypothesis(&self) -> Hypothesis {
         Hypothesis {
             base: 0,
             members: vec![self.own],
@@ -163,17 +163,17 @@ impl Zeros {
     }
 
     /// How likely they are.
-    pub(super) fn chance(&self) -> f64 {
+    pub(crate) fn chance(&self) -> f64 {
         chance_of_gain(&self.gains)
     }
 
     /// Whether they drift.
-    pub(super) fn drift(&self) -> bool {
+    pub(crate) fn drift(&self) -> bool {
         self.own.entry.parameters().len() > 1
     }
 
     /// How far those of the records lie apart, or the RMS of the drifts about their means, N or N·m.
-    pub(super) fn size(&self) -> f64 {
+    pub(crate) fn size(&self) -> f64 {
         let all = || self.of_records.iter().copied();
         if !self.drift() {
             return all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
@@ -190,7 +190,7 @@ impl Zeros {
     /// Whether a zero stands, or drifts at one pace, for as long as a record lasts: records differ by more than chance makes of what the halves of
     /// each differ by. A zero that drifts does so within a record too, and taking one number off does not mend it; nor does a line mend what
     /// wanders.
-    pub(super) fn stand(&self) -> bool {
+    pub(crate) fn stand(&self) -> bool {
         let count = self.of_records.len() as f64;
         let between = if self.drift() {
             self.of_records.iter().map(|s| s * s).sum::<f64>() / count

@@ -5,13 +5,15 @@
 //! excursion); then states of moments ago; then the inputs of the study; then the time in the record. The step at which the error falls is the kind of what is missing,
 //! whatever its law.
 
-use super::bench::Bench;
-use super::hypothesis::Column;
-use super::score::NO_POWER;
-use super::smooth::Smooth;
+pub(super) mod smooth;
+
+use crate::diagnose::search::bench::Bench;
+use crate::diagnose::search::hypothesis::Column;
+use crate::diagnose::search::score::NO_POWER;
 use crate::fit::trees::{Binned, SIZE, Trees};
 use crate::text::work;
 use rayon::prelude::*;
+use smooth::Smooth;
 
 /// Rows that the learner is taught on and judged on: every so manieth of more.
 const MAX_ROWS: usize = 5000;

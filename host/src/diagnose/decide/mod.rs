@@ -1,13 +1,16 @@
 //! The decision on one axis: the simplest hypothesis that no other beats by more than chance, how likely each effect is, and what is left.
 
-use super::bench::Bench;
-use super::chances::{Chances, Rivals, falls, is_gained, mean_and_error};
-use super::criteria::CRITERIA;
-use super::curve::Curve;
-use super::hypothesis::Hypothesis;
-use super::learner::{Inputs, Knows, Left, Taken};
-use super::rank::{Field, Looked, look, rank};
+pub(super) mod chances;
+pub(super) mod curve;
+
+use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::learner::{Inputs, Knows, Left, Taken};
+use crate::diagnose::search::bench::Bench;
+use crate::diagnose::search::hypothesis::Hypothesis;
+use crate::diagnose::search::rank::{Field, Looked, look, rank};
 use crate::model::effects::AxisEffect;
+use chances::{Chances, Rivals, falls, is_gained, mean_and_error};
+use curve::Curve;
 use rayon::prelude::*;
 
 /// Steps in which a hypothesis is found anew without one of its effects.

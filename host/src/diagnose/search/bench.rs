@@ -2,8 +2,8 @@
 //! to physical bounds, and what it leaves on blocks that it was not learnt from.
 
 use super::blocks::Blocks;
-use super::criteria::CRITERIA;
 use super::hypothesis::{Column, Hypothesis, Part, driven, is_at_bound, is_replaced, mean_product};
+use crate::diagnose::criteria::CRITERIA;
 use crate::fit::bounded;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
@@ -19,23 +19,23 @@ use std::sync::Arc;
 /// The base's own shapes may move by this part beside a hypothesis, by their tangents.
 const SHAPES_MOVE: f64 = 0.3;
 /// Force that an added effect may have, beside the largest force of the base's terms or the measured one: two that cancel are one too many.
-pub(super) const MAX_FORCE: f64 = 3.0;
+pub(crate) const MAX_FORCE: f64 = 3.0;
 /// Without an applied force there is no second channel whose gain, zero or lateness could pass for a force: then so much less is explained
 /// at least.
 const ONE_CHANNEL: f64 = 0.1;
 /// Of a column's energy, what has to be left in the blocks that a fold learns from.
-pub(super) const LEARNT: f64 = 0.02;
+pub(crate) const LEARNT: f64 = 0.02;
 
 /// An axis to hold hypotheses against.
-pub(super) struct Bench<'a> {
-    pub(super) records: &'a Records<'a>,
-    pub(super) axis: usize,
-    pub(super) measured: &'a [f64],
-    pub(super) blocks: Blocks,
+pub(crate) struct Bench<'a> {
+    pub(crate) records: &'a Records<'a>,
+    pub(crate) axis: usize,
+    pub(crate) measured: &'a [f64],
+    pub(crate) blocks: Blocks,
     /// Mean square of the force.
-    pub(super) power: f64,
+    pub(crate) power: f64,
     /// What an effect explains at least, RMS beside the RMS force.
-    pub(super) least_share: f64,
+    pub(crate) least_share: f64,
     /// The largest RMS force of a term of the base, or the measured one.
     scale: f64,
     /// The same of the largest force.
@@ -45,7 +45,7 @@ pub(super) struct Bench<'a> {
     /// Mean power with which the base's own dampers drive the joint: their strengths are below 0, and the base lacks a force.
     driven: f64,
     /// Whether the motion turns round, without which a hysteresis looks like a spring.
-    pub(super) reverses: bool,
+    pub(crate) reverses: bool,
     /// Zero, inertia and lateness within their tolerances: the effect that each stands for, and its column.
     instruments: Vec<(&'static str, Column)>,
     /// The force of each record's own zero, where zeros differ.
@@ -53,12 +53,12 @@ pub(super) struct Bench<'a> {
     /// Inertia that is not stated.
     acceleration: Option<Column>,
     /// The base's columns, and the tangents of its shapes.
-    pub(super) base_parts: Vec<Part>,
+    pub(crate) base_parts: Vec<Part>,
     base_tangents: Vec<Column>,
 }
 
 /// The rows of an axis in a whole column.
-pub(super) fn rows_of(records: &Records<'_>, axis: usize) -> Range<usize> {
+pub(crate) fn rows_of(records: &Records<'_>, axis: usize) -> Range<usize> {
     let rows = records.rows_per_axis();
     axis * rows..(axis + 1) * rows
 }
@@ -72,7 +72,7 @@ fn reverses(velocity: &[f64]) -> bool {
 
 impl<'a> Bench<'a> {
     /// An axis beside a base; `own_zero` is the effect that gives every record a zero of its own.
-    pub(super) fn new(
+    pub(crate) fn new(
         records: &'a Records<'a>,
         axis: usize,
         base: &Hypothesis,
@@ -185,7 +185,7 @@ impl<'a> Bench<'a> {
     }
 
     /// An effect's shapes as they start, all its parameters in SI.
-    pub(super) fn middle(&self, bound: &AxisEffect) -> Vec<f64> {
+    pub(crate) fn middle(&self, bound: &AxisEffect) -> Vec<f64> {
         let mut values = vec![0.0; bound.entry.parameters().len()];
         for unknown in shapes(&[*bound], &self.records.references) {
             let start = unknown.shape.starts.first().copied().unwrap_or(1.0);
@@ -197,7 +197,7 @@ impl<'a> Bench<'a> {
     }
 
     /// The columns of an effect at these values.
-    pub(super) fn part(&self, bound: &AxisEffect, values: &[f64]) -> Part {
+    pub(crate) fn part(&self, bound: &AxisEffect, values: &[f64]) -> Part {
         self.part_of((bound, values), self.records.columns(bound, values))
     }
 
@@ -217,7 +217,7 @@ impl<'a> Bench<'a> {
     }
 
     /// The columns of every member; those of the base and of `known` parts are taken over.
-    pub(super) fn parts(&self, hypothesis: &Hypothesis, known: &[Part]) -> Vec<Part> {
+    pub(crate) fn parts(&self, hypothesis: &Hypothesis, known: &[Part]) -> Vec<Part> {
         let members = hypothesis.members.iter().zip(&hypothesis.values);
         let members: Vec<(&AxisEffect, &[f64])> = members.map(|(b, v)| (b, v.as_slice())).collect();
         let taken_over = |(bound, values): &(&AxisEffect, &[f64])| {
@@ -243,7 +243,7 @@ impl<'a> Bench<'a> {
 
     /// The columns of parts, of which the first `base` belong to the base, and of what stands beside every hypothesis. A term of the base
     /// that an added effect replaces is held at nothing.
-    pub(super) fn columns(&self, parts: &[Part], base: usize) -> Vec<Column> {
+    pub(crate) fn columns(&self, parts: &[Part], base: usize) -> Vec<Column> {
         let mut columns: Vec<Column> = Vec::new();
         for (at, part) in parts.iter().enumerate() {
             let replaced = is_replaced(parts, base, at);
@@ -279,7 +279,7 @@ impl<'a> Bench<'a> {
     }
 
     /// The tangents of shapes at these factors of the parts' columns.
-    pub(super) fn slopes(
+    pub(crate) fn slopes(
         &self,
         parts: &[Part],
         factors: &[f64],
@@ -304,7 +304,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Products of columns with each other and with the measured force, over some rows; `more` stand before the force.
-    pub(super) fn products(
+    pub(crate) fn products(
         &self,
         columns: &[Column],
         more: &[Vec<f64>],
@@ -325,7 +325,7 @@ impl<'a> Bench<'a> {
     }
 
     /// What the tangents of the base's shapes add to a hypothesis, each held to small changes.
-    pub(super) fn tangents(
+    pub(crate) fn tangents(
         &self,
         hypothesis: &Hypothesis,
         parts: &[Part],
@@ -352,7 +352,7 @@ impl<'a> Bench<'a> {
     }
 
     /// The shape unknowns of a hypothesis: those of its base, and the others.
-    pub(super) fn unknowns(
+    pub(crate) fn unknowns(
         &self,
         hypothesis: &Hypothesis,
     ) -> (Vec<ShapeUnknown>, Vec<ShapeUnknown>) {
@@ -363,7 +363,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Everything that stands beside each other in a hypothesis, its base's tangents included.
-    pub(super) fn design(&self, hypothesis: &Hypothesis, parts: &[Part]) -> Vec<Column> {
+    pub(crate) fn design(&self, hypothesis: &Hypothesis, parts: &[Part]) -> Vec<Column> {
         let (of_base, _) = self.unknowns(hypothesis);
         let mut columns = self.columns(parts, hypothesis.base);
         columns.extend(self.tangents(hypothesis, parts, &of_base.iter().collect::<Vec<_>>()));
@@ -371,7 +371,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Factors of a design's columns, and what they leave of the force.
-    pub(super) fn solved(&self, columns: &[Column]) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn solved(&self, columns: &[Column]) -> (Vec<f64>, Vec<f64>) {
         let products = self.products(columns, &[], 0..self.measured.len());
         let bounds: Vec<[f64; 2]> = columns.iter().map(|c| c.bounds).collect();
         let factors = bounded::factors(&products, &bounds);
@@ -384,7 +384,7 @@ impl<'a> Bench<'a> {
     }
 
     /// A hypothesis with these factors of its parts' columns as its linear values.
-    pub(super) fn valued(
+    pub(crate) fn valued(
         &self,
         hypothesis: &Hypothesis,
         parts: &[Part],
@@ -406,7 +406,7 @@ impl<'a> Bench<'a> {
 
     /// Whether a hypothesis is physics: every added effect has values that it can have, none stands at the edge of what was searched, and
     /// dampers of the base do not give back most of the energy that the added effects take. `factors` are those of the parts' columns.
-    pub(super) fn is_sound(
+    pub(crate) fn is_sound(
         &self,
         hypothesis: &Hypothesis,
         parts: &[Part],

@@ -3,7 +3,7 @@
 //! A burst counts as one block, however much of the force's power it holds. Beside blocks in turn, every record and the blocks with the
 //! largest force are left out: these folds extrapolate, and tell physics from a flexible law that imitates it.
 
-use super::criteria::CRITERIA;
+use crate::diagnose::criteria::CRITERIA;
 use std::ops::Range;
 
 /// How many parts the blocks are dealt into; each is judged with values found on the others.
@@ -18,18 +18,18 @@ const STANDS_OUT: f64 = 1.15;
 const MIN_RECORD: f64 = 0.05;
 
 /// Blocks and folds of one axis.
-pub(super) struct Blocks {
+pub(crate) struct Blocks {
     /// Rows of each, in order, within the axis.
-    pub(super) rows: Vec<Range<usize>>,
+    pub(crate) rows: Vec<Range<usize>>,
     /// Blocks that are judged together, learnt from the others. The first [`Blocks::turns`] deal every block once.
-    pub(super) folds: Vec<Vec<usize>>,
+    pub(crate) folds: Vec<Vec<usize>>,
     /// How many folds deal blocks in turn.
-    pub(super) turns: usize,
+    pub(crate) turns: usize,
 }
 
 impl Blocks {
     /// Cuts the force of an axis; `records` are the rows of each record.
-    pub(super) fn new(force: &[f64], records: &[usize]) -> Self {
+    pub(crate) fn new(force: &[f64], records: &[usize]) -> Self {
         let power: Vec<f64> = powers(force, records);
         let whole: f64 = power.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let mut rows: Vec<Range<usize>> = Vec::new();
@@ -73,7 +73,7 @@ impl Blocks {
     }
 
     /// How many blocks are judged in turn; they are judged first.
-    pub(super) fn dealt(&self) -> usize {
+    pub(crate) fn dealt(&self) -> usize {
         self.folds[..self.turns].iter().map(Vec::len).sum()
     }
 }

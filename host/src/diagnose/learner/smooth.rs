@@ -12,7 +12,7 @@ const LOCAL: usize = 4;
 const STIFFNESS: [f64; 5] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 
 /// Splines at every row, and the products of them over every block.
-pub(super) struct Smooth {
+pub(crate) struct Smooth {
     /// The first splines that are not zero in each direction, and the values of those and the next ones.
     rows: Vec<([usize; 2], [[f64; LOCAL]; 2])>,
     products: Vec<Mat<f64>>,
@@ -21,7 +21,7 @@ pub(super) struct Smooth {
 
 impl Smooth {
     /// Splines over two states, for rows that belong to these blocks, numbered below `count`.
-    pub(super) fn new(states: [&[f64]; 2], block: &[usize], count: usize) -> Self {
+    pub(crate) fn new(states: [&[f64]; 2], block: &[usize], count: usize) -> Self {
         let ranges = states.map(|state| {
             let low = state.iter().copied().fold(f64::INFINITY, f64::min);
             let high = state.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -64,7 +64,7 @@ impl Smooth {
     }
 
     /// The function that follows `series` in all blocks but some best, at every row, for each of the bends' prices.
-    pub(super) fn taught(&self, series: &[f64], block: &[usize], but: &[usize]) -> Vec<Vec<f64>> {
+    pub(crate) fn taught(&self, series: &[f64], block: &[usize], but: &[usize]) -> Vec<Vec<f64>> {
         let size = ACROSS[0] * ACROSS[1];
         let mut products = Mat::<f64>::zeros(size, size);
         let kept = self.products.iter().enumerate();

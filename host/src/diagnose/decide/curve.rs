@@ -1,11 +1,11 @@
 //! A curve without a law: the force as a polynomial of the displacement, of the velocity, or of both. Several laws in whose place such a
 //! curve predicts as well are pieces of it.
 
-use super::bench::{Bench, rows_of};
-use super::criteria::CRITERIA;
-use super::hypothesis::Column;
-use super::rank::Looked;
-use super::score::Score;
+use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::search::bench::{Bench, rows_of};
+use crate::diagnose::search::hypothesis::Column;
+use crate::diagnose::search::rank::Looked;
+use crate::diagnose::search::score::Score;
 use crate::model::effects::AxisEffect;
 use std::sync::Arc;
 
@@ -20,16 +20,16 @@ const PIECES: usize = 2;
 
 /// A curve that does for several laws.
 #[derive(Clone, Debug)]
-pub(super) struct Curve {
+pub(crate) struct Curve {
     /// What it is a function of, in words.
-    pub(super) of: &'static str,
+    pub(crate) of: &'static str,
     /// The laws.
-    pub(super) pieces: Vec<AxisEffect>,
+    pub(crate) pieces: Vec<AxisEffect>,
 }
 
 impl Curve {
     /// The curve that predicts at least as well as the most laws of a set in whose place it stands, with the numbers of both priced.
-    pub(super) fn in_place_of(bench: &Bench<'_>, decided: &Looked) -> Option<Self> {
+    pub(crate) fn in_place_of(bench: &Bench<'_>, decided: &Looked) -> Option<Self> {
         let added = decided.hypothesis.added();
         if added.len() < PIECES {
             return None;

@@ -1,14 +1,19 @@
 //! The decision on every axis, and the model that it makes: everything that is missing beside the base, all values found together.
 
-use super::bench::Bench;
-use super::chances::{falls, is_gained, is_refuted, mean_and_error};
-use super::collect::{Library, candidates};
-use super::criteria::CRITERIA;
-use super::decide::{Decision, decide};
-use super::errors::{Unseen, relative_errors, shapes_of};
-use super::hypothesis::{Column, Hypothesis};
-use super::rank::Field;
-use super::zeros::{OWN_ZEROS, Zeros, beside, judged, own_zero};
+pub(super) mod bench;
+pub(super) mod blocks;
+pub(super) mod collect;
+pub(super) mod descend;
+pub(super) mod hypothesis;
+pub(super) mod rank;
+pub(super) mod score;
+pub(crate) mod start;
+pub(super) mod zeros;
+
+use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::decide::chances::{falls, is_gained, is_refuted, mean_and_error};
+use crate::diagnose::decide::{Decision, decide};
+use crate::diagnose::errors::{Unseen, relative_errors, shapes_of};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{Solution, solve, solved_at};
 use crate::model::effects::AxisEffect;
@@ -17,7 +22,12 @@ use crate::signal::statistics::rms;
 use crate::study::Axis;
 use crate::text::error::Result;
 use crate::text::work;
+use bench::Bench;
+use collect::{Library, candidates};
+use hypothesis::{Column, Hypothesis};
 use jointwatch_shared::effect::{Entry, Subsystem};
+use rank::Field;
+use zeros::{OWN_ZEROS, Zeros, beside, judged, own_zero};
 
 /// Rows of all records together on which shapes are searched for; hypotheses are judged on all of them.
 const MAX_SEARCHED: usize = 20_000;

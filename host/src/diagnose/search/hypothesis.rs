@@ -14,33 +14,33 @@ const TRAVEL: f64 = 2.0;
 
 /// A set of effects with values.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Hypothesis {
+pub(crate) struct Hypothesis {
     /// Effects, those of the base first.
-    pub(super) members: Vec<AxisEffect>,
+    pub(crate) members: Vec<AxisEffect>,
     /// Every parameter of each, SI.
-    pub(super) values: Vec<Vec<f64>>,
+    pub(crate) values: Vec<Vec<f64>>,
     /// How many of them belong to the base.
-    pub(super) base: usize,
+    pub(crate) base: usize,
 }
 
 /// A column with the least and the most of its factor.
 #[derive(Clone)]
-pub(super) struct Column {
-    pub(super) data: Arc<Vec<f64>>,
-    pub(super) bounds: [f64; 2],
+pub(crate) struct Column {
+    pub(crate) data: Arc<Vec<f64>>,
+    pub(crate) bounds: [f64; 2],
 }
 
 /// A member's columns on an axis.
 #[derive(Clone)]
-pub(super) struct Part {
-    pub(super) bound: AxisEffect,
-    pub(super) values: Vec<f64>,
-    pub(super) columns: Vec<Column>,
+pub(crate) struct Part {
+    pub(crate) bound: AxisEffect,
+    pub(crate) values: Vec<f64>,
+    pub(crate) columns: Vec<Column>,
 }
 
 impl Part {
     /// Whether these are the columns of an effect at these values, whatever the strengths.
-    pub(super) fn is(&self, bound: &AxisEffect, values: &[f64]) -> bool {
+    pub(crate) fn is(&self, bound: &AxisEffect, values: &[f64]) -> bool {
         let parameters = bound.entry.parameters().iter();
         let mut pairs = parameters.zip(values.iter().zip(&self.values));
         self.bound == *bound && pairs.all(|(p, (new, old))| p.is_linear() || new == old)
@@ -48,19 +48,19 @@ impl Part {
 }
 
 /// Whether a term of the base, the first `base` parts, has an added one as its general case, which takes its place.
-pub(super) fn is_replaced(parts: &[Part], base: usize, at: usize) -> bool {
+pub(crate) fn is_replaced(parts: &[Part], base: usize, at: usize) -> bool {
     let mut added = parts[base..].iter();
     at < base && added.any(|part| part.bound.replaces(&parts[at].bound))
 }
 
 impl Hypothesis {
     /// The effects beside the base.
-    pub(super) fn added(&self) -> &[AxisEffect] {
+    pub(crate) fn added(&self) -> &[AxisEffect] {
         &self.members[self.base..]
     }
 
     /// With one more effect. One that differs from a member by what it follows has the shapes of that.
-    pub(super) fn with(&self, bound: AxisEffect, mut values: Vec<f64>) -> Self {
+    pub(crate) fn with(&self, bound: AxisEffect, mut values: Vec<f64>) -> Self {
         let mut wider = self.clone();
         if let Some(twin) = self
             .members
@@ -80,7 +80,7 @@ impl Hypothesis {
     }
 
     /// Without one of the effects beside the base.
-    pub(super) fn without(&self, bound: &AxisEffect) -> Self {
+    pub(crate) fn without(&self, bound: &AxisEffect) -> Self {
         let mut narrower = self.clone();
         let at = (self.base..self.members.len()).find(|&at| self.members[at] == *bound);
         if let Some(at) = at {
@@ -91,7 +91,7 @@ impl Hypothesis {
     }
 
     /// With the effects beside the base in this order.
-    pub(super) fn ordered(&self, order: &[AxisEffect]) -> Self {
+    pub(crate) fn ordered(&self, order: &[AxisEffect]) -> Self {
         let mut ordered = self.clone();
         for (place, bound) in order.iter().enumerate() {
             let at = self.base + place;
@@ -105,7 +105,7 @@ impl Hypothesis {
     }
 
     /// Which effects are added, in an order of its own: two hypotheses with the same key are the same set.
-    pub(super) fn key(&self) -> Vec<(u8, usize, Option<&'static str>)> {
+    pub(crate) fn key(&self) -> Vec<(u8, usize, Option<&'static str>)> {
         let added = self.added().iter();
         let mut key: Vec<_> = added.map(|b| (b.entry.tag, b.axis, b.input)).collect();
         key.sort_unstable();
@@ -114,7 +114,7 @@ impl Hypothesis {
 }
 
 /// Whether an effect stands at the edge of what was searched, or has values that it cannot have.
-pub(super) fn is_at_bound(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
+pub(crate) fn is_at_bound(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
     let listed = bound.entry.parameters().iter().zip(values).enumerate();
     let mut edges = listed.filter_map(|(place, (parameter, &value))| {
         let Role::Shape(shape) = parameter.role else {
@@ -137,7 +137,7 @@ pub(super) fn is_at_bound(bound: &AxisEffect, values: &[f64], records: &Records<
 }
 
 /// Mean power with which dampers of the base drive an axis that moves with this velocity: those whose strength is below 0.
-pub(super) fn driven(hypothesis: &Hypothesis, velocity: &[f64]) -> f64 {
+pub(crate) fn driven(hypothesis: &Hypothesis, velocity: &[f64]) -> f64 {
     let members = hypothesis.members.iter().zip(&hypothesis.values);
     let strengths = members.take(hypothesis.base).flat_map(|(bound, values)| {
         let listed = bound.entry.parameters().iter().zip(values);
@@ -148,6 +148,6 @@ pub(super) fn driven(hypothesis: &Hypothesis, velocity: &[f64]) -> f64 {
 }
 
 /// Mean of the products of two series: of a force and a velocity, the power.
-pub(super) fn mean_product(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn mean_product(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / a.len().max(1) as f64
 }

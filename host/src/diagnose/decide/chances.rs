@@ -3,10 +3,10 @@
 //! Blocks are drawn with replacement, and with each draw every set that loses to the best by no more than chance has a part in it: of two such
 //! sets the one with a number more has half the part. A set that holds another one of them has none, for it says nothing new.
 
-use super::bench::Bench;
-use super::criteria::CRITERIA;
-use super::learner::Taken;
-use super::rank::Looked;
+use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::learner::Taken;
+use crate::diagnose::search::bench::Bench;
+use crate::diagnose::search::rank::Looked;
 use crate::model::effects::AxisEffect;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -21,7 +21,7 @@ const BOUND: f64 = 3.0;
 const IMITATES: f64 = 0.2;
 
 /// Mean and its standard error.
-pub(super) fn mean_and_error(values: &[f64]) -> (f64, f64) {
+pub(crate) fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let count = values.len().max(1) as f64;
     let mean = values.iter().sum::<f64>() / count;
     let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
@@ -29,13 +29,13 @@ pub(super) fn mean_and_error(values: &[f64]) -> (f64, f64) {
 }
 
 /// By how much each log error power falls from one list of blocks to another.
-pub(super) fn falls(from: &[f64], to: &[f64]) -> Vec<f64> {
+pub(crate) fn falls(from: &[f64], to: &[f64]) -> Vec<f64> {
     let pairs = from.iter().zip(to);
     pairs.map(|(from, to)| from - to).collect()
 }
 
 /// Whether log error power is gained by more than chance, from the gain of each block.
-pub(super) fn is_gained(gains: &[f64]) -> bool {
+pub(crate) fn is_gained(gains: &[f64]) -> bool {
     is_more_than_chance(mean_and_error(gains))
 }
 
@@ -50,7 +50,7 @@ fn is_more_than_chance((mean, error): (f64, f64)) -> bool {
 /// reason to take it out. But it was also the best of many that were tried on those blocks, and the unseen ones were not chosen by: what just
 /// beat chance there has to be confirmed here. So an effect goes where the unseen blocks gain without it by more than chance, and where both
 /// together, each with half the say whatever the number of its blocks, no longer gain with it by more than chance.
-pub(super) fn is_refuted(seen: &[f64], unseen: &[f64]) -> bool {
+pub(crate) fn is_refuted(seen: &[f64], unseen: &[f64]) -> bool {
     let ((mean, error), (of_unseen, error_of_unseen)) =
         (mean_and_error(seen), mean_and_error(unseen));
     let both = (0.5 * (mean + of_unseen), 0.5 * error.hypot(error_of_unseen));
@@ -58,7 +58,7 @@ pub(super) fn is_refuted(seen: &[f64], unseen: &[f64]) -> bool {
 }
 
 /// Sets of effects that are held against each other, the base among them.
-pub(super) struct Rivals<'a> {
+pub(crate) struct Rivals<'a> {
     sets: Vec<&'a [AxisEffect]>,
     errors: Vec<&'a [f64]>,
     powers: Vec<f64>,
@@ -71,7 +71,7 @@ pub(super) struct Rivals<'a> {
 
 impl<'a> Rivals<'a> {
     /// Reads them, on this axis.
-    pub(super) fn of(looked: &[&'a Looked], bench: &Bench<'_>) -> Self {
+    pub(crate) fn of(looked: &[&'a Looked], bench: &Bench<'_>) -> Self {
         let all = || looked.iter().copied();
         let unseen = |l: &Looked| {
             let added = l.hypothesis.added().iter();
@@ -94,7 +94,7 @@ impl<'a> Rivals<'a> {
     }
 
     /// Those that lose to the best by no more than chance, or by less than every model of a real joint is wrong by; with blocks weighted.
-    pub(super) fn good(&self, weights: &[f64]) -> Vec<usize> {
+    pub(crate) fn good(&self, weights: &[f64]) -> Vec<usize> {
         let whole: f64 = weights.iter().sum();
         let all = 0..self.errors.len();
         let means: Vec<f64> = all.clone().map(|at| self.mean(at, weights)).collect();
@@ -126,7 +126,7 @@ impl<'a> Rivals<'a> {
     }
 
     /// The simplest set that is as good as this one and has fewer numbers.
-    pub(super) fn simpler(&self, than: &Looked) -> Option<usize> {
+    pub(crate) fn simpler(&self, than: &Looked) -> Option<usize> {
         let errors = than.score.log_errors.as_slice();
         let weights = vec![1.0; errors.len()];
         let (mean, whole) = (
@@ -142,7 +142,7 @@ impl<'a> Rivals<'a> {
     }
 
     /// The simplest of some: that with the fewest numbers, then with the fewest memories that were not seen, then with the least error.
-    pub(super) fn simplest(&self, of: &[usize], weights: &[f64]) -> usize {
+    pub(crate) fn simplest(&self, of: &[usize], weights: &[f64]) -> usize {
         let order = |at: &usize| (self.numbers[*at], self.unseen_memories[*at]);
         let simplest = of.iter().min_by(|a, b| {
             let errors = self.mean(**a, weights).total_cmp(&self.mean(**b, weights));
@@ -172,7 +172,7 @@ impl<'a> Rivals<'a> {
     }
 
     /// Effects that stand alone in one of these sets.
-    pub(super) fn sole(&self, of: &[usize]) -> Vec<AxisEffect> {
+    pub(crate) fn sole(&self, of: &[usize]) -> Vec<AxisEffect> {
         let sets = of.iter().map(|&at| self.sets[at]);
         sets.filter(|set| set.len() == 1)
             .map(|set| set[0])
@@ -181,7 +181,7 @@ impl<'a> Rivals<'a> {
 }
 
 /// How likely it is that blocks gain, from the gain of each: the share of draws in which they do.
-pub(super) fn chance_of_gain(gains: &[f64]) -> f64 {
+pub(crate) fn chance_of_gain(gains: &[f64]) -> f64 {
     let mut rng = StdRng::seed_from_u64(0);
     let mut drawn = || {
         let draws = (0..gains.len()).map(|_| gains[rng.random_range(0..gains.len())]);
@@ -193,19 +193,19 @@ pub(super) fn chance_of_gain(gains: &[f64]) -> f64 {
 
 /// What is how likely, as shares of all draws.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Chances {
+pub(crate) struct Chances {
     /// Sets of effects.
     votes: Vec<(Vec<AxisEffect>, f64)>,
     /// That nothing is missing.
-    pub(super) nothing: f64,
+    pub(crate) nothing: f64,
     /// That something is missing that has no name.
-    pub(super) unknown: f64,
+    pub(crate) unknown: f64,
 }
 
 impl Chances {
     /// Draws; `blocks` are the block that each log error belongs to, and how many blocks there are. `weak` are effects that were taken out again,
     /// for they explain next to nothing.
-    pub(super) fn draw(
+    pub(crate) fn draw(
         rivals: &Rivals<'_>,
         (block_of, count): (&[usize], usize),
         taken: &Taken,
@@ -258,14 +258,14 @@ impl Chances {
     }
 
     /// That one of some effects acts.
-    pub(super) fn any_of(&self, bounds: &[AxisEffect]) -> f64 {
+    pub(crate) fn any_of(&self, bounds: &[AxisEffect]) -> f64 {
         let votes = self.votes.iter();
         let with = votes.filter(|(set, _)| set.iter().any(|bound| bounds.contains(bound)));
         with.fold(0.0, |sum, (_, part)| sum + part).min(1.0)
     }
 
     /// Every effect that has a chance, with it.
-    pub(super) fn each(&self) -> Vec<(AxisEffect, f64)> {
+    pub(crate) fn each(&self) -> Vec<(AxisEffect, f64)> {
         let mut all: Vec<AxisEffect> = Vec::new();
         for bound in self.votes.iter().flat_map(|(set, _)| set) {
             if !all.contains(bound) {
