@@ -1,15 +1,15 @@
-//! A spring that stiffens toward a wall: enclosed gas behind a piston, the gap of a magnet, a bump stop.
+//! A spring that stiffens toward a wall: enclosed gas behind a piston; nearly so the gap of a magnet, a bump stop.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::by_direction::strength;
-use super::power_law::exponent;
 use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::{Number, Powers, Scalar};
 use crate::units::Dimension;
 
 /// r = F₊·(g(x) − g(0)) − F₋·(g(−x) − g(0)) with g(x) = (1 + (x₁ − x)/d)⁻ⁿ, which is 1 at x₁ and infinite at the wall, d further on.
 ///
-/// With a large exponent it is an exponential spring of the length d/n. It ends at 7 times F: nobody has measured that near to the wall.
+/// The index of gas is between 1, isothermal, and 1.4, adiabatic; it is not found, because another distance changes the curve nearly alike: 1.3
+/// follows both within 0.2 %, two magnets' gap within 2 %. The force ends at 7 times F: nobody has measured that near to the wall.
 pub(super) struct GasSpring;
 
 impl Effect for GasSpring {
@@ -25,7 +25,7 @@ impl Effect for GasSpring {
 
     const ABOUT: About = About {
         name: "gas_spring",
-        title: "spring that stiffens toward a wall (gas, magnets, bump stops)",
+        title: "spring of enclosed gas, which stiffens toward a wall",
         equation: "r = F₊·(g(x) − g(0)) − F₋·(g(−x) − g(0)), g(x) = (1 + (x₁ − x)/d)⁻ⁿ",
         source: "J. C. Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007: p·Vⁿ constant",
         residual_signature: "the residual over the displacement bends ever more toward one end or both",
@@ -49,15 +49,24 @@ impl Effect for GasSpring {
                 meaning: "distance from x₁ to the wall",
                 dimension: Dimension::DISPLACEMENT,
                 role: Role::Shape(Shape {
-                    starts: &[0.4, 1.0, 2.5],
+                    starts: &[0.3, 0.5, 0.9],
                     // The far end of the travel is within 8 times it.
                     least: 0.29,
-                    most: 6.0,
+                    most: 4.0,
                     reciprocal: true,
                     tie: None,
                 }),
             },
-            exponent(&[1.0, 4.0], 0.5, 6.9),
+            Parameter {
+                name: "index",
+                symbol: "n",
+                meaning: "polytropic index; given, not found",
+                dimension: Dimension::NONE,
+                role: Role::Shape(Shape {
+                    reciprocal: false,
+                    ..Shape::given(&[1.3])
+                }),
+            },
             Parameter {
                 name: "reference_displacement",
                 symbol: "x₁",
@@ -72,11 +81,11 @@ impl Effect for GasSpring {
     };
 
     fn law<S: Scalar>(
-        &[above, below, per_distance, exponent, reference, _]: &Parameters<S>,
+        &[above, below, per_distance, index, reference, _]: &Parameters<S>,
         at: &Kinematics<S>,
         _: &mut States<S>,
     ) -> [S; 2] {
-        let exponent = -exponent.short();
+        let exponent = -index.short();
         let nearest = S::Short::ratio(1, 8);
         let pressed = |x: S| {
             let left = S::one() + (reference - x) * per_distance;
