@@ -28,6 +28,7 @@ mod damping_by_other;
 mod damping_by_other_squared;
 mod digressive_damping;
 mod end_stop;
+mod exponential_spring;
 mod force_drift;
 mod force_gain;
 mod force_zero;
@@ -150,4 +151,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<gas_spring::GasSpring>(),
     Entry::of::<offset_contact::OffsetContact>(),
     Entry::of::<cogging_harmonics::CoggingHarmonics>(),
+    Entry::of::<exponential_spring::ExponentialSpring>(),
 ];

@@ -92,7 +92,8 @@ pub const SUBJECTS: [Subject; 31] = [
 ];
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed and the list above.
-pub const BY_NAME: [Subject; 33] = [
+pub const BY_NAME: [Subject; 34] = [
+    subject("exponential_spring", Kind::Joint),
     subject("gas_spring", Kind::Joint),
     subject("offset_contact", Kind::Joint),
     subject("cogging_harmonics", Kind::Joint),
@@ -349,6 +350,10 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
         "gas_spring" => Form::Piston {
             length: scale.reach * within(1.5, 3.0),
             index: within(1.0, 1.6),
+            back: within(0.1, 1.0),
+        },
+        "exponential_spring" => Form::Foam {
+            length: scale.reach * within(0.15, 0.4),
             back: within(0.1, 1.0),
         },
         "offset_contact" => Form::PlacedContact {

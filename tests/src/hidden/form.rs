@@ -186,6 +186,13 @@ pub enum Form {
         /// Lower over upper.
         back: f64,
     },
+    /// A spring whose stiffness is its force over `length`, on either side; `back` times as much on the lower one.
+    Foam {
+        /// Over which the force grows by a factor of e.
+        length: f64,
+        /// Lower over upper.
+        back: f64,
+    },
     /// Contacts by Hertz's law or another power, each met at a place of its own.
     PlacedContact {
         /// Where the upper and the lower one are met.

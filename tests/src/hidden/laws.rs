@@ -133,6 +133,7 @@ impl Law {
                 index,
                 back,
             } => pressed(x, length, index) - back * pressed(-x, length, index),
+            Form::Foam { length, back } => (x / length).exp_m1() - back * (-x / length).exp_m1(),
             Form::PlacedContact {
                 at: [upper, lower],
                 exponent,
@@ -293,6 +294,7 @@ impl Law {
                 back,
                 ..
             } => spring(s * back.max(1.0) * exponent * 2_f64.powf(exponent) / length),
+            Form::Foam { length, back } => spring(20.0 * s * back.max(1.0) / length),
             Form::UnevenTeeth { pitch, second, .. } => {
                 spring(s * TAU * (1.0 + 2.0 * second) / pitch)
             }
