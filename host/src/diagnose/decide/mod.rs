@@ -258,7 +258,7 @@ fn pruned(field: &Field<'_, '_>, inputs: &Inputs, mut decided: Looked, base: &Lo
     let taken = |looked: &Looked| {
         let design = field.full.design(&looked.hypothesis, &looked.parts);
         let left = inputs.left(field.full, &design, false);
-        inputs.taken(field.full, &left, Knows::Time)
+        inputs.taken(field.full, &left, Knows::Record)
     };
     loop {
         let explained = (power(base) - power(&decided)).max(f64::MIN_POSITIVE);

@@ -2,7 +2,7 @@
 //! axis' own displacement and velocity, and trees on what that leaves.
 //!
 //! Its inputs grow: the states of all axes; then memory (travel since the last reversal, where that was, the swing before it, the largest
-//! excursion); then states of moments ago; then the inputs of the study; then the time in the record. The step at which the error falls is the kind of what is missing,
+//! excursion); then states of moments ago; then the inputs of the study; then the time in the record; then which record it is. The step at which the error falls is the kind of what is missing,
 //! whatever its law.
 
 pub(super) mod smooth;
@@ -32,16 +32,18 @@ pub(super) enum Knows {
     Delays,
     Inputs,
     Time,
+    Record,
 }
 
 impl Knows {
     /// Every step, in order.
-    pub(super) const ALL: [Self; 5] = [
+    pub(super) const ALL: [Self; 6] = [
         Self::States,
         Self::Memory,
         Self::Delays,
         Self::Inputs,
         Self::Time,
+        Self::Record,
     ];
 
     /// What the remainder follows, as it stands in answers.
@@ -52,6 +54,7 @@ impl Knows {
             Self::Delays => "delays",
             Self::Inputs => "inputs",
             Self::Time => "time",
+            Self::Record => "record",
         }
     }
 
@@ -63,6 +66,7 @@ impl Knows {
             Self::Delays => "the displacements of the last moments",
             Self::Inputs => "the inputs",
             Self::Time => "the time since the record began",
+            Self::Record => "the record: the joint differs from one to the next",
         }
     }
 }
@@ -155,6 +159,11 @@ impl Inputs {
         }
         let time = records.of_motion(bench.axis, None, |m| m.time_s);
         series.push((Knows::Time, slice(bench.axis, time)));
+        if records.rows.len() > 1 {
+            let numbered = records.rows.iter().enumerate();
+            let which = numbered.flat_map(|(number, &rows)| vec![number as f64; rows]);
+            series.push((Knows::Record, which.collect()));
+        }
         for (_, column) in &mut series {
             *column = column.iter().copied().step_by(step).collect();
         }

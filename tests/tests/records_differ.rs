@@ -1,0 +1,57 @@
+//! A joint that is another one in every record, as after a bolt was tightened anew: no effect of the library, and told as what it is.
+
+use jointwatch_tests::program::succeed;
+use serde_json::Value;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::fs;
+
+const RATE_HZ: f64 = 500.0;
+
+/// A spring of this stiffness and a damper.
+fn record(seed: f64, stiffness: f64) -> String {
+    let mut text = String::from("t,x,F\n");
+    for row in 0..6000 {
+        let t = f64::from(row) / RATE_HZ;
+        let tones = [0.7, 1.9, 3.1].map(|f| f * (1.0 + 0.03 * seed));
+        let sum = |turn: f64, size: &dyn Fn(f64) -> f64| -> f64 {
+            let each = tones.iter();
+            each.map(|f| 4e-3 * size(*f) * (TAU * f * t + seed * f + turn).sin())
+                .sum()
+        };
+        let (x, v) = (sum(0.0, &|f| 1.0 / f), sum(TAU / 4.0, &|_| TAU));
+        let noise = 0.01 * (7919.0 * f64::from(row) * (1.0 + seed)).sin();
+        writeln!(
+            text,
+            "{t:.3},{x:.9},{:.6}",
+            stiffness * x + 30.0 * v + noise
+        )
+        .unwrap();
+    }
+    text
+}
+
+#[test]
+fn a_stiffness_that_differs_from_record_to_record_is_told_as_that() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut study = String::from(
+        "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n",
+    );
+    for (number, stiffness) in [2000.0, 2200.0, 1850.0, 2100.0].into_iter().enumerate() {
+        let file = format!("r{number}.csv");
+        fs::write(folder.join(&file), record(number as f64, stiffness)).unwrap();
+        let role = if number < 3 { "train" } else { "validate" };
+        writeln!(study, "[[record]]\nfile = \"{file}\"\nrole = \"{role}\"").unwrap();
+    }
+    study.push_str("[base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n");
+    fs::write(folder.join("study.toml"), study).unwrap();
+    succeed(folder, &["identify", ".", "--model", "physical"]);
+    let text = succeed(folder, &["diagnose", ".", "model.json", "--json", "-"]);
+    let said: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(said["verdict"], "unknown", "{said}");
+    assert_eq!(said["found"], Value::Array(Vec::new()), "{said}");
+    assert_eq!(said["remainder"][0]["follows"], "record", "{said}");
+    let explained = said["remainder"][0]["explainable"].as_f64().unwrap();
+    assert!(explained > 0.5, "{said}");
+}
