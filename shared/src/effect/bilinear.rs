@@ -19,8 +19,8 @@ impl Effect for Bilinear {
         equation: "r = k_b·max(x, 0)",
         source: "S. W. Shaw, P. J. Holmes, J. Sound and Vibration 90 (1983) 129–155; for opening cracks S. M. Cheng et al., J. Sound and Vibration 225 (1999) 201–208",
         residual_signature: "the residual over the displacement is a V: two straight lines that meet at rest",
-        separated_by: "A slow push and pull from rest: two straight lines with a corner at zero; a square law bends, a preload shifts, and \
-                       stops have their corner away from zero.",
+        separated_by: "A slow push and pull from rest: two straight lines with a corner at zero; a preload shifts, and stops have their \
+                       corner elsewhere.",
         parameters: &[Parameter::linear(
             "stiffness_difference",
             "k_b",

@@ -22,10 +22,9 @@ impl Effect for GapJenkinsByDirection {
         title: "dry friction behind a spring and a gap, with a strength per direction",
         equation: "r = F₊·max(q, 0) + F₋·min(q, 0), q = |w|ⁿ·sgn w, w = dz(z, 1 − c)/c, z ← z + Δx/u held within ±1",
         source: "for band brakes the capstan's two tensions: L. Euler, Mém. Acad. Sci. Berlin 18 (1762) 265–278",
-        residual_signature: "the residual over the displacement falls to zero after every reversal, stays there for a fixed travel, then rises to one of two \
-                  plateaus, which are not opposite",
-        separated_by: "Slow reversals at several amplitudes in both directions: the flat part after a reversal lies at zero force; beside a \
-                       preload it lies at that preload.",
+        residual_signature: "the residual over the displacement falls to zero after a reversal, stays there for a fixed travel, then \
+                       rises to one of two unlike plateaus",
+        separated_by: "Slow reversals in both directions: the flat part after a reversal lies at zero force; beside a preload at that preload.",
         parameters: &[
             strength(
                 "slip_force_forward",

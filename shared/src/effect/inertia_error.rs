@@ -20,8 +20,7 @@ impl Effect for InertiaError {
         equation: "r_measured − r = Δm·s·a, s = ±1 as r = s·(F − m·a)",
         source: "equation of motion, Tasbihgoo, Caffrey, Masri 2007, Eqs. (8) and (9)",
         residual_signature: "the residual follows the acceleration, on every record and at every frequency alike",
-        separated_by: "Weigh the body, or shake it with the joint taken out: force over acceleration is its inertia. A wrong force gain \
-                       scales the spring force too.",
+        separated_by: "Weigh the body, or shake it with the joint taken out: force over acceleration is its inertia.",
         parameters: &[Parameter::linear(
             "inertia_error",
             "Δm",

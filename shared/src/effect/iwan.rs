@@ -25,8 +25,7 @@ impl Effect for Iwan {
         title: "friction that begins in places (parallel Iwan elements)",
         equation: "r = K·Σ yᵢ/5, yᵢ ← yᵢ + Δx held within ±uᵢ, uᵢ = u·e^(−s·i), i = 0…4",
         source: "W. D. Iwan, J. Applied Mechanics 33 (1966) 893–900; for bolted joints D. J. Segalman, J. Applied Mechanics 72 (2005) 752–760",
-        residual_signature: "the residual over the displacement is a loop of straight pieces or a bent one, whose branches are the first loading drawn \
-                  twice as large (Masing)",
+        residual_signature: "the residual over the displacement is a loop whose branches are the first loading drawn twice as large (Masing)",
         separated_by: "Slow reversals at amplitudes over two decades: small loops lose energy too; below its slip displacement a single \
                        Jenkins element loses none.",
         parameters: &[

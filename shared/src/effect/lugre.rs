@@ -28,8 +28,8 @@ impl Effect for LuGre {
         equation: "r = g(ẋ)·z + σ₁·(ẋ − |ẋ|·z), dz/dx = (1 − z·sgn ẋ)/u, g(ẋ) = F_c + (F_s − F_c)·exp(−(ẋ/v_s)²)",
         source: "C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419–425; state normalised",
         residual_signature: "the residual over the displacement is a loop as with Dahl, and its flat part falls with speed",
-        separated_by: "Slow reversals show the travel over which friction builds up, which Stribeck lacks; sweeps at several constant speeds \
-                       show that it falls with speed, which Dahl lacks.",
+        separated_by: "Slow reversals show the travel over which friction builds up, which Stribeck lacks; sweeps at constant speeds its \
+                       fall, which Dahl lacks.",
         parameters: &[
             Parameter::linear(
                 "friction",

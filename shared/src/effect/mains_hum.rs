@@ -18,8 +18,7 @@ impl Effect for MainsHum {
         equation: "r_measured − r = A·sin(2π(f·t + p)), A and p found in every record anew",
         source: "pick-up of mains wiring; H. W. Ott, Noise Reduction Techniques in Electronic Systems, Wiley 1988, ch. 2",
         residual_signature: "the residual holds a narrow line near 50 or 60 Hz of the same size in every record, at rest too",
-        separated_by: "Log with the drive switched off: the line stays. A resonance or cogging changes with the motion; screened cable \
-                       and one earth take hum away.",
+        separated_by: "Log with the drive switched off: the line stays. A resonance or cogging changes with the motion.",
         parameters: &[
             Parameter {
                 name: "amplitude",

@@ -22,7 +22,7 @@ impl Effect for OffsetContact {
         title: "contacts met off centre, with a power of the penetration",
         equation: "r = F₊·max(1 + (x − d_u)/x₁, 0)ᵖ − F₋·max(1 − (x + d_l)/x₁, 0)ᵖ",
         source: "H. Hertz, J. reine und angewandte Mathematik 92 (1882) 156–171: p = 3/2",
-        residual_signature: "the residual over the displacement is flat, and a bent line beyond a place that is not the middle",
+        residual_signature: "the residual over the displacement is flat up to a place, and a bent line beyond",
         separated_by: "A slow push: force over penetration on logarithmic scales has slope p. A slow pull shows where it lifts off.",
         parameters: &[
             strength(

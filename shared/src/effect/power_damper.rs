@@ -18,9 +18,8 @@ impl Effect for PowerDamper {
         title: "damper with a power of the velocity",
         equation: "r = F·|ẋ/v₁|ᵖ·sgn ẋ",
         source: "M. C. Constantinou, M. D. Symans, NCEER-92-0032, Buffalo 1992: F = C·|v|^α·sgn v with α from 0.3 to 2",
-        residual_signature: "the residual over the velocity is an odd curve that bends everywhere, steep at rest for p < 1 and flat for p > 1",
-        separated_by: "Sweeps at constant speeds over two decades, force over speed on logarithmic scales: one straight line with slope p. \
-                       Dry friction has slope 0, a viscous damper 1, drag 2.",
+        residual_signature: "the residual over the velocity is an odd curve that bends everywhere",
+        separated_by: "Sweeps at constant speeds over two decades, force over speed on logarithmic scales: one straight line with slope p.",
         parameters: &[
             Parameter::linear(
                 "force",

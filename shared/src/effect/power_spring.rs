@@ -19,8 +19,7 @@ impl Effect for PowerSpring {
         equation: "r = F·|x/x₁|ᵖ·sgn x",
         source: "H. Hertz, J. reine angew. Math. 92 (1882) 156–171, with p = 3/2 for spheres; the power is left open",
         residual_signature: "the residual over the displacement is an odd curve that bends everywhere and has no corner",
-        separated_by: "A slow push through the whole range, force over displacement on logarithmic scales: a straight line; cubic hardening \
-                       beside a spring bends, a clearance has a corner.",
+        separated_by: "A slow push through the whole range, force over displacement on logarithmic scales: a straight line.",
         parameters: &[
             Parameter::linear(
                 "force",

@@ -18,8 +18,7 @@ impl Effect for TimeDelay {
         equation: "r_measured − r = −τ·s·dF/dt, s = ±1 as r = s·(F − m·a)",
         source: "first order of the shift F(t + τ) of a channel in time",
         residual_signature: "the residual follows the derivative of the applied force: it looks like damping, or like inertia when the spring dominates",
-        separated_by: "Tap the body with the joint taken out: force and acceleration must begin together. From a log: their phase falls \
-                       in proportion to frequency.",
+        separated_by: "Tap the body with the joint taken out: force and acceleration must begin together.",
         parameters: &[Parameter::linear(
             "delay",
             "τ",

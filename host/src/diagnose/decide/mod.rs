@@ -192,13 +192,16 @@ fn gains(
 
 /// The first step at which the learner takes most of what it can of what is left.
 fn follows(bench: &Bench<'_>, inputs: &Inputs, left: &Left) -> Option<Knows> {
-    let powers = Knows::ALL.map(|knows| {
-        let taken = inputs.taken(bench, left, knows);
-        (knows, taken.power[0] - taken.power[1])
-    });
+    let gain = |taken: Taken| taken.power[0] - taken.power[1];
+    let powers = Knows::ALL.map(|knows| (knows, gain(inputs.taken(bench, left, knows))));
     let most = powers.iter().map(|p| p.1).fold(0.0, f64::max);
-    let step = powers.iter().find(|p| p.1 > 0.7 * most);
-    step.map(|p| p.0)
+    let &(step, power) = powers.iter().find(|p| p.1 > 0.7 * most)?;
+    // The largest excursion and the time can tell records apart, and say less than what they stand for.
+    let by_record = |step| matches!(step, Knows::States | Knows::Record);
+    if step > Knows::States && gain(inputs.taken_by(bench, left, by_record)) > power {
+        return Some(Knows::Record);
+    }
+    Some(step)
 }
 
 /// The simplest of the sets that no other one beats by more than chance, without what explains next to nothing.

@@ -206,10 +206,20 @@ impl Inputs {
 
     /// Teaches the learner what a design leaves.
     pub(super) fn taken(&self, bench: &Bench<'_>, of: &Left, knows: Knows) -> Taken {
+        self.taken_by(bench, of, |step| step <= knows)
+    }
+
+    /// The same for one that knows the inputs of some steps.
+    pub(super) fn taken_by(
+        &self,
+        bench: &Bench<'_>,
+        of: &Left,
+        knows: impl Fn(Knows) -> bool,
+    ) -> Taken {
         let known: Vec<Vec<f64>> = self
             .series
             .iter()
-            .filter(|(step, _)| *step <= knows)
+            .filter(|(step, _)| knows(*step))
             .map(|(_, column)| column.clone())
             .collect();
         let inputs = Binned::new(&known);
