@@ -13,6 +13,8 @@ impl Effect for ExponentialSpring {
     const TAG: u8 = 61;
     /// One end is enough.
     const ONE_IS_ENOUGH: &'static [usize] = &[0, 1];
+    /// Over a long length it is any spring that bends a little.
+    const NOT_AT_MOST: &'static [usize] = &[2];
     const LOOKS_LIKE: &'static [&'static str] = &[
         "gas_spring",
         "power_contact",
@@ -49,7 +51,7 @@ impl Effect for ExponentialSpring {
                 role: Role::Shape(Shape {
                     starts: &[0.12, 0.25, 0.5],
                     least: 0.08,
-                    most: 1.5,
+                    most: 1.0,
                     reciprocal: true,
                     tie: None,
                 }),

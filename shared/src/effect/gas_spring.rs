@@ -16,6 +16,8 @@ impl Effect for GasSpring {
     const TAG: u8 = 58;
     /// One wall is enough.
     const ONE_IS_ENOUGH: &'static [usize] = &[0, 1];
+    /// Far from its wall it is any spring that bends a little.
+    const NOT_AT_MOST: &'static [usize] = &[2];
     const LOOKS_LIKE: &'static [&'static str] = &[
         "power_contact",
         "power_spring",
@@ -52,7 +54,7 @@ impl Effect for GasSpring {
                     starts: &[0.3, 0.5, 0.9],
                     // The far end of the travel is within 8 times it.
                     least: 0.29,
-                    most: 4.0,
+                    most: 2.0,
                     reciprocal: true,
                     tie: None,
                 }),
