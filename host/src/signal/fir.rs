@@ -127,6 +127,12 @@ impl WithSimd for Thinned<'_> {
     }
 }
 
+/// Of so many rows behind a low-pass one is enough: neighbours say nearly the same. At least 1.
+pub(crate) fn thinning(taps: &[f64], sample_rate_hz: f64) -> usize {
+    let every = 0.5 * sample_rate_hz / shut_from_hz(taps, sample_rate_hz);
+    every.floor().max(1.0) as usize
+}
+
 /// The frequency in Hz from which a symmetric low-pass lets through less than a thousandth, up to half the sample rate.
 pub fn shut_from_hz(taps: &[f64], sample_rate_hz: f64) -> f64 {
     const STEPS: usize = 512;

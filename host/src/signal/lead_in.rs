@@ -4,7 +4,8 @@
 //! went is found without a law of the joint: sliders and relaxing springs of several sizes beside a smooth function of the states
 //! (a Prandtl–Ishlinskii model) are fitted to the force, for every travel anew, and the travel that leaves least is kept.
 
-use super::fir::{apply_every, shut_from_hz};
+use super::fir::{apply_every, thinning};
+use super::statistics::peak;
 use nalgebra::{DMatrix, DVector};
 
 /// Displacements at which a slider slips, as parts of half the range of the displacement.
@@ -90,13 +91,15 @@ impl AxisRecord<'_> {
         let least = x.iter().copied().fold(f64::INFINITY, f64::min);
         let most = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let half = 0.5 * (most - least);
+        if half <= 0.0 {
+            return 0.0;
+        }
         let first = x.first().copied().unwrap_or(0.0);
-        let every = 0.5 * self.sample_rate_hz / shut_from_hz(self.band, self.sample_rate_hz);
-        let every = every.floor().max(1.0) as usize;
+        let every = thinning(self.band, self.sample_rate_hz);
         let thin = |series: Vec<f64>| apply_every(&series, self.band, every);
         let mut fixed: Vec<Vec<f64>> = self.states(rows, half).into_iter().map(thin).collect();
         let force = thin(self.force[..rows].to_vec());
-        if half <= 0.0 || force.len() < 10 * (fixed.len() + SLIPS.len() + RELAXATIONS_S.len()) {
+        if force.len() < 10 * (fixed.len() + SLIPS.len() + RELAXATIONS_S.len()) {
             return 0.0;
         }
         let alone = left(&fixed, &force);
@@ -135,9 +138,8 @@ impl AxisRecord<'_> {
     /// Functions of the motion that remember nothing.
     fn states(&self, rows: usize, half: f64) -> Vec<Vec<f64>> {
         let x = &self.displacement[self.first_row..];
-        let fastest = self.velocity.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let fastest = peak(self.velocity);
         let fastest = if fastest > 0.0 { fastest } else { 1.0 };
-        let half = if half > 0.0 { half } else { 1.0 };
         let functions: [fn(f64, f64) -> f64; 7] = [
             |_, _| 1.0,
             |x, _| x,

@@ -10,7 +10,7 @@ pub(super) struct Cogging;
 
 /// Half as many pitches in the largest displacement as the number says: two neighbours differ by half a wave at the end of
 /// the motion, so that no pitch lies between two valleys.
-const PITCHES: [f64; 40] = {
+pub(super) const PITCHES: [f64; 40] = {
     let mut pitches = [0.0; 40];
     let mut at = 0;
     while at < pitches.len() {

@@ -1,23 +1,13 @@
 //! A force that repeats with the displacement and is no sine: cogging of a linear motor, the wave of a harmonic drive.
 
 use super::about::{About, Parameter, Role, Shape};
+use super::cogging::{Cogging, PITCHES};
 use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
 /// r = A·sin θ + B·cos θ + A₂·sin 2θ + B₂·cos 2θ with θ = 2πx/p.
 pub(super) struct CoggingHarmonics;
-
-/// As those of [`super::cogging`], two neighbours differ by half a wave at the end of the motion.
-const PITCHES: [f64; 38] = {
-    let mut pitches = [0.0; 38];
-    let mut at = 0;
-    while at < pitches.len() {
-        pitches[at] = 2.0 / (pitches.len() + 2 - at) as f64;
-        at += 1;
-    }
-    pitches
-};
 
 impl Effect for CoggingHarmonics {
     const TAG: u8 = 60;
@@ -50,18 +40,15 @@ impl Effect for CoggingHarmonics {
                 false,
             ),
             Parameter {
-                name: "pitch",
-                symbol: "p",
-                meaning: "displacement after which the force repeats",
-                dimension: Dimension::DISPLACEMENT,
                 role: Role::Shape(Shape {
-                    starts: &PITCHES,
-                    least: 0.002,
                     // It repeats within the travel at least twice.
+                    starts: PITCHES.split_at(38).0,
+                    least: 0.002,
                     most: 1.0,
                     reciprocal: true,
                     tie: None,
                 }),
+                ..Cogging::ABOUT.parameters[2]
             },
         ],
     };

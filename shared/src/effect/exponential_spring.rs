@@ -1,7 +1,8 @@
 //! A spring whose stiffness grows in proportion to its force: a bump stop of foam, a wire rope that closes up, tissue.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::by_direction::strength;
+use super::by_direction::{from_rest, strength};
+use super::offset_stops::OffsetStops;
 use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
@@ -56,16 +57,7 @@ impl Effect for ExponentialSpring {
                     tie: None,
                 }),
             },
-            Parameter {
-                name: "reference_displacement",
-                symbol: "x₁",
-                meaning: "largest displacement in the training records; given, not found",
-                dimension: Dimension::DISPLACEMENT,
-                role: Role::Shape(Shape {
-                    reciprocal: false,
-                    ..Shape::given(&[1.0])
-                }),
-            },
+            OffsetStops::ABOUT.parameters[4],
         ],
     };
 
@@ -76,8 +68,7 @@ impl Effect for ExponentialSpring {
     ) -> [S; 2] {
         let end = reference * S::ratio(5, 4);
         let pressed = |x: S| ((end - x) * per_length).decay();
-        let at_rest = pressed(S::zero());
-        let [up, down] = [at.displacement, -at.displacement].map(|x| pressed(x) - at_rest);
-        [above * up - below * down, S::zero()]
+        let force = from_rest(at.displacement, [above, below], pressed);
+        [force, S::zero()]
     }
 }

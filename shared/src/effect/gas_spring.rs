@@ -1,7 +1,8 @@
 //! A spring that stiffens toward a wall: enclosed gas behind a piston; nearly so the gap of a magnet, a bump stop.
 
 use super::about::{About, Parameter, Role, Shape};
-use super::by_direction::strength;
+use super::by_direction::{from_rest, strength};
+use super::offset_stops::OffsetStops;
 use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::{Number, Powers, Scalar};
 use crate::units::Dimension;
@@ -69,16 +70,7 @@ impl Effect for GasSpring {
                     ..Shape::given(&[1.3])
                 }),
             },
-            Parameter {
-                name: "reference_displacement",
-                symbol: "x₁",
-                meaning: "largest displacement in the training records; given, not found",
-                dimension: Dimension::DISPLACEMENT,
-                role: Role::Shape(Shape {
-                    reciprocal: false,
-                    ..Shape::given(&[1.0])
-                }),
-            },
+            OffsetStops::ABOUT.parameters[4],
         ],
     };
 
@@ -88,14 +80,14 @@ impl Effect for GasSpring {
         _: &mut States<S>,
     ) -> [S; 2] {
         let exponent = -index.short();
-        let nearest = S::Short::ratio(1, 8);
+        // Nearer than that the power is above 7; above 8 the device has no number.
+        let nearest = S::Short::ratio(2, 9);
         let pressed = |x: S| {
             let left = S::one() + (reference - x) * per_distance;
             let force = left.short().max(nearest).raised(exponent);
             S::long(force.min(S::Short::ratio(7, 1)))
         };
-        let at_rest = pressed(S::zero());
-        let [up, down] = [at.displacement, -at.displacement].map(|x| pressed(x) - at_rest);
-        [above * up - below * down, S::zero()]
+        let force = from_rest(at.displacement, [above, below], pressed);
+        [force, S::zero()]
     }
 }

@@ -3,7 +3,8 @@
 use super::about::About;
 use super::by_direction::strength;
 use super::offset_stops::place;
-use super::power_law::{exponent, reference};
+use super::power_law::exponent;
+use super::power_spring::PowerSpring;
 use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::{Powers, Scalar};
 use crate::units::Dimension;
@@ -50,12 +51,7 @@ impl Effect for OffsetContact {
                 &[0.4, 0.8, 1.2, 1.6],
             ),
             exponent(&[1.5, 2.3], 1.0, 3.0),
-            reference(
-                "reference_displacement",
-                "x₁",
-                "largest displacement in the training records; given, not found",
-                Dimension::DISPLACEMENT,
-            ),
+            PowerSpring::ABOUT.parameters[2],
         ],
     };
 

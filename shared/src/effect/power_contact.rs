@@ -3,7 +3,7 @@
 use super::about::{About, Parameter, Role};
 use super::by_direction::{split, strength};
 use super::clearance::GAP;
-use super::power_law::{reference, signed_power};
+use super::power_law::signed_power;
 use super::power_spring::PowerSpring;
 use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
@@ -47,12 +47,7 @@ impl Effect for PowerContact {
                 role: Role::Shape(GAP),
             },
             PowerSpring::ABOUT.parameters[1],
-            reference(
-                "reference_displacement",
-                "x₁",
-                "largest displacement in the training records; given, not found",
-                Dimension::DISPLACEMENT,
-            ),
+            PowerSpring::ABOUT.parameters[2],
         ],
     };
 

@@ -340,7 +340,9 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
             opens: [v * within(0.2, 0.6), v * within(0.2, 0.6)],
             back: within(0.4, 2.5),
         },
-        "offset_stops" => Form::PlacedStops {
+        "offset_stops" => Form::PlacedContact {
+            exponent: 1.0,
+            length: 1.0,
             at: [
                 scale.reach * within(-0.4, 0.7),
                 -scale.reach * within(0.2, 0.8),

@@ -193,7 +193,7 @@ pub enum Form {
         /// Lower over upper.
         back: f64,
     },
-    /// Contacts by Hertz's law or another power, each met at a place of its own.
+    /// Springs or contacts by Hertz's law or another power, each met at a place of its own, signed.
     PlacedContact {
         /// Where the upper and the lower one are met.
         at: [f64; 2],
@@ -212,13 +212,6 @@ pub enum Form {
         phases: [f64; 2],
         /// Second over first harmonic.
         second: f64,
-    },
-    /// Springs that are met as the displacement passes a place on either side, signed; the lower one is `back` times as stiff.
-    PlacedStops {
-        /// Where the upper one and the lower one are met, m or rad.
-        at: [f64; 2],
-        /// The lower one's stiffness beside the upper one's.
-        back: f64,
     },
     /// A damper that gives way above a knee: v/(1 + |v|/knee).
     Valve {

@@ -124,10 +124,6 @@ impl Law {
                 opens: [ahead, returning],
                 back,
             } => sided(v.clamp(-returning, ahead), back),
-            Form::PlacedStops {
-                at: [upper, lower],
-                back,
-            } => (x - upper).max(0.0) + back * (x - lower).min(0.0),
             Form::Piston {
                 length,
                 index,
@@ -282,7 +278,6 @@ impl Law {
                 .max(top_speed / deflection)
                 .max(s * damping_s / (deflection * moving_inertia)),
             Form::SpringDamper { relaxation_s } => spring(s) + 1.0 / relaxation_s,
-            Form::PlacedStops { back, .. } => spring(s * back.max(1.0)),
             Form::Piston {
                 length,
                 index,
@@ -293,7 +288,7 @@ impl Law {
                 length,
                 back,
                 ..
-            } => spring(s * back.max(1.0) * exponent * 2_f64.powf(exponent) / length),
+            } => spring(s * back.max(1.0) * exponent * 2_f64.powf(exponent - 1.0) / length),
             Form::Foam { length, back } => spring(20.0 * s * back.max(1.0) / length),
             Form::UnevenTeeth { pitch, second, .. } => {
                 spring(s * TAU * (1.0 + 2.0 * second) / pitch)

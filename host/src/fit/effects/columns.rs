@@ -8,7 +8,7 @@ use crate::model::corrections::of_the_joint;
 use crate::model::effects::AxisEffect;
 use crate::model::per_record;
 use crate::model::time_history::{TimeHistory, add_forces};
-use crate::signal::fir::{apply_every, shut_from_hz};
+use crate::signal::fir::{apply_every, thinning};
 use crate::signal::motion::Motion;
 use crate::study::{Axis, Convention};
 use jointwatch_shared::base::terms::EffectValues;
@@ -64,7 +64,7 @@ impl<'a> Records<'a> {
     /// of the restoring force, and the acceleration becomes a column.
     pub(crate) fn new(axes: &[Axis], motions: &'a [&'a Motion], low_pass: &'a [f64]) -> Self {
         let rate = motions.first().map_or(1.0, |m| m.sample_rate_hz);
-        let every = (0.5 * rate / shut_from_hz(low_pass, rate)).floor().max(1.0) as usize;
+        let every = thinning(low_pass, rate);
         let largest = |input: usize| {
             let series = motions.iter().filter_map(|m| m.states.get(input)).flatten();
             let most = series.fold(0.0, |most: f64, v| most.max(v.abs()));
