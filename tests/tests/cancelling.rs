@@ -1,7 +1,7 @@
 //! Two effects of which one gives back what the other takes are one too many, and so are values that explain nothing.
 
 use jointwatch::diagnose::apply::simplified;
-use jointwatch::fit::identify::physical;
+use jointwatch::fit::identify::{Prepared, physical};
 use jointwatch::study::Study;
 use jointwatch_tests::program::succeed;
 use serde_json::Value;
@@ -94,7 +94,8 @@ fn a_simpler_law_takes_the_place_of_a_general_one_where_it_does_as_well() {
         write_study(folder.path(), terms, force);
         let study = Study::read(folder.path()).unwrap();
         let model = physical(&study).unwrap().model;
-        let found = simplified(&study, &model, "coulomb_by_direction@x").unwrap();
+        let prepared = Prepared::with_filters(&study, model.filters.clone()).unwrap();
+        let found = simplified(&study, &prepared, &model, "coulomb_by_direction@x").unwrap();
         let last = found.map(|(_, added)| added.model.effects.last().unwrap().name());
         assert_eq!(last.as_deref(), simpler);
     }

@@ -86,8 +86,22 @@ impl Added {
 /// the model does without it; a study that is not the model's.
 pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added> {
     from.check_fits(study)?;
+    let prepared = Prepared::with_filters(study, from.filters.clone())?;
+    add_to(study, &prepared, from, effects)
+}
+
+/// The same for the motions that the model's filters make of the study.
+///
+/// # Errors
+/// As [`add`].
+pub(super) fn add_to(
+    study: &Study,
+    prepared: &Prepared,
+    from: &ModelFile,
+    effects: &[String],
+) -> Result<Added> {
     let mut terms = wider(study, from, effects)?;
-    let mut added = refitted(study, from, terms.clone(), effects)?;
+    let mut added = refitted(study, prepared, from, terms.clone(), effects)?;
     let Some((other, times)) = added.cancels.take() else {
         return Ok(added);
     };
@@ -96,7 +110,7 @@ pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added>
     if !effects.contains(&other) {
         let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
         terms.retain(|term| term.name(&names) != other);
-        let mut alone = refitted(study, from, terms, effects)?;
+        let mut alone = refitted(study, prepared, from, terms, effects)?;
         if alone.helps && alone.cancels.is_none() {
             change.before.clone_from(&alone.errors.after);
             if times > MAX_PAIR || !change.halves() {
@@ -120,25 +134,23 @@ pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added>
 /// The model with all of its parts found anew beside these terms, which hold the added `effects`, and its errors.
 pub(super) fn refitted(
     study: &Study,
+    prepared: &Prepared,
     from: &ModelFile,
     terms: Vec<AxisEffect>,
     effects: &[String],
 ) -> Result<Added> {
-    let prepared = Prepared::with_filters(study, from.filters.clone())?;
     from.check_motion(study, &prepared.motions)?;
     let before = compare::compare_motions(study, from, &prepared.motions)?;
     let blocks = prepared.validation(study).is_empty();
     let errors_before = match blocks {
-        true => held_out_errors(study, &prepared, from)?,
+        true => held_out_errors(study, prepared, from)?,
         false => before.validation.clone(),
     };
-    let learnt = learnt_without_vanished(study, &prepared, from, terms, effects)?;
+    let learnt = learnt_without_vanished(study, prepared, from, terms, effects)?;
     let inertia: Vec<f64> = learnt.inertia.iter().map(|i| i.value).collect();
     let mut model = with_history(study, prepared, learnt, from)?;
-
-    let prepared = Prepared::with_filters(study, model.filters.clone())?;
     let after = compare::compare_motions(study, &model, &prepared.motions)?;
-    let floors = floors(study, &prepared, &model, &inertia)?;
+    let floors = floors(study, prepared, &model, &inertia)?;
     let changes = before.records.iter().zip(&after.records);
     let changes = changes.flat_map(|(old, new)| {
         let axes = study.axes.iter().zip(&floors);
@@ -151,7 +163,7 @@ pub(super) fn refitted(
         },
         before: errors_before,
         after: match blocks {
-            true => held_out_errors(study, &prepared, &model)?,
+            true => held_out_errors(study, prepared, &model)?,
             false => after.validation.clone(),
         },
     };
@@ -176,7 +188,7 @@ pub(super) fn refitted(
         // Of the two terms of a strength a + b·u one cancels the mean of the other.
         cancels: match effects.iter().any(|e| input_of(e).is_some()) {
             true => None,
-            false => cancelled(study, &prepared, from, &model)?,
+            false => cancelled(study, prepared, from, &model)?,
         },
         errors,
         model,
@@ -287,7 +299,7 @@ fn wider(study: &Study, model: &ModelFile, effects: &[String]) -> Result<Vec<Axi
 /// The model that `learnt` makes, with the history of the one that it came from.
 fn with_history(
     study: &Study,
-    prepared: Prepared,
+    prepared: &Prepared,
     learnt: FitResult,
     from: &ModelFile,
 ) -> Result<ModelFile> {

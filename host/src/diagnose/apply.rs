@@ -2,11 +2,13 @@
 
 use crate::diagnose::add::{self, Added};
 use crate::diagnose::criteria::CRITERIA;
-use crate::diagnose::{self, Asked, Diagnosis, Found, PerAxis, Verdict};
+use crate::diagnose::verdict::diagnose_prepared;
+use crate::diagnose::{Asked, Diagnosis, Found, PerAxis, Verdict};
+use crate::fit::identify::Prepared;
 use crate::model::ModelEffect;
 use crate::model::corrections::of_the_joint;
 use crate::model::effects::AxisEffect;
-use crate::model::file::{AxisError, JudgedOn, ModelFile};
+use crate::model::file::{AxisError, Base, JudgedOn, ModelFile};
 use crate::study::Study;
 use crate::text::error::Result;
 use jointwatch_shared::base::terms::MAX_TERMS;
@@ -19,9 +21,9 @@ const MOST_OF_WHAT_WAS_LEFT: f64 = 2.0;
 /// One tread of the staircase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Step {
-    /// What was added last, `coulomb@x`; empty for the model that was brought.
+    /// What was added last, `coulomb@x`; empty for the model that was brought, and where an effect was left out again.
     pub added: Vec<String>,
-    /// The effect whose place it takes, where that explains no more with more values.
+    /// The effect whose place it takes, where that explains no more with more values; the effect that was left out, where nothing was added.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instead_of: Option<String>,
     /// RMS error over RMS force per axis, with everything that was added so far.
@@ -29,13 +31,15 @@ pub struct Step {
 }
 
 impl Step {
-    /// What it did, `coulomb@x`, or `coulomb@x instead`; `None` for the model that was brought.
+    /// What it did, `+ coulomb@x`, `+ coulomb@x instead` or `− coulomb@x`; `None` for the model that was brought.
     pub fn label(&self) -> Option<String> {
-        let names = (!self.added.is_empty()).then(|| self.added.join(", "))?;
-        Some(match self.instead_of {
-            Some(_) => format!("{names} instead"),
-            None => names,
-        })
+        let names = self.added.join(", ");
+        match (&self.instead_of, self.added.is_empty()) {
+            (Some(former), true) => Some(format!("− {former}")),
+            (None, true) => None,
+            (Some(_), false) => Some(format!("+ {names} instead")),
+            (None, false) => Some(format!("+ {names}")),
+        }
     }
 }
 
@@ -69,14 +73,17 @@ pub struct Applied {
 /// `each` is told what was added.
 ///
 /// # Errors
-/// As [`diagnose::diagnose_asked`] and [`add::add`].
+/// As [`crate::diagnose::diagnose_asked`] and [`add::add`].
 pub fn apply(
     study: &Study,
     model: &ModelFile,
     asked: &Asked,
     each: &dyn Fn(&str),
 ) -> Result<Applied> {
-    let first = diagnose::diagnose_asked(study, model, asked)?;
+    model.check_fits(study)?;
+    // Whatever is added, the filters stay.
+    let prepared = Prepared::with_filters(study, model.filters.clone())?;
+    let first = diagnose_prepared(study, &prepared, model, asked)?;
     let judged_on = first.judged_on;
     let mut staircase = Staircase {
         judged_on,
@@ -106,16 +113,23 @@ pub fn apply(
                     100.0 * CRITERIA.least_importance
                 ))
             }
-            _ => add_all(study, &mut model, &last.found, &mut staircase, each)?,
+            _ => add_all(
+                (study, &prepared),
+                &mut model,
+                &last.found,
+                &mut staircase,
+                each,
+            )?,
         };
         if let Some(ended) = ended {
-            let Some(simpler) = simplify(study, &model, &mut staircase, &mut tried)? else {
+            let Some(simpler) = simplify((study, &prepared), &model, &mut staircase, &mut tried)?
+            else {
                 staircase.ended = ended;
                 break;
             };
             model = simpler;
         }
-        last = diagnose::diagnose_asked(study, &model, asked)?;
+        last = diagnose_prepared(study, &prepared, &model, asked)?;
         staircase.noise_floor.clone_from(&last.noise_floor);
     }
     Ok(Applied {
@@ -126,28 +140,26 @@ pub fn apply(
     })
 }
 
-/// The model with the special case of an effect that was added, where it does as well: what made the general one necessary may have been
-/// found since. Each is tried once.
+/// The model without an effect that was added, or with its special case, where that does as well: what made it necessary may have been
+/// found since. Each that was added is tried once.
 fn simplify(
-    study: &Study,
+    (study, prepared): (&Study, &Prepared),
     model: &ModelFile,
     staircase: &mut Staircase,
     tried: &mut Vec<String>,
 ) -> Result<Option<ModelFile>> {
-    let added: Vec<String> = staircase
-        .steps
-        .iter()
-        .flat_map(|s| s.added.clone())
-        .collect();
-    for effect in model.effects.iter().map(ModelEffect::name) {
-        if !added.contains(&effect) || tried.contains(&effect) {
+    let steps = staircase.steps.iter();
+    let added: Vec<String> = steps.flat_map(|s| s.added.clone()).collect();
+    for effect in &model.effects {
+        let name = effect.name();
+        if !added.contains(&name) || tried.contains(&name) {
             continue;
         }
-        tried.push(effect.clone());
-        if let Some((special, simpler)) = simplified(study, model, &effect)? {
+        tried.push(name.clone());
+        if let Some((special, simpler)) = simplified(study, prepared, model, &name)? {
             staircase.steps.push(Step {
-                added: vec![special],
-                instead_of: Some(effect),
+                added: special.into_iter().collect(),
+                instead_of: Some(name),
                 relative_error: per_axis(&simpler.errors.after),
             });
             return Ok(Some(simpler.model));
@@ -156,36 +168,46 @@ fn simplify(
     Ok(None)
 }
 
-/// An effect's special case, as dry friction is of one with a strength per direction, and the model with it in the effect's place; `None`
-/// where the error on any axis is clearly higher with it.
+/// The model without an effect, or with its special case in its place, as dry friction is of one with a strength per direction, and the name of
+/// that; `None` where the error on any axis is clearly higher with either.
 ///
 /// # Errors
 /// As [`add::add`].
 pub fn simplified(
     study: &Study,
+    prepared: &Prepared,
     from: &ModelFile,
     effect: &str,
-) -> Result<Option<(String, Added)>> {
+) -> Result<Option<(Option<String>, Added)>> {
     let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
     let bound = AxisEffect::parse(effect, &names)?;
     let others = from.effects.iter().map(ModelEffect::name);
     let others: Vec<String> = others.filter(|name| name != effect).collect();
     let others = AxisEffect::parse_all(&others, &names)?;
-    for entry in bound.entry.replaces.iter().filter_map(|n| Entry::named(n)) {
-        let special = AxisEffect { entry, ..bound };
-        if others.contains(&special) || others.iter().any(|term| special.rules_out(term)) {
-            continue;
-        }
-        let terms = [&others[..], &[special]].concat();
-        let special = special.name(&names);
-        let mut added = add::refitted(study, from, terms, std::slice::from_ref(&special))?;
+    let special = bound.entry.replaces.iter().filter_map(|n| Entry::named(n));
+    let special = special.map(|entry| AxisEffect { entry, ..bound });
+    let allowed =
+        special.filter(|s| !others.contains(s) && !others.iter().any(|term| s.rules_out(term)));
+    // A sum of effects has one at least.
+    let none = (!others.is_empty() || !matches!(from.base, Base::None(_))).then_some(None);
+    for special in none.into_iter().chain(allowed.map(Some)) {
+        let terms: Vec<AxisEffect> = others.iter().copied().chain(special).collect();
+        let special = special.map(|special| special.name(&names));
+        let mut added = add::refitted(study, prepared, from, terms, special.as_slice())?;
         let mut pairs = added.errors.before.iter().zip(&added.errors.after);
         let as_good =
             pairs.all(|(b, a)| a.relative_error < (1.0 + add::MIN_HELP) * b.relative_error);
         if as_good && added.cancels.is_none() {
-            added.model.warnings.push(format!(
-                "{special} takes the place of {effect}, which explains no more with more values"
-            ));
+            match &special {
+                Some(special) => added.model.warnings.push(format!(
+                    "{special} takes the place of {effect}, which explains no more with more values"
+                )),
+                None => {
+                    if let Some(last) = added.model.history.last_mut() {
+                        last.what = format!("left out: {effect}");
+                    }
+                }
+            }
             return Ok(Some((special, added)));
         }
     }
@@ -214,7 +236,7 @@ fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
 ///
 /// An effect that does not help by itself waits for the others: of two that act together the smaller one may help only beside the larger.
 fn add_all(
-    study: &Study,
+    (study, prepared): (&Study, &Prepared),
     model: &mut ModelFile,
     found: &[Found],
     staircase: &mut Staircase,
@@ -240,7 +262,7 @@ fn add_all(
             helps,
             cancels,
             ..
-        } = match add::add(study, model, &names) {
+        } = match add::add_to(study, prepared, model, &names) {
             Ok(added) => added,
             Err(error) => {
                 left_out = Some(format!("{listed} could not be added: {error}"));

@@ -1,5 +1,6 @@
 //! What a model leaves on records that it was not fitted to.
 
+use super::search::bench::rows_of;
 use super::search::blocks::Blocks;
 use super::search::score::NO_POWER;
 use crate::fit::effects::Solution;
@@ -11,8 +12,12 @@ use crate::fit::with_base::OnRecords;
 use crate::model::effects::AxisEffect;
 use crate::model::file::{Base, JudgedOn, ModelFile, NoBase};
 use crate::signal::motion::Motion;
+use crate::signal::spectrum::{Accumulator, window_for};
 use crate::study::Study;
 use crate::text::error::Result;
+
+/// Windows that a spectrum of what is left is the mean of, where the records are long enough.
+const WINDOWS: usize = 12;
 
 /// What a model's terms leave of the force of every axis, on other records than they were solved for.
 fn left(records: &Records<'_>, terms: &[AxisEffect], solved: &Solved) -> Vec<f64> {
@@ -49,6 +54,25 @@ pub(super) fn relative_errors(
         .zip(records.measured.chunks_exact(rows));
     axes.map(|(error, force)| Sums::of(error, force).relative_error())
         .collect()
+}
+
+/// The strongest line of what a model's terms leave of the force of an axis: its frequency, Hz, and its part of the power.
+pub(super) fn strongest_line(
+    records: &Records<'_>,
+    (terms, solved): (&[AxisEffect], &Solved),
+    axis: usize,
+) -> Option<(f64, f64)> {
+    let residual = left(records, terms, solved);
+    let rows = records.rows.iter();
+    let segment = window_for(rows.copied(), records.rows_per_axis() / WINDOWS);
+    let mut spectrum = Accumulator::new(records.thinned_rate_hz, segment);
+    let mut own = &residual[rows_of(records, axis)];
+    for rows in &records.rows {
+        let (record, others) = own.split_at(*rows);
+        spectrum.add(record);
+        own = others;
+    }
+    spectrum.finish().strongest()
 }
 
 /// Rows that a model was not learnt from: the validation records, or where there are none, blocks of the training records.

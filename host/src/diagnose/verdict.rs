@@ -8,7 +8,7 @@ use super::answer::{
 use super::base::base_of;
 use super::criteria::CRITERIA;
 use super::decide::Decision;
-use super::errors::{Unseen, relative_errors};
+use super::errors::{Unseen, relative_errors, strongest_line};
 use super::learner::Knows;
 use super::search::{Given, Refuted, Search, search};
 use crate::assess::compare;
@@ -76,9 +76,22 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
 pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result<Diagnosis> {
     model.check_fits(study)?;
     let prepared = Prepared::with_filters(study, model.filters.clone())?;
+    diagnose_prepared(study, &prepared, model, asked)
+}
+
+/// The same for the motions that the model's filters make of the study.
+///
+/// # Errors
+/// As [`diagnose`].
+pub(super) fn diagnose_prepared(
+    study: &Study,
+    prepared: &Prepared,
+    model: &ModelFile,
+    asked: &Asked,
+) -> Result<Diagnosis> {
     model.check_motion(study, &prepared.motions)?;
     let mut notes = Vec::new();
-    let judged = mixed(study, model, &prepared, &mut notes);
+    let judged = mixed(study, model, prepared, &mut notes);
     let training = judged.training(study);
     let validation = judged.validation(study);
     let (base, values) = base_of(study, model, &mut notes)?;
@@ -109,7 +122,7 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     let learnt = Records::new(&study.axes, &training, &model.filters.band);
     let unmeasured = unmeasured_forces(&mut search, (&floors, &as_logged), &learnt);
     notes.extend(refutations(&search, &names, unseen.judged_on()));
-    notes.extend(in_notes(&search, &names, &unmeasured, study));
+    notes.extend(in_notes(&search, (study, &learnt), &unmeasured, &names));
     let found = in_words_found(&search.found, &names);
     let wrong = data_checks::check(study, &model.filters);
     let short = too_short(&learnt, &base, &names);
@@ -125,9 +138,9 @@ pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result
     let new = added(&search);
     let (before, after) = match model.base {
         Base::None(_) => (before, after),
-        _ => errors_of_the_model(study, &prepared, model, &new, &mut notes)?,
+        _ => errors_of_the_model(study, prepared, model, &new, &mut notes)?,
     };
-    let absorbed = absorbed(study, &prepared, model, &new)?;
+    let absorbed = absorbed(study, prepared, model, &new)?;
     notes.extend(absorbed.iter().map(|a| follows_already(model, a)));
     let decisions = &search.decisions;
     Ok(Diagnosis {
@@ -357,8 +370,16 @@ fn refutations(search: &Search, names: &[&str], on: JudgedOn) -> Vec<String> {
     search.refuted.iter().map(sentence).collect()
 }
 
+/// The part of a force's power in one line of its spectrum from which on it is told as periodic.
+const MOST_OF_IT: f64 = 0.5;
+
 /// What is to be said beside the verdict.
-fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) -> Vec<String> {
+fn in_notes(
+    search: &Search,
+    (study, learnt): (&Study, &Records<'_>),
+    unmeasured: &[f64],
+    names: &[&str],
+) -> Vec<String> {
     let mut notes = Vec::new();
     for bound in &search.found {
         if let Some(follows) = bound.input.map(Follows::parse)
@@ -416,8 +437,19 @@ fn in_notes(search: &Search, names: &[&str], unmeasured: &[f64], study: &Study) 
                 100.0 * (unnamed / decision.taken.power[0].max(f64::MIN_POSITIVE)).min(1.0)
             ));
         } else if unmeasured[decision.axis] > 0.0 {
+            let model = (&*search.last.terms, &search.last.solution.solved);
+            let line = strongest_line(learnt, model, decision.axis);
+            let line = line.filter(|(_, share)| *share > MOST_OF_IT);
+            let line = line.map_or(String::new(), |(hz, share)| {
+                format!(
+                    ", {:.0} % of its power at {} Hz",
+                    100.0 * share,
+                    rounded(hz)
+                )
+            });
             notes.push(format!(
-                "axis {axis}: what is left stands above the noise of the sensors and follows no motion: a force that nobody measures acts there"
+                "axis {axis}: what is left stands above the noise of the sensors and follows no motion: a force that nobody measures acts \
+                 there{line}"
             ));
         }
     }
@@ -445,7 +477,7 @@ fn errors_of_the_model(
     let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
     let effects: Vec<String> = new.iter().map(|(bound, _)| bound.name(&names)).collect();
     if !effects.is_empty() {
-        match add::add(study, model, &effects) {
+        match add::add_to(study, prepared, model, &effects) {
             Ok(added) => {
                 return Ok((
                     relative(&added.errors.before),

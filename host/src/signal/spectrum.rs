@@ -32,6 +32,17 @@ impl Spectrum {
             .map(|(_, d)| d * self.resolution_hz)
             .sum()
     }
+
+    /// The strongest line: its frequency, Hz, and its part of the whole power, 0 to 1. A sine stands in five lines of a Hann window.
+    pub fn strongest(&self) -> Option<(f64, f64)> {
+        let lines = self.density.len();
+        let of = |from: usize, to: usize| -> f64 { self.density[from..to].iter().sum() };
+        let strongest = (1..lines).max_by(|a, b| self.density[*a].total_cmp(&self.density[*b]))?;
+        let (from, to) = (strongest.saturating_sub(2), (strongest + 3).min(lines));
+        let (own, whole) = (of(from, to), of(0, lines));
+        let moment = (from..to).map(|i| i as f64 * self.density[i]);
+        (own > 0.0).then(|| (self.resolution_hz * moment.sum::<f64>() / own, own / whole))
+    }
 }
 
 /// Rows of a window that is to have `wanted` of them: fewer where less than half of all rows stand in series that are as long. A short
@@ -139,6 +150,11 @@ mod tests {
         let spectrum = Spectrum::welch(&series, 1000.0, 1000);
         assert!((spectrum.power(48.0, 52.0) - 4.5).abs() < 1e-9);
         assert!(spectrum.power(60.0, 500.0) < 1e-9);
+        let (hz, share) = spectrum.strongest().unwrap();
+        assert!(
+            (hz - 50.0).abs() < 1e-6 && share > 0.999,
+            "{hz} Hz, {share}"
+        );
     }
 
     #[test]

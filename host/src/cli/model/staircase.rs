@@ -14,9 +14,7 @@ pub(super) fn in_words(staircase: &Staircase) -> String {
     for (axis, floor) in &staircase.noise_floor {
         let steps = staircase.steps.iter().filter_map(|step| {
             let error = step.relative_error.get(axis)?;
-            let name = step
-                .label()
-                .map_or("as brought".into(), |l| format!("+ {l}"));
+            let name = step.label().unwrap_or_else(|| "as brought".into());
             Some((name, *error))
         });
         let mut lines: Vec<(String, f64)> = steps.collect();

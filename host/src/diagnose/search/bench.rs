@@ -63,6 +63,16 @@ pub(crate) fn rows_of(records: &Records<'_>, axis: usize) -> Range<usize> {
     axis * rows..(axis + 1) * rows
 }
 
+/// What an effect explains of an axis at least, RMS beside the RMS force.
+pub(crate) fn least_share(records: &Records<'_>, axis: usize) -> f64 {
+    let channels = if records.forced[axis] {
+        1.0
+    } else {
+        ONE_CHANNEL
+    };
+    channels * CRITERIA.least_share
+}
+
 /// Whether an axis travels both ways, by more than a hundredth of its way.
 fn reverses(velocity: &[f64]) -> bool {
     let way = |sign: f64| -> f64 { velocity.iter().map(|v| (sign * v).max(0.0)).sum() };
@@ -86,11 +96,7 @@ impl<'a> Bench<'a> {
             measured,
             blocks: Blocks::new(measured, &records.rows),
             power: records.references.force[axis].powi(2),
-            least_share: if records.forced[axis] {
-                CRITERIA.least_share
-            } else {
-                ONE_CHANNEL * CRITERIA.least_share
-            },
+            least_share: least_share(records, axis),
             scale: rms(measured),
             peak: peak(measured),
             driven: 0.0,

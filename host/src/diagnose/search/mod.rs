@@ -22,7 +22,7 @@ use crate::signal::statistics::rms;
 use crate::study::Axis;
 use crate::text::error::Result;
 use crate::text::work;
-use bench::Bench;
+use bench::{Bench, least_share};
 use collect::{Library, candidates};
 use hypothesis::{Column, Hypothesis};
 use jointwatch_shared::effect::{Entry, Subsystem};
@@ -461,8 +461,6 @@ fn is_absent(records: &Records<'_>, bound: &AxisEffect, values: &[f64]) -> bool 
     }
     let force = records.force(bound, values);
     let axes = force.chunks_exact(records.rows_per_axis().max(1));
-    let mut shares = axes
-        .zip(&records.references.force)
-        .map(|(own, whole)| rms(own) / whole);
-    shares.all(|share| share < CRITERIA.least_share)
+    let mut shares = axes.zip(&records.references.force).enumerate();
+    shares.all(|(axis, (own, whole))| rms(own) / whole < least_share(records, axis))
 }

@@ -68,7 +68,7 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
     let mut seen = HashSet::from([base.hypothesis.key()]);
     let mut beam = vec![base.clone()];
     let mut all = vec![base];
-    for _ in 0..CRITERIA.depth {
+    for step in 0..CRITERIA.depth {
         let before = best_rank(&all);
         let mut moves: Vec<(Hypothesis, &[Part])> = Vec::new();
         for (place, from) in beam.iter().enumerate() {
@@ -121,7 +121,8 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
         tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
         beam = tried.iter().take(CRITERIA.width).cloned().collect();
         all.extend(tried);
-        if best_rank(&all) > before - CRITERIA.price {
+        // Of two that help only together neither does by itself, so the first step ends nothing.
+        if step > 0 && best_rank(&all) > before - CRITERIA.price {
             break;
         }
     }

@@ -194,7 +194,7 @@ impl Prepared {
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when a record cannot be compared.
-    pub fn finish(self, study: &Study, mut fit_result: FitResult) -> Result<Identified> {
+    pub fn finish(&self, study: &Study, mut fit_result: FitResult) -> Result<Identified> {
         if self.filters.quasi_static {
             without_time(&mut fit_result.effects);
         }
@@ -205,7 +205,7 @@ impl Prepared {
         ));
         let inertia = fit_result.inertia.clone();
         let inputs = followed(&fit_result, &self.training(study));
-        let mut model = fit_result.model(&study.name, &study.axes, self.filters);
+        let mut model = fit_result.model(&study.name, &study.axes, self.filters.clone());
         model.followed = inputs;
         model.records.clone_from(&study.sources);
         take_errors(&mut model, study, &self.motions)?;
