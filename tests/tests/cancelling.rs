@@ -101,6 +101,25 @@ fn a_simpler_law_takes_the_place_of_a_general_one_where_it_does_as_well() {
     }
 }
 
+/// An effect that nothing is left for once the right one is there goes again; the right one stays.
+#[test]
+fn what_explains_nothing_beside_the_others_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let terms = "\"stiffness@x\", \"cubic_hardening@x\", \"coulomb@x\"";
+    write_study(folder.path(), terms, |x, v| {
+        2e3 * x + 12.0 * (v / 2e-3).tanh()
+    });
+    let study = Study::read(folder.path()).unwrap();
+    let model = physical(&study).unwrap().model;
+    let prepared = Prepared::with_filters(&study, model.filters.clone()).unwrap();
+    let without = |effect| simplified(&study, &prepared, &model, effect).unwrap();
+    let (special, added) = without("cubic_hardening@x").unwrap();
+    let names: Vec<String> = added.model.effects.iter().map(|e| e.name()).collect();
+    assert_eq!(special, None);
+    assert_eq!(names, ["stiffness@x", "coulomb@x"]);
+    assert!(without("coulomb@x").is_none());
+}
+
 /// A damper that is seven times as strong one way, on a base with one strength for both: while the law with two strengths is judged, the
 /// base's must not take up what they share, or one of them would be nothing and no physics.
 #[test]

@@ -18,6 +18,9 @@ use serde::Serialize;
 /// Of the power that was left, most is taken away where no more than one part in so many stays.
 const MOST_OF_WHAT_WAS_LEFT: f64 = 2.0;
 
+/// What the label of a step begins with that leaves an effect out again.
+pub const WITHOUT: &str = "without ";
+
 /// One tread of the staircase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Step {
@@ -31,14 +34,14 @@ pub struct Step {
 }
 
 impl Step {
-    /// What it did, `+ coulomb@x`, `+ coulomb@x instead` or `− coulomb@x`; `None` for the model that was brought.
+    /// What it did, `coulomb@x`, `coulomb@x instead` or `without coulomb@x`; `None` for the model that was brought.
     pub fn label(&self) -> Option<String> {
         let names = self.added.join(", ");
         match (&self.instead_of, self.added.is_empty()) {
-            (Some(former), true) => Some(format!("− {former}")),
+            (Some(former), true) => Some(format!("{WITHOUT}{former}")),
             (None, true) => None,
-            (Some(_), false) => Some(format!("+ {names} instead")),
-            (None, false) => Some(format!("+ {names}")),
+            (Some(_), false) => Some(format!("{names} instead")),
+            (None, false) => Some(names),
         }
     }
 }

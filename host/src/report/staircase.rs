@@ -4,6 +4,7 @@ use super::figure::failed;
 use super::quantity::tick;
 use super::style;
 use crate::diagnose::PerAxis;
+use crate::diagnose::apply::WITHOUT;
 use crate::text::error::{Error, Result};
 use crate::text::table::rounded;
 use plotters::coord::Shift;
@@ -187,7 +188,8 @@ fn labels(treads: &[(&str, f64)], floor: Option<f64>, low: f64) -> Vec<Label> {
 fn lines(label: &str) -> Vec<String> {
     match label.split_once('@') {
         Some((effect, axis)) if !label.contains(',') => {
-            vec![format!("+ {effect}"), format!("on {axis}")]
+            let sign = if label.starts_with(WITHOUT) { "" } else { "+ " };
+            vec![format!("{sign}{effect}"), format!("on {axis}")]
         }
         _ => vec![label.to_string()],
     }

@@ -1,6 +1,6 @@
 //! The staircase of errors in text: per axis a bar for every step, down to the noise.
 
-use crate::diagnose::apply::Staircase;
+use crate::diagnose::apply::{Staircase, WITHOUT};
 
 /// Characters of the longest bar.
 const LONGEST: f64 = 40.0;
@@ -14,7 +14,11 @@ pub(super) fn in_words(staircase: &Staircase) -> String {
     for (axis, floor) in &staircase.noise_floor {
         let steps = staircase.steps.iter().filter_map(|step| {
             let error = step.relative_error.get(axis)?;
-            let name = step.label().unwrap_or_else(|| "as brought".into());
+            let name = match step.label() {
+                None => "as brought".into(),
+                Some(label) if label.starts_with(WITHOUT) => label,
+                Some(label) => format!("+ {label}"),
+            };
             Some((name, *error))
         });
         let mut lines: Vec<(String, f64)> = steps.collect();

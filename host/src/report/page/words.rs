@@ -4,6 +4,7 @@ use super::asked::Asked;
 use super::contents::{ModelWords, Term, Value};
 use super::version::Version;
 use crate::assess::where_it_fails::Extent;
+use crate::diagnose::apply::WITHOUT;
 use crate::diagnose::{Diagnosis, Found, PerAxis, Verdict};
 use crate::fit::identify;
 use crate::model::ModelEffect;
@@ -42,9 +43,15 @@ pub(super) fn answer(
         return format!("From before to after, {}.", fall(first, last, floors));
     }
     if steps.len() > 1 {
-        let added: Vec<&str> = steps[1..].iter().map(|s| s.label.as_str()).collect();
+        let labels = steps[1..].iter().map(|s| s.label.as_str());
+        let (left_out, added): (Vec<&str>, Vec<&str>) =
+            labels.partition(|l| l.starts_with(WITHOUT));
+        let left_out = left_out.iter().filter_map(|l| l.strip_prefix(WITHOUT));
+        let left_out: String = left_out
+            .map(|name| format!(" and {name} left out again"))
+            .collect();
         return format!(
-            "With {} added, {}.",
+            "With {} added{left_out}, {}.",
             added.join(", "),
             fall(first, last, floors)
         );

@@ -49,7 +49,7 @@ function staircase(axis) {
     // Above its bar, where what was added together has room.
     bars.append(vector("rect", { x: 0, y: i * row + 20, width: Math.max(2, place(step.error)), height: row - 26, rx: 2, class: `bar ${kind}` }));
     words.append(
-      vector("text", { x: 0, y: i * row + 14, class: "label" }, (i ? "+ " : "") + label),
+      vector("text", { x: 0, y: i * row + 14, class: "label" }, (i && !label.startsWith("without ") ? "+ " : "") + label),
       vector("text", { x: place(step.error) + 6, y: i * row + 35, class: "value" }, percent(step.error)));
   });
   image.append(words);
