@@ -2,7 +2,7 @@
 
 use crate::diagnose::add::{self, Added};
 use crate::diagnose::criteria::CRITERIA;
-use crate::diagnose::verdict::diagnose_prepared;
+use crate::diagnose::in_time::diagnose_prepared;
 use crate::diagnose::{Asked, Diagnosis, Found, PerAxis, Verdict};
 use crate::fit::identify::Prepared;
 use crate::model::ModelEffect;

@@ -10,6 +10,7 @@ mod columns;
 mod criteria;
 mod decide;
 mod errors;
+mod in_time;
 mod learner;
 pub(crate) mod search;
 mod verdict;
@@ -18,4 +19,5 @@ pub use answer::{
     Absorbed, CandidateParameter, Diagnosis, Found, Looked, PerAxis, Ranked, Remainder, Verdict,
 };
 pub use columns::{Columns, with_columns};
-pub use verdict::{Asked, diagnose, diagnose_asked};
+pub use in_time::{diagnose, diagnose_asked};
+pub use verdict::Asked;

@@ -61,50 +61,33 @@ impl Asked {
 const NO_VALIDATION: &str = "the study has no validation records, so errors are those on blocks of the training records, each predicted from the \
      rest: give a record of another run the role \"validate\" for an error that counts";
 
-/// Diagnoses a model on a study.
-///
-/// # Errors
-/// [`crate::text::error::Kind::Data`] when the study does not fit the model, or its records are too short.
-pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
-    diagnose_asked(study, model, &Asked::default())
-}
-
-/// The same with more asked.
+/// The answer for the motions that the model's filters make of the study; in `in_time` the force channels are read later by what is known.
 ///
 /// # Errors
 /// As [`diagnose`].
-pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result<Diagnosis> {
-    model.check_fits(study)?;
-    let prepared = Prepared::with_filters(study, model.filters.clone())?;
-    diagnose_prepared(study, &prepared, model, asked)
-}
-
-/// The same for the motions that the model's filters make of the study.
-///
-/// # Errors
-/// As [`diagnose`].
-pub(super) fn diagnose_prepared(
+pub(super) fn answer(
     study: &Study,
     prepared: &Prepared,
+    in_time: &Prepared,
     model: &ModelFile,
     asked: &Asked,
 ) -> Result<Diagnosis> {
     model.check_motion(study, &prepared.motions)?;
     let mut notes = Vec::new();
-    let judged = mixed(study, model, prepared, &mut notes);
+    let judged = mixed(study, model, in_time, &mut notes);
     let training = judged.training(study);
     let validation = judged.validation(study);
     let (base, values) = base_of(study, model, &mut notes)?;
     let held = [&validation, &training].into_iter().find(|m| !m.is_empty());
     let held = Records::new(&study.axes, held.unwrap_or(&training), &model.filters.band);
-    let logged = prepared.validation(study);
+    let logged = in_time.validation(study);
     let of_validation = Records::new(&study.axes, &logged, &model.filters.band);
-    let as_logged = prepared.training(study);
+    let as_logged = in_time.training(study);
     let seen = (!logged.is_empty()).then_some(&of_validation);
     let unseen = Unseen::new(study, model, &as_logged, seen);
     notes.extend(logged.is_empty().then(|| NO_VALIDATION.to_owned()));
-    let in_time = effects_in_time().filter(|_| study.quasi_static);
-    let without: Vec<String> = asked.without.iter().cloned().chain(in_time).collect();
+    let with_time = effects_in_time().filter(|_| study.quasi_static);
+    let without: Vec<String> = asked.without.iter().cloned().chain(with_time).collect();
     let given = Given {
         axes: &study.axes,
         motions: &training,
@@ -117,7 +100,7 @@ pub(super) fn diagnose_prepared(
     let of = |m: &super::search::Model| unseen.errors(&m.terms, &m.solution);
     let (before, after) = (of(&search.first)?, of(&search.last)?);
     let [floors, as_logged] =
-        [&judged.motions, &prepared.motions].map(|motions| floors(study, model, &search, motions));
+        [&judged.motions, &in_time.motions].map(|motions| floors(study, model, &search, motions));
     notes.extend(never_rests(study, &floors));
     let learnt = Records::new(&study.axes, &training, &model.filters.band);
     let unmeasured = unmeasured_forces(&mut search, (&floors, &as_logged), &learnt);

@@ -240,7 +240,7 @@ pub fn in_words(effects: &[ModelEffect]) -> Vec<String> {
 }
 
 /// A channel read `samples` later; at its ends, where it has no neighbours, from its last ones.
-fn later(channel: &[f64], samples: f64) -> Vec<f64> {
+pub(crate) fn later(channel: &[f64], samples: f64) -> Vec<f64> {
     let between = Between::at(samples);
     let last = channel.len() as i64 - 1;
     let at = |row: i64| channel[row.clamp(0, last) as usize];

@@ -105,6 +105,7 @@ pub fn identify(study: &Study, kind: Kind) -> Result<ModelFile> {
 }
 
 /// A study's records after differentiation, ready for any kind of fit.
+#[derive(Clone)]
 pub struct Prepared {
     /// Band and filter taps of the study.
     pub filters: Filters,

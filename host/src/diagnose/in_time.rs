@@ -1,0 +1,233 @@
+//! A force channel that is late by more than the first order of a shift describes, such as one behind a filter of its own.
+//!
+//! Effects are searched for in motion and force of the same moment. A late force makes a loop of every curve, which several laws with memory
+//! together describe badly. So the force is read later by what the model knows already; and where a smooth function of displacement and
+//! velocity does much better with the force read later still, the search is made once more on such records. It has to do clearly better there.
+
+use super::answer::{CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict};
+use super::criteria::CRITERIA;
+use super::search::bench::rows_of;
+use super::verdict::{Asked, answer};
+use crate::fit::bounded;
+use crate::fit::effects::columns::{Records, Sample};
+use crate::fit::effects::projection::product;
+use crate::fit::identify::Prepared;
+use crate::model::corrections::{Corrections, later};
+use crate::model::file::ModelFile;
+use crate::signal::motion::{Filters, Motion};
+use crate::study::Study;
+use crate::text::error::Result;
+use faer::Mat;
+use jointwatch_shared::effect::Entry;
+use rayon::prelude::*;
+use std::borrow::Cow;
+
+/// Shifts either way that are tried, and how many of them make a period at the upper end of the band.
+const SHIFTS: i32 = 10;
+const PER_PERIOD: f64 = 20.0;
+/// Rows of all records together that are looked at, from the middle of each.
+const MAX_ROWS: usize = 20_000;
+/// A shift that leaves less than this part of the power may be a late channel.
+const LEFT: f64 = 0.5;
+
+const NAME: &str = "time_delay";
+
+/// Diagnoses a model on a study.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Data`] when the study does not fit the model, or its records are too short.
+pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
+    diagnose_asked(study, model, &Asked::default())
+}
+
+/// The same with more asked.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result<Diagnosis> {
+    model.check_fits(study)?;
+    let prepared = Prepared::with_filters(study, model.filters.clone())?;
+    diagnose_prepared(study, &prepared, model, asked)
+}
+
+/// The same for the motions that the model's filters make of the study.
+///
+/// # Errors
+/// As [`diagnose`].
+pub(super) fn diagnose_prepared(
+    study: &Study,
+    prepared: &Prepared,
+    model: &ModelFile,
+    asked: &Asked,
+) -> Result<Diagnosis> {
+    let known = Corrections::of(&model.effects_in_si()?, study.axes.len())?;
+    let known = known.force.map(|correction| correction.delay_s);
+    let in_time = read_later(prepared, known);
+    let diagnosis = answer(study, prepared, &in_time, model, asked)?;
+    let never = |axis: usize| {
+        let on_axis = format!("{NAME}@{}", study.axes[axis].name);
+        asked.without.iter().any(|w| w == NAME || *w == on_axis)
+    };
+    let late = lateness(study, &in_time.training(study), &model.filters);
+    for (axis, delay_s) in late.into_iter().enumerate() {
+        // A delay that the model has is found anew with whatever is added.
+        let Some(delay_s) = delay_s.filter(|_| known[axis] == 0.0 && !never(axis)) else {
+            continue;
+        };
+        let mut delays = known;
+        delays[axis] += delay_s;
+        let shifted = read_later(prepared, delays);
+        let other = answer(study, prepared, &shifted, model, asked)?;
+        let name = &study.axes[axis].name;
+        let error = |of: &PerAxis| of.get(name).copied().unwrap_or(f64::INFINITY);
+        let fall = error(&diagnosis.relative_error_after) / error(&other.relative_error_after);
+        if 2.0 * fall.ln() > CRITERIA.clearly {
+            return Ok(with_delay(other, &diagnosis, name, delay_s));
+        }
+    }
+    Ok(diagnosis)
+}
+
+/// The motions with every force channel read later by so many seconds.
+fn read_later(prepared: &Prepared, delays_s: [f64; 2]) -> Cow<'_, Prepared> {
+    if delays_s == [0.0; 2] {
+        return Cow::Borrowed(prepared);
+    }
+    let mut prepared = prepared.clone();
+    for motion in &mut prepared.motions {
+        for (axis, delay_s) in delays_s.into_iter().enumerate().take(motion.force.len()) {
+            shift(motion, axis, delay_s);
+        }
+    }
+    Cow::Owned(prepared)
+}
+
+/// Reads the force channel of an axis later.
+fn shift(motion: &mut Motion, axis: usize, delay_s: f64) {
+    let read = later(&motion.applied_force(axis), delay_s * motion.sample_rate_hz);
+    motion.force[axis] = match &motion.ground[axis] {
+        None => read,
+        Some(ground) => read.iter().zip(ground).map(|(f, g)| f - g).collect(),
+    };
+}
+
+/// Per axis, by how many seconds the force channel may be later than the motions say, where it is.
+fn lateness(study: &Study, motions: &[&Motion], filters: &Filters) -> Vec<Option<f64>> {
+    if filters.quasi_static {
+        return Vec::new();
+    }
+    let each = MAX_ROWS / motions.len().max(1);
+    let step_s = 1.0 / (PER_PERIOD * filters.band_hz);
+    let left = |axis: usize, shifts: i32| {
+        let shifted = motions.iter().map(|motion| {
+            let mut motion = motion.middle(each);
+            shift(&mut motion, axis, f64::from(shifts) * step_s);
+            motion
+        });
+        let shifted: Vec<Motion> = shifted.collect();
+        let shifted: Vec<&Motion> = shifted.iter().collect();
+        let records = Records::new(&study.axes, &shifted, &filters.band);
+        left_by_a_curve(&records, axis)
+    };
+    let late = (0..study.axes.len()).map(|axis| {
+        let shifts = (-SHIFTS..=SHIFTS).into_par_iter();
+        let left: Vec<f64> = shifts.map(|shifts| left(axis, shifts)).collect();
+        let middle = SHIFTS as usize;
+        let inner = (1..left.len() - 1).min_by(|a, b| left[*a].total_cmp(&left[*b]))?;
+        let [before, at, after] = [left[inner - 1], left[inner], left[inner + 1]];
+        // A least at the edge of what was tried is none.
+        let found = at < LEFT * left[middle] && at <= before && at <= after;
+        let bend = before - 2.0 * at + after;
+        let between = if bend > 0.0 {
+            0.5 * (before - after) / bend
+        } else {
+            0.0
+        };
+        found.then(|| (inner as f64 - middle as f64 + between) * step_s)
+    });
+    late.collect()
+}
+
+/// Power that a smooth function of an axis's displacement and velocity, with bends and a step, leaves of its force.
+fn left_by_a_curve(records: &Records<'_>, axis: usize) -> f64 {
+    let own = rows_of(records, axis);
+    let (x, v) = (
+        records.references.displacement[axis],
+        records.references.velocity[axis],
+    );
+    let of = |function: &dyn Fn(f64, f64) -> f64| {
+        let at = |sample: &Sample| function(sample.displacement / x, sample.velocity / v);
+        records.of_motion(axis, None, at)[own.clone()].to_vec()
+    };
+    let mut columns: Vec<Vec<f64>> = Vec::new();
+    for power in 0..=5 {
+        for other in 0..=(5 - power).min(3) {
+            columns.push(of(&|u: f64, w: f64| u.powi(power) * w.powi(other)));
+        }
+    }
+    for width in [0.01, 0.03, 0.1, 0.3] {
+        columns.push(of(&|_, w| (w / width).tanh()));
+    }
+    for place in [-0.8, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 0.8] {
+        columns.push(of(&|u, _| (u - place).max(0.0)));
+    }
+    columns.extend(
+        records.accelerations[axis]
+            .as_ref()
+            .map(|c| c[own.clone()].to_vec()),
+    );
+    columns.push(records.measured[own].to_vec());
+    let rows = records.rows_per_axis();
+    let all = Mat::from_fn(rows, columns.len(), |row, column| columns[column][row]);
+    let products = product(&all, &all);
+    let free = vec![[f64::NEG_INFINITY, f64::INFINITY]; columns.len() - 1];
+    bounded::left(&products, &bounded::factors(&products, &free))
+}
+
+/// What is said of the records put in time, with the delay as the first of what was found.
+fn with_delay(mut said: Diagnosis, as_logged: &Diagnosis, axis: &str, delay_s: f64) -> Diagnosis {
+    let own = |f: &Found| f.effect == NAME && f.axis == axis;
+    said.found.retain(|f| !own(f));
+    said.found.insert(
+        0,
+        Found {
+            effect: NAME.into(),
+            axis: axis.into(),
+        },
+    );
+    let of = |errors: &PerAxis| errors.get(axis).copied().unwrap_or(f64::NAN);
+    let [before, after] = [as_logged, &said].map(|d| of(&d.relative_error_after));
+    said.ranked
+        .retain(|r| !(r.effect == NAME && r.axis == axis));
+    said.ranked.insert(
+        0,
+        Ranked {
+            effect: NAME.into(),
+            axis: axis.into(),
+            equivalent: Vec::new(),
+            probability: 1.0,
+            group_probability: 1.0,
+            score: 0.0,
+            error_before: before,
+            error_after: after,
+            error_drop_interval: [before / after; 2],
+            parameters: vec![CandidateParameter {
+                name: "delay".into(),
+                value: delay_s,
+                unit: "s".into(),
+                interval: None,
+            }],
+            separating_experiment: Entry::named(NAME)
+                .map_or("", |entry| entry.about.separated_by)
+                .into(),
+        },
+    );
+    said.probabilities.insert(format!("{NAME}@{axis}"), 1.0);
+    said.probabilities.insert("none".into(), 0.0);
+    said.relative_error_before
+        .clone_from(&as_logged.relative_error_before);
+    if said.verdict == Verdict::None {
+        said.verdict = Verdict::Effect;
+    }
+    said
+}
