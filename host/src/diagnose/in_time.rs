@@ -25,6 +25,8 @@ use std::borrow::Cow;
 /// Shifts either way that are tried, and how many of them make a period at the upper end of the band.
 const SHIFTS: i32 = 10;
 const PER_PERIOD: f64 = 20.0;
+/// The same once more round the best of them, in steps finer by this.
+const FINE: f64 = 0.1;
 /// Rows of all records together that are looked at, from the middle of each.
 const MAX_ROWS: usize = 20_000;
 /// A shift that leaves less than this part of the power may be a late channel.
@@ -118,10 +120,10 @@ fn lateness(study: &Study, motions: &[&Motion], filters: &Filters) -> Vec<Option
     }
     let each = MAX_ROWS / motions.len().max(1);
     let step_s = 1.0 / (PER_PERIOD * filters.band_hz);
-    let left = |axis: usize, shifts: i32| {
+    let left = |axis: usize, delay_s: f64| {
         let shifted = motions.iter().map(|motion| {
             let mut motion = motion.middle(each);
-            shift(&mut motion, axis, f64::from(shifts) * step_s);
+            shift(&mut motion, axis, delay_s);
             motion
         });
         let shifted: Vec<Motion> = shifted.collect();
@@ -129,21 +131,23 @@ fn lateness(study: &Study, motions: &[&Motion], filters: &Filters) -> Vec<Option
         let records = Records::new(&study.axes, &shifted, &filters.band);
         left_by_a_curve(&records, axis)
     };
-    let late = (0..study.axes.len()).map(|axis| {
+    // The delay of least among so many steps either way of a middle, and what it leaves beside what the middle does.
+    let least = |axis: usize, middle: f64, step_s: f64| -> Option<(f64, f64)> {
         let shifts = (-SHIFTS..=SHIFTS).into_par_iter();
-        let left: Vec<f64> = shifts.map(|shifts| left(axis, shifts)).collect();
-        let middle = SHIFTS as usize;
-        let inner = (1..left.len() - 1).min_by(|a, b| left[*a].total_cmp(&left[*b]))?;
-        let [before, at, after] = [left[inner - 1], left[inner], left[inner + 1]];
+        let delays = shifts.map(|shifts| middle + f64::from(shifts) * step_s);
+        let left: Vec<(f64, f64)> = delays.map(|delay| (delay, left(axis, delay))).collect();
+        let found = (1..left.len() - 1).min_by(|a, b| left[*a].1.total_cmp(&left[*b].1))?;
+        let [before, at, after] = [left[found - 1].1, left[found].1, left[found + 1].1];
         // A least at the edge of what was tried is none.
-        let found = at < LEFT * left[middle] && at <= before && at <= after;
-        let bend = before - 2.0 * at + after;
-        let between = if bend > 0.0 {
-            0.5 * (before - after) / bend
-        } else {
-            0.0
-        };
-        found.then(|| (inner as f64 - middle as f64 + between) * step_s)
+        let inside = at <= before && at <= after;
+        let bend = (before - 2.0 * at + after).max(f64::MIN_POSITIVE);
+        let between = 0.5 * (before - after) / bend * step_s;
+        inside.then(|| (left[found].0 + between, at / left[SHIFTS as usize].1))
+    };
+    let late = (0..study.axes.len()).map(|axis| {
+        let (coarse, _) = least(axis, 0.0, step_s).filter(|(_, share)| *share < LEFT)?;
+        // Dry friction bends sharply there.
+        Some(least(axis, coarse, FINE * step_s).map_or(coarse, |(fine, _)| fine))
     });
     late.collect()
 }

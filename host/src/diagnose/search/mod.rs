@@ -354,8 +354,12 @@ fn decided(
             return (beside_it, Some(drift));
         }
     }
-    let still = first.filter(|_| asked(&decision.hypothesis, &standing).is_some());
-    (decision, still)
+    let still = asked(&decision.hypothesis, &standing);
+    if first.is_some() && still.is_none() {
+        // What was found explains what looked like a zero of each record: then one zero for all may be missing.
+        return (on_axis(given, records, excerpt, axis, known, None), None);
+    }
+    (decision, first)
 }
 
 /// The decision on one axis, beside all terms that are known; `own_zero` gives every record a zero of its own.
