@@ -68,25 +68,19 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
     let mut seen = HashSet::from([base.hypothesis.key()]);
     let mut beam = vec![base.clone()];
     let mut all = vec![base];
-    // After the last effect that is added, something simpler may do in the place of those that came before.
-    for step in 0..2 * CRITERIA.depth {
+    for step in 0..CRITERIA.depth {
         let before = best_rank(&all);
         let mut moves: Vec<(Hypothesis, &[Part])> = Vec::new();
         for (place, from) in beam.iter().enumerate() {
-            if step < CRITERIA.depth {
-                let wider = added(field, &from.hypothesis, TRIED, None).into_iter();
-                moves.extend(wider.map(|h| (h, &*from.parts)));
-            }
+            let wider = added(field, &from.hypothesis, TRIED, None).into_iter();
+            moves.extend(wider.map(|h| (h, &*from.parts)));
             for bound in from.hypothesis.added() {
                 let hypothesis = from.hypothesis.without(bound);
                 let alone = hypothesis.members.len() == hypothesis.base;
                 // What else would do in the place of an effect that was found earlier: beside the base all others were tried.
                 let most = if alone || place > 0 { 0 } else { TRIED / 2 };
-                let mut others = added(field, &hypothesis, most, Some(bound));
-                if step >= CRITERIA.depth {
-                    others.retain(|h| parameters(h) < parameters(&from.hypothesis));
-                }
-                moves.extend(others.into_iter().map(|h| (h, &*from.parts)));
+                let others = added(field, &hypothesis, most, Some(bound)).into_iter();
+                moves.extend(others.map(|h| (h, &*from.parts)));
                 if !alone {
                     moves.push((hypothesis, &from.parts));
                 }
@@ -186,12 +180,6 @@ fn added(
         .map(|promise| hypothesis.with(promise.bound, promise.values))
         .filter(|wider| are_enough(field.full.records, &wider.members))
         .collect()
-}
-
-/// Parameters of all effects.
-fn parameters(hypothesis: &Hypothesis) -> usize {
-    let members = hypothesis.members.iter();
-    members.map(|bound| bound.entry.parameters().len()).sum()
 }
 
 /// Whether an effect has another, or one that the other may be taken for, as a special case.
