@@ -24,6 +24,8 @@ const MORE: f64 = 4.0;
 const STEPS: [usize; 2] = [6, 10];
 /// Of the best, this many times the width are tried with squares of inputs, and have all their shapes found anew.
 const SETTLED: usize = 2;
+/// Two effects of which neither helps by itself have to take away half of the error power: there are many pairs, and chance likes one.
+const TOGETHER: f64 = std::f64::consts::LN_2;
 /// No hypothesis overtakes one that is ahead by so much mean log error power.
 const NEAR: f64 = 1.5;
 
@@ -68,6 +70,8 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
     let mut seen = HashSet::from([base.hypothesis.key()]);
     let mut beam = vec![base.clone()];
     let mut all = vec![base];
+    // How many were looked at in a first step that brought nothing.
+    let mut alone: Option<usize> = None;
     for step in 0..CRITERIA.depth {
         let before = best_rank(&all);
         let mut moves: Vec<(Hypothesis, &[Part])> = Vec::new();
@@ -121,9 +125,16 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
         tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
         beam = tried.iter().take(CRITERIA.width).cloned().collect();
         all.extend(tried);
-        // Of two that help only together neither does by itself, so the first step ends nothing.
-        if step > 0 && best_rank(&all) > before - CRITERIA.price {
-            break;
+        let gained = before - best_rank(&all);
+        match (step, alone) {
+            // Of two that help only together neither does by itself, so the first step ends nothing.
+            (0, _) => alone = (gained < CRITERIA.price).then_some(all.len()),
+            (1, Some(first)) if gained < TOGETHER => {
+                all.truncate(first);
+                break;
+            }
+            _ if gained < CRITERIA.price => break,
+            _ => {}
         }
     }
     all
