@@ -66,6 +66,10 @@ pub(super) fn diagnose_prepared(
     let known = known.force.map(|correction| correction.delay_s);
     let in_time = read_later(prepared, known);
     let diagnosis = answer(study, prepared, &in_time, model, asked)?;
+    // A late force makes loops that no effect describes well.
+    if diagnosis.remainder.is_empty() && diagnosis.verdict != Verdict::Unknown {
+        return Ok(diagnosis);
+    }
     let never = |axis: usize| {
         let on_axis = format!("{NAME}@{}", study.axes[axis].name);
         asked.without.iter().any(|w| w == NAME || *w == on_axis)
