@@ -2,18 +2,18 @@
 
 use crate::assess::compare::{self, RecordFigures};
 use crate::assess::noise_floor;
+use crate::diagnose::PerAxis;
+use crate::diagnose::cancelled::cancelled;
 use crate::diagnose::search::start::start;
-use crate::diagnose::{PerAxis, search::bench::MAX_FORCE};
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::{FitResult, Prepared, effect_terms, fit_alone, fit_in_time};
 use crate::fit::with_base::{OnRecords, WithBase};
 use crate::model::ModelEffect;
-use crate::model::corrections::{missing_inertia, of_the_joint};
+use crate::model::corrections::missing_inertia;
 use crate::model::effects::{AxisEffect, input_of};
 use crate::model::file::{AxisError, Base, ErrorChange, HistoryEntry, JudgedOn, ModelFile};
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::motion::Motion;
-use crate::signal::statistics::rms;
 use crate::study::{Role, Study};
 use crate::text::date;
 use crate::text::error::{Error, Result};
@@ -85,8 +85,7 @@ impl Added {
 /// [`crate::text::error::Kind::Data`]: an effect that is not known, is there already, acts on an axis that is not there or does what
 /// the model does without it; a study that is not the model's.
 pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added> {
-    from.check_fits(study)?;
-    let prepared = Prepared::with_filters(study, from.filters.clone())?;
+    let prepared = Prepared::for_model(study, from)?;
     add_to(study, &prepared, from, effects)
 }
 
@@ -219,59 +218,6 @@ fn learnt_without_vanished(
         gone.join(", ")
     ));
     Ok(learnt)
-}
-
-/// The effect of a model whose force is largest, where that is several times the measured force and every force of the model before.
-fn cancelled(
-    study: &Study,
-    prepared: &Prepared,
-    before: &ModelFile,
-    after: &ModelFile,
-) -> Result<Option<(String, f64)>> {
-    let training = prepared.training(study);
-    let records = Records::new(&study.axes, &training, &after.filters.band);
-    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
-    let rows = records.rows_per_axis().max(1);
-    // Per effect and axis.
-    let sizes = |model: &ModelFile| -> Result<Vec<(String, Vec<f64>)>> {
-        let joint = of_the_joint(&model.effects_in_si()?).into_iter();
-        let sizes = joint.map(|term| {
-            let bound = AxisEffect {
-                entry: term.entry,
-                axis: usize::from(term.axis),
-                input: term.input,
-            };
-            let force = records.force(&bound, &term.values);
-            let axes = force.chunks_exact(rows).map(rms);
-            (bound.name(&names), axes.collect())
-        });
-        Ok(sizes.collect())
-    };
-    // Near a resonance a spring is as large as the inertia force, and the applied force small.
-    let inertia_force = |axis: usize| {
-        let column = records.accelerations[axis].as_ref();
-        column.map_or(0.0, |column| {
-            after.axes[axis].inertia * rms(&column[axis * rows..][..rows])
-        })
-    };
-    let known = |axis: usize| records.references.force[axis].max(inertia_force(axis));
-    let mut known: Vec<f64> = (0..study.axes.len()).map(known).collect();
-    let times = |known: &[f64], sizes: &[f64]| -> f64 {
-        let pairs = sizes.iter().zip(known);
-        pairs.map(|(size, known)| size / known).fold(0.0, f64::max)
-    };
-    let mut large = sizes(after)?;
-    large.retain(|(_, sizes)| times(&known, sizes) > MAX_FORCE);
-    // The forces of the model before are asked for only where they could excuse one.
-    if !large.is_empty() {
-        for (_, sizes) in sizes(before)? {
-            known.iter_mut().zip(sizes).for_each(|(k, s)| *k = k.max(s));
-        }
-    }
-    let mut large = large
-        .into_iter()
-        .map(|(name, sizes)| (name, times(&known, &sizes)));
-    Ok(large.find(|(_, times)| *times > MAX_FORCE))
 }
 
 /// The model's terms, without those that are special cases of what is added, and those to be added.

@@ -83,9 +83,8 @@ pub fn apply(
     asked: &Asked,
     each: &dyn Fn(&str),
 ) -> Result<Applied> {
-    model.check_fits(study)?;
     // Whatever is added, the filters stay.
-    let prepared = Prepared::with_filters(study, model.filters.clone())?;
+    let prepared = Prepared::for_model(study, model)?;
     let first = diagnose_prepared(study, &prepared, model, asked)?;
     let judged_on = first.judged_on;
     let mut staircase = Staircase {

@@ -12,7 +12,7 @@ use crate::fit::bounded;
 use crate::fit::effects::columns::{Records, Sample};
 use crate::fit::effects::projection::product;
 use crate::fit::identify::Prepared;
-use crate::model::corrections::{Corrections, later};
+use crate::model::corrections::later;
 use crate::model::file::ModelFile;
 use crate::signal::motion::{Filters, Motion};
 use crate::study::Study;
@@ -47,8 +47,7 @@ pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
 /// # Errors
 /// As [`diagnose`].
 pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result<Diagnosis> {
-    model.check_fits(study)?;
-    let prepared = Prepared::with_filters(study, model.filters.clone())?;
+    let prepared = Prepared::for_model(study, model)?;
     diagnose_prepared(study, &prepared, model, asked)
 }
 
@@ -62,8 +61,10 @@ pub(super) fn diagnose_prepared(
     model: &ModelFile,
     asked: &Asked,
 ) -> Result<Diagnosis> {
-    let known = Corrections::of(&model.effects_in_si()?, study.axes.len())?;
-    let known = known.force.map(|correction| correction.delay_s);
+    let known = model
+        .corrections()?
+        .force
+        .map(|correction| correction.delay_s);
     let in_time = read_later(prepared, known);
     let diagnosis = answer(study, prepared, &in_time, model, asked)?;
     // A late force makes loops that no effect describes well.
@@ -123,41 +124,70 @@ fn lateness(study: &Study, motions: &[&Motion], filters: &Filters) -> Vec<Option
         return Vec::new();
     }
     let each = MAX_ROWS / motions.len().max(1);
+    let middle: Vec<Motion> = motions.iter().map(|motion| motion.middle(each)).collect();
+    let middle: Vec<&Motion> = middle.iter().collect();
+    let records = Records::new(&study.axes, &middle, &filters.band);
     let step_s = 1.0 / (PER_PERIOD * filters.band_hz);
-    let left = |axis: usize, delay_s: f64| {
-        let shifted = motions.iter().map(|motion| {
-            let mut motion = motion.middle(each);
-            shift(&mut motion, axis, delay_s);
-            motion
-        });
-        let shifted: Vec<Motion> = shifted.collect();
-        let shifted: Vec<&Motion> = shifted.iter().collect();
-        let records = Records::new(&study.axes, &shifted, &filters.band);
-        left_by_a_curve(&records, axis)
-    };
-    // The delay of least among so many steps either way of a middle, and what it leaves beside what the middle does.
-    let least = |axis: usize, middle: f64, step_s: f64| -> Option<(f64, f64)> {
-        let shifts = (-SHIFTS..=SHIFTS).into_par_iter();
-        let delays = shifts.map(|shifts| middle + f64::from(shifts) * step_s);
-        let left: Vec<(f64, f64)> = delays.map(|delay| (delay, left(axis, delay))).collect();
-        let found = (1..left.len() - 1).min_by(|a, b| left[*a].1.total_cmp(&left[*b].1))?;
-        let [before, at, after] = [left[found - 1].1, left[found].1, left[found + 1].1];
-        // A least at the edge of what was tried is none.
-        let inside = at <= before && at <= after;
-        let bend = (before - 2.0 * at + after).max(f64::MIN_POSITIVE);
-        let between = 0.5 * (before - after) / bend * step_s;
-        inside.then(|| (left[found].0 + between, at / left[SHIFTS as usize].1))
-    };
-    let late = (0..study.axes.len()).map(|axis| {
-        let (coarse, _) = least(axis, 0.0, step_s).filter(|(_, share)| *share < LEFT)?;
+    let late = study.axes.iter().enumerate().map(|(index, axis)| {
+        let curve = curve(&records, index);
+        let force = |delay_s: f64| {
+            let read = middle.iter().flat_map(|motion| {
+                let mut motion = (*motion).clone();
+                shift(&mut motion, index, delay_s);
+                let inertia = axis.inertia.unwrap_or(0.0);
+                records.thinned(&motion.restoring_force(index, inertia, axis.restoring_force))
+            });
+            read.collect::<Vec<f64>>()
+        };
+        let (coarse, share) = least(&curve, &force, 0.0, step_s)?;
         // Dry friction bends sharply there.
-        Some(least(axis, coarse, FINE * step_s).map_or(coarse, |(fine, _)| fine))
+        let fine = || least(&curve, &force, coarse, FINE * step_s);
+        (share < LEFT).then(|| fine().map_or(coarse, |(fine, _)| fine))
     });
     late.collect()
 }
 
-/// Power that a smooth function of an axis's displacement and velocity, with bends and a step, leaves of its force.
-fn left_by_a_curve(records: &Records<'_>, axis: usize) -> f64 {
+/// Of as many steps either way of a middle, s, the delay at which a curve leaves least of a force, and that power beside what is left at the
+/// middle; nothing where the least is at the edge of what was tried.
+fn least(
+    curve: &[Vec<f64>],
+    force: &(dyn Fn(f64) -> Vec<f64> + Sync),
+    middle: f64,
+    step_s: f64,
+) -> Option<(f64, f64)> {
+    let shifts = (-SHIFTS..=SHIFTS).into_par_iter();
+    let delays: Vec<f64> = shifts.map(|n| middle + f64::from(n) * step_s).collect();
+    let forces: Vec<Vec<f64>> = delays.par_iter().map(|delay| force(*delay)).collect();
+    let columns: Vec<&Vec<f64>> = curve.iter().chain(&forces).collect();
+    let all = Mat::from_fn(columns[0].len(), columns.len(), |row, column| {
+        columns[column][row]
+    });
+    let products = product(&all, &all);
+    let free = vec![[f64::NEG_INFINITY, f64::INFINITY]; curve.len()];
+    let left = |force: usize| {
+        let at = |place: usize| {
+            if place < curve.len() {
+                place
+            } else {
+                curve.len() + force
+            }
+        };
+        let own = Mat::from_fn(curve.len() + 1, curve.len() + 1, |r, c| {
+            products[(at(r), at(c))]
+        });
+        bounded::left(&own, &bounded::factors(&own, &free))
+    };
+    let left: Vec<f64> = (0..forces.len()).map(left).collect();
+    let found = (1..left.len() - 1).min_by(|a, b| left[*a].total_cmp(&left[*b]))?;
+    let [before, at, after] = [left[found - 1], left[found], left[found + 1]];
+    let bend = (before - 2.0 * at + after).max(f64::MIN_POSITIVE);
+    let between = 0.5 * (before - after) / bend * step_s;
+    let inside = at <= before && at <= after;
+    inside.then(|| (delays[found] + between, at / left[SHIFTS as usize]))
+}
+
+/// Columns of a smooth function of an axis's displacement and velocity, with bends and a step; of an acceleration whose inertia is not stated too.
+fn curve(records: &Records<'_>, axis: usize) -> Vec<Vec<f64>> {
     let own = rows_of(records, axis);
     let (x, v) = (
         records.references.displacement[axis],
@@ -179,17 +209,9 @@ fn left_by_a_curve(records: &Records<'_>, axis: usize) -> f64 {
     for place in [-0.8, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 0.8] {
         columns.push(of(&|u, _| (u - place).max(0.0)));
     }
-    columns.extend(
-        records.accelerations[axis]
-            .as_ref()
-            .map(|c| c[own.clone()].to_vec()),
-    );
-    columns.push(records.measured[own].to_vec());
-    let rows = records.rows_per_axis();
-    let all = Mat::from_fn(rows, columns.len(), |row, column| columns[column][row]);
-    let products = product(&all, &all);
-    let free = vec![[f64::NEG_INFINITY, f64::INFINITY]; columns.len() - 1];
-    bounded::left(&products, &bounded::factors(&products, &free))
+    let acceleration = records.accelerations[axis].as_ref();
+    columns.extend(acceleration.map(|column| column[own].to_vec()));
+    columns
 }
 
 /// What is said of the records put in time, with the delay as the first of what was found.

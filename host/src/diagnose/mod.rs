@@ -5,6 +5,7 @@ pub mod add;
 mod answer;
 pub mod apply;
 mod base;
+mod cancelled;
 pub mod changed;
 mod columns;
 mod criteria;

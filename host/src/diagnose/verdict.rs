@@ -64,7 +64,7 @@ const NO_VALIDATION: &str = "the study has no validation records, so errors are 
 /// The answer for the motions that the model's filters make of the study; in `in_time` the force channels are read later by what is known.
 ///
 /// # Errors
-/// As [`diagnose`].
+/// As [`super::diagnose`].
 pub(super) fn answer(
     study: &Study,
     prepared: &Prepared,
@@ -112,11 +112,10 @@ pub(super) fn answer(
     let serious = wrong.iter().any(|finding| finding.serious) || !short.is_empty();
     let verdict = verdict(&search, &unmeasured, serious, found.is_empty());
     let per_axis = |values: &[f64]| -> PerAxis {
-        let pairs = names.iter().zip(values);
-        pairs.map(|(name, v)| ((*name).to_string(), *v)).collect()
+        let names = names.iter().map(|name| (*name).to_string());
+        names.zip(values.iter().copied()).collect()
     };
-    let noise = as_logged.iter().zip(&held.references.force);
-    let noise: Vec<f64> = noise.map(|(floor, force)| floor.rms / force).collect();
+    let noise = noise(&as_logged, &held);
     let comparison = compare::compare_motions(study, model, &prepared.motions)?;
     let new = added(&search);
     let (before, after) = match model.base {
@@ -125,7 +124,8 @@ pub(super) fn answer(
     };
     let absorbed = absorbed(study, prepared, model, &new)?;
     notes.extend(absorbed.iter().map(|a| follows_already(model, a)));
-    let decisions = &search.decisions;
+    let (decisions, zeros) = (&search.decisions, search.zeros_found());
+    let data = f64::from(u8::from(serious));
     Ok(Diagnosis {
         verdict,
         judged_on: unseen.judged_on(),
@@ -135,18 +135,19 @@ pub(super) fn answer(
         noise_floor: per_axis(&noise),
         ranked: in_words_ranked(&search, &found, (&learnt, &base), study)?,
         found,
-        probabilities: in_words_probabilities(
-            decisions,
-            &search.zeros_found(),
-            &names,
-            f64::from(u8::from(serious)),
-        ),
+        probabilities: in_words_probabilities(decisions, &zeros, &names, data),
         remainder: in_words_remainder(decisions, &names),
         looked_at: in_words_looked(if asked.explain { decisions } else { &[] }, &names),
         places: comparison.places,
         data_problems: [data_checks::sentences(wrong), short].concat(),
         notes,
     })
+}
+
+/// The noise of every axis, relative to the force of records.
+fn noise(floors: &[Floor], held: &Records<'_>) -> Vec<f64> {
+    let pairs = floors.iter().zip(&held.references.force);
+    pairs.map(|(floor, force)| floor.rms / force).collect()
 }
 
 /// A sentence for every axis on which the records are too short to try an effect of two parameters beside the base.
@@ -206,10 +207,7 @@ fn mixed(
     prepared: &Prepared,
     notes: &mut Vec<String>,
 ) -> Prepared {
-    let mut judged = Prepared {
-        filters: model.filters.clone(),
-        motions: prepared.motions.clone(),
-    };
+    let mut judged = prepared.clone();
     let crossovers = mixed_acceleration::mix(study, &model.filters, &mut judged.motions);
     for (axis, crossover) in study.axes.iter().zip(crossovers) {
         if let Some(hz) = crossover {

@@ -162,6 +162,15 @@ impl Prepared {
         Ok(Self { filters, motions })
     }
 
+    /// The same with a model's filters.
+    ///
+    /// # Errors
+    /// As [`Prepared::new`], and for a study that is not the model's.
+    pub fn for_model(study: &Study, model: &ModelFile) -> Result<Self> {
+        model.check_fits(study)?;
+        Self::with_filters(study, model.filters.clone())
+    }
+
     /// The records to learn from.
     pub fn training(&self, study: &Study) -> Vec<&Motion> {
         self.of_role(study, Role::Train)

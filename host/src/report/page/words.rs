@@ -43,18 +43,7 @@ pub(super) fn answer(
         return format!("From before to after, {}.", fall(first, last, floors));
     }
     if steps.len() > 1 {
-        let labels = steps[1..].iter().map(|s| s.label.as_str());
-        let (left_out, added): (Vec<&str>, Vec<&str>) =
-            labels.partition(|l| l.starts_with(WITHOUT));
-        let left_out = left_out.iter().filter_map(|l| l.strip_prefix(WITHOUT));
-        let left_out: String = left_out
-            .map(|name| format!(" and {name} left out again"))
-            .collect();
-        return format!(
-            "With {} added{left_out}, {}.",
-            added.join(", "),
-            fall(first, last, floors)
-        );
+        return of_additions(&steps[1..], &fall(first, last, floors));
     }
     let axes: Vec<String> = last
         .errors
@@ -101,6 +90,17 @@ pub(super) fn answer(
         ));
     }
     text + "."
+}
+
+/// What was added and left out again, and how the errors fell.
+fn of_additions(steps: &[Step], fall: &str) -> String {
+    let labels = steps.iter().map(|s| s.label.as_str());
+    let (left_out, added): (Vec<&str>, Vec<&str>) = labels.partition(|l| l.starts_with(WITHOUT));
+    let left_out = left_out.iter().filter_map(|l| l.strip_prefix(WITHOUT));
+    let left_out: String = left_out
+        .map(|name| format!(" and {name} left out again"))
+        .collect();
+    format!("With {} added{left_out}, {fall}.", added.join(", "))
 }
 
 /// How much denser the error is in a place than elsewhere.

@@ -1,0 +1,64 @@
+//! Effects that cancel: one whose force is several times what is measured does nothing that another one does not undo.
+
+use super::search::bench::MAX_FORCE;
+use crate::fit::effects::columns::Records;
+use crate::fit::identify::Prepared;
+use crate::model::corrections::of_the_joint;
+use crate::model::effects::AxisEffect;
+use crate::model::file::ModelFile;
+use crate::signal::statistics::rms;
+use crate::study::Study;
+use crate::text::error::Result;
+
+/// The effect of a model whose force is largest, where that is several times the measured force and every force of the model before.
+pub(super) fn cancelled(
+    study: &Study,
+    prepared: &Prepared,
+    before: &ModelFile,
+    after: &ModelFile,
+) -> Result<Option<(String, f64)>> {
+    let training = prepared.training(study);
+    let records = Records::new(&study.axes, &training, &after.filters.band);
+    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
+    let rows = records.rows_per_axis().max(1);
+    // Per effect and axis.
+    let sizes = |model: &ModelFile| -> Result<Vec<(String, Vec<f64>)>> {
+        let joint = of_the_joint(&model.effects_in_si()?).into_iter();
+        let sizes = joint.map(|term| {
+            let bound = AxisEffect {
+                entry: term.entry,
+                axis: usize::from(term.axis),
+                input: term.input,
+            };
+            let force = records.force(&bound, &term.values);
+            let axes = force.chunks_exact(rows).map(rms);
+            (bound.name(&names), axes.collect())
+        });
+        Ok(sizes.collect())
+    };
+    // Near a resonance a spring is as large as the inertia force, and the applied force small.
+    let inertia_force = |axis: usize| {
+        let column = records.accelerations[axis].as_ref();
+        column.map_or(0.0, |column| {
+            after.axes[axis].inertia * rms(&column[axis * rows..][..rows])
+        })
+    };
+    let known = |axis: usize| records.references.force[axis].max(inertia_force(axis));
+    let mut known: Vec<f64> = (0..study.axes.len()).map(known).collect();
+    let times = |known: &[f64], sizes: &[f64]| -> f64 {
+        let pairs = sizes.iter().zip(known);
+        pairs.map(|(size, known)| size / known).fold(0.0, f64::max)
+    };
+    let mut large = sizes(after)?;
+    large.retain(|(_, sizes)| times(&known, sizes) > MAX_FORCE);
+    // The forces of the model before are asked for only where they could excuse one.
+    if !large.is_empty() {
+        for (_, sizes) in sizes(before)? {
+            known.iter_mut().zip(sizes).for_each(|(k, s)| *k = k.max(s));
+        }
+    }
+    let mut large = large
+        .into_iter()
+        .map(|(name, sizes)| (name, times(&known, &sizes)));
+    Ok(large.find(|(_, times)| *times > MAX_FORCE))
+}
