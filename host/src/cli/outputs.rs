@@ -40,6 +40,9 @@ const WRITTEN: [&str; 8] = [
     "output", "json", "report", "contents", "plots", "record", "frames", "out",
 ];
 
+/// The arguments that are logs.
+const LOGS: &str = "logs";
+
 /// Refuses a command line on which an output is also an input, or two outputs are one file. It sees the paths as typed; the
 /// records that a study names are for [`Console::check_outputs`].
 ///
@@ -58,7 +61,8 @@ pub(super) fn refuse_overwriting(command: &Command, typed: &ArgMatches) -> Resul
         if WRITTEN.contains(&name) {
             written.extend(files);
         } else {
-            read.extend(files.map(|path| match path.is_dir() {
+            // A folder stands for the study in it, but among logs for nothing.
+            read.extend(files.map(|path| match path.is_dir() && name != LOGS {
                 true => path.join("study.toml"),
                 false => path,
             }));

@@ -147,11 +147,12 @@ impl Axis<'_> {
         follows
     }
 
-    /// What the learner takes away of what a design leaves, when it knows the motion and these inputs.
+    /// What the learner takes away of what a design leaves, when it knows the motion, the record and these inputs: a column that only tells
+    /// the records apart says no more than that the joint differs from one to the next.
     fn taken(&self, design: &[Column], inputs: &[&'static str]) -> Taken {
         let inputs = Inputs::new(&self.bench, self.axes, inputs);
         let left = inputs.left(&self.bench, design, false);
-        inputs.taken(&self.bench, &left, Knows::Inputs)
+        inputs.taken_by(&self.bench, &left, |step| step != Knows::Time)
     }
 
     /// The force that is proportional to a column.

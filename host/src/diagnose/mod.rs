@@ -13,6 +13,7 @@ mod decide;
 mod errors;
 mod in_time;
 mod learner;
+mod notes;
 pub(crate) mod search;
 mod verdict;
 

@@ -2,31 +2,31 @@
 
 use super::absorbed::absorbed;
 use super::answer::{
-    Absorbed, Diagnosis, PerAxis, Verdict, in_words_found, in_words_looked, in_words_probabilities,
+    Diagnosis, PerAxis, Verdict, in_words_found, in_words_looked, in_words_probabilities,
     in_words_ranked, in_words_remainder,
 };
 use super::base::base_of;
 use super::criteria::CRITERIA;
 use super::decide::Decision;
-use super::errors::{Unseen, relative_errors, strongest_line};
-use super::learner::Knows;
-use super::search::{Given, Refuted, Search, search};
+use super::errors::{Unseen, relative_errors};
+use super::notes::{follows_already, in_notes, never_rests, refutations};
+use super::search::{Given, Search, search};
 use crate::assess::compare;
 use crate::assess::data_checks;
 use crate::assess::noise_floor::{self, Floor};
 use crate::diagnose::add;
+use crate::fit::coverage;
 use crate::fit::effects::are_enough;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
 use crate::model::effects::AxisEffect;
-use crate::model::file::{AxisError, Base, JudgedOn, ModelFile};
+use crate::model::file::{AxisError, Base, ModelFile};
 use crate::signal::mixed_acceleration;
 use crate::signal::motion::Motion;
+use crate::study::Study;
 use crate::study::quasi_static::effects_in_time;
-use crate::study::{AxisKind, Study};
 use crate::text::error::{Error, Result};
-use crate::text::table::{hertz, rounded};
-use jointwatch_shared::base::followed::Follows;
+use crate::text::table::hertz;
 use jointwatch_shared::effect::{EFFECTS, Entry};
 
 /// What is asked beside the question.
@@ -102,10 +102,16 @@ pub(super) fn answer(
     let [floors, as_logged] =
         [&judged.motions, &in_time.motions].map(|motions| floors(study, model, &search, motions));
     notes.extend(never_rests(study, &floors));
+    notes.extend(coverage::one_loop(&study.axes, &training));
     let learnt = Records::new(&study.axes, &training, &model.filters.band);
     let unmeasured = unmeasured_forces(&mut search, (&floors, &as_logged), &learnt);
     notes.extend(refutations(&search, &names, unseen.judged_on()));
-    notes.extend(in_notes(&search, (study, &learnt), &unmeasured, &names));
+    notes.extend(in_notes(
+        &search,
+        (study, &learnt),
+        (&unmeasured, &floors),
+        &names,
+    ));
     let found = in_words_found(&search.found, &names);
     let wrong = data_checks::check(study, &model.filters);
     let short = too_short(&learnt, &base, &names);
@@ -169,34 +175,6 @@ fn too_short(records: &Records<'_>, base: &[AxisEffect], names: &[&str]) -> Vec<
         )
     })
     .collect()
-}
-
-/// A sentence for every axis whose noise was not seen at rest.
-fn never_rests(study: &Study, floors: &[Floor]) -> Vec<String> {
-    let axes = study.axes.iter().zip(floors);
-    let axes = axes.filter(|(_, floor)| !floor.at_rest);
-    axes.map(|(axis, _)| {
-        let from = match study.quasi_static {
-            true => "how neighbouring rows differ",
-            false => "high frequencies",
-        };
-        format!(
-            "axis {} rests in no record, so its noise floor is taken from {from} and may be too low",
-            axis.name
-        )
-    })
-    .collect()
-}
-
-/// What a polynomial or a network makes of an effect already, in a sentence.
-fn follows_already(model: &ModelFile, absorbed: &Absorbed) -> String {
-    format!(
-        "the {} already reproduces {:.0} % of {}@{}",
-        model.base.name(),
-        100.0 * absorbed.share,
-        absorbed.effect,
-        absorbed.axis
-    )
 }
 
 /// The records as the search listens to them: to the better of two instruments. Errors are told of the accelerations that were logged, as
@@ -325,125 +303,6 @@ fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool)
         (false, true) => Verdict::None,
         (false, false) => Verdict::Effect,
     }
-}
-
-/// What an effect that was found makes worse, in a sentence each.
-fn refutations(search: &Search, names: &[&str], on: JudgedOn) -> Vec<String> {
-    let percent = |log_power: f64| 100.0 * (0.5 * log_power).exp_m1();
-    let sentence = |refuted: &Refuted| {
-        let name = refuted.bound.name(names);
-        let Some([mean, error]) = refuted.rise else {
-            return format!(
-                "{name} explains axis {} alone, and has next to no force when everything is solved for together, so it is not added",
-                names[refuted.axis]
-            );
-        };
-        format!(
-            "{name} explains the training records better, but on the {} the error of axis {} is {:.1} % {} with it (standard error of the \
-             blocks {:.1} %), so it is not added",
-            on.words(),
-            names[refuted.axis],
-            percent(mean).abs(),
-            if mean < 0.0 { "smaller" } else { "larger" },
-            percent(error)
-        )
-    };
-    search.refuted.iter().map(sentence).collect()
-}
-
-/// The part of a force's power in one line of its spectrum from which on it is told as periodic.
-const MOST_OF_IT: f64 = 0.5;
-
-/// What is to be said beside the verdict.
-fn in_notes(
-    search: &Search,
-    (study, learnt): (&Study, &Records<'_>),
-    unmeasured: &[f64],
-    names: &[&str],
-) -> Vec<String> {
-    let mut notes = Vec::new();
-    for bound in &search.found {
-        if let Some(follows) = bound.input.map(Follows::parse)
-            && follows.lag_s > 0.0
-        {
-            notes.push(format!(
-                "{}: the force follows {} behind a lag of about {:.0} ms",
-                bound.name(names),
-                follows.name,
-                1e3 * follows.lag_s
-            ));
-        }
-    }
-    for (axis, zeros) in search.zeros.iter().enumerate() {
-        if let Some(zeros) = zeros {
-            let does = match (zeros.drift(), zeros.stand()) {
-                (false, true) => "differs by {} between training records",
-                (false, false) => {
-                    "differs by {} between training records, and drifts as much within them, so no zero per record mends it"
-                }
-                (true, _) => "drifts by {} (RMS) along the training records",
-            };
-            let unit = match study.axes[axis].kind {
-                AxisKind::Translation => "N",
-                AxisKind::Rotation => "N·m",
-            };
-            let does = does.replace("{}", &format!("{} {unit}", rounded(zeros.size())));
-            notes.push(format!("axis {}: the zero of force {does}", names[axis]));
-        }
-    }
-    for decision in &search.decisions {
-        let axis = names[decision.axis];
-        let pieces = pieces(decision, names);
-        if let Some(curve) = &decision.curve {
-            let of_curve: Vec<String> = curve.pieces.iter().map(|b| b.name(names)).collect();
-            notes.push(format!(
-                "axis {axis}: a smooth function of {} without a law predicts as well as {}: they may be pieces of one shape that is no law \
-                 here",
-                curve.of,
-                of_curve.join(" + ")
-            ));
-        } else if !pieces.is_empty() {
-            notes.push(format!(
-                "axis {axis}: {} explains little more than what is left without a name: it may be a piece of a shape that is no law here",
-                pieces.join(" + ")
-            ));
-        }
-        let unnamed = decision.unnamed();
-        if unnamed > 0.0 {
-            let follows = decision.follows.map_or("the motion", Knows::in_words);
-            notes.push(format!(
-                "axis {axis}: of the relative error {:.4} that is left, a learner without physics takes away {:.0} % of the power: it \
-                 follows {follows}",
-                decision.errors[1],
-                100.0 * (unnamed / decision.taken.power[0].max(f64::MIN_POSITIVE)).min(1.0)
-            ));
-        } else if unmeasured[decision.axis] > 0.0 {
-            let model = (&*search.last.terms, &search.last.solution.solved);
-            let line = strongest_line(learnt, model, decision.axis);
-            let line = line.filter(|(_, share)| *share > MOST_OF_IT);
-            let line = line.map_or(String::new(), |(hz, share)| {
-                format!(
-                    ", {:.0} % of its power at {} Hz",
-                    100.0 * share,
-                    rounded(hz)
-                )
-            });
-            notes.push(format!(
-                "axis {axis}: what is left stands above the noise of the sensors and follows no motion: a force that nobody measures acts \
-                 there{line}"
-            ));
-        }
-    }
-    notes
-}
-
-/// Effects that may be pieces of a shape without a name.
-fn pieces(decision: &Decision, names: &[&str]) -> Vec<String> {
-    let laws = decision.laws.hypothesis.added();
-    let all = decision.hypothesis.added().iter();
-    all.filter(|bound| !laws.contains(bound))
-        .map(|bound| bound.name(names))
-        .collect()
 }
 
 /// RMS error over RMS force per axis of a polynomial or a network, and of the same with effects added to it.

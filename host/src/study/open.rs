@@ -25,7 +25,7 @@ impl Request<'_> {
 
     fn bytes(&self) -> Result<Vec<u8>> {
         if self.path.is_dir() {
-            return Err(self.error("is a folder, not a log; name the file in it"));
+            return Err(self.error("is a folder, not a log; name the files in it"));
         }
         if long::is_long(self.path) {
             return Err(self.error(long::too_long(self)));

@@ -2,7 +2,7 @@
 
 use super::channel::{Channel, Kind, liveliness};
 use super::finding::{Finding, RecordPosition};
-use crate::study::check::lone::{Lone, lone, lone_by};
+use crate::study::check::lone::{Lone, lone, lone_by, outliers};
 use crate::text::table::significant;
 
 /// A body does not jump by so many times what it moves by from row to row around it. Measured displacements come to 6, where a logger
@@ -10,13 +10,25 @@ use crate::text::table::significant;
 const JUMPS: f64 = 12.0;
 /// Part of a channel's RMS that such rows are wrong by from which on a diagnosis means nothing: as large as the effects that are sought.
 const SERIOUS: f64 = 0.01;
+/// Part of a channel's RMS that rows which stand out are off by from which on they are spikes. Accelerometers of public logs come to 0.09,
+/// forces, displacements and velocities to 0.03; a torque that a servo drive works out has 0.6.
+const SPIKES: f64 = 0.1;
+/// Part of all rows that they are at least: impacts that ring are fewer.
+const MANY: f64 = 0.005;
 
-/// Values that stand alone, or jumps.
+/// Values that stand alone, spikes, or jumps.
 pub(super) fn check(channel: &Channel<'_>, place: &RecordPosition<'_>) -> Option<Finding> {
     let alone = lone(channel.series);
     if !alone.is_empty() {
         let what = "stands alone between its neighbours, as no sampled motion does";
         return finding(channel, place, &alone, what, "repair the log");
+    }
+    let spikes = outliers(channel.series);
+    let many = spikes.len() as f64 > MANY * channel.series.len() as f64;
+    if many && share(channel, &spikes) > SPIKES {
+        let what = "stands out of the rows around it, as spikes do";
+        let what_to_do = "look for where they come from, or take them out of the log: a running median over five rows does";
+        return finding(channel, place, &spikes, what, what_to_do);
     }
     if !matches!(channel.kind, Kind::Position | Kind::Relative) {
         return None;
@@ -37,8 +49,7 @@ fn finding(
     what_to_do: &str,
 ) -> Option<Finding> {
     let first = rows.first()?.row;
-    let power: f64 = rows.iter().map(|lone| lone.off * lone.off).sum();
-    let part = (power / channel.series.len() as f64).sqrt() / liveliness(channel.series);
+    let part = share(channel, rows);
     Some(Finding {
         sentence: format!(
             "{}, {}: {}, {} {}, {what}; {} such rows in all, {:.1} % of its RMS; {what_to_do}",
@@ -52,4 +63,10 @@ fn finding(
         ),
         serious: part >= SERIOUS,
     })
+}
+
+/// By how much some rows are off, RMS over all rows beside that of the channel.
+fn share(channel: &Channel<'_>, rows: &[Lone]) -> f64 {
+    let power: f64 = rows.iter().map(|lone| lone.off * lone.off).sum();
+    (power / channel.series.len().max(1) as f64).sqrt() / liveliness(channel.series)
 }

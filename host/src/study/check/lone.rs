@@ -62,6 +62,30 @@ pub(crate) fn lone_by(series: &[f64], times: f64) -> Vec<Lone> {
     alone
 }
 
+/// The rows that stand out of the usual row around them, however many there are of them: so many that none is alone.
+pub(crate) fn outliers(series: &[f64]) -> Vec<Lone> {
+    let off = off(series);
+    let steps = series.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    // Of a coarse counter most rows are off by nothing.
+    let count = steps
+        .filter(|step| *step > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    let stands_out = |row: &usize| {
+        let (row, own) = (*row, off[*row]);
+        let apart = (series[row + 1] - series[row - 1]).abs();
+        if own <= ALONE * count || apart >= AGREE * own {
+            return false;
+        }
+        let around = row.saturating_sub(AROUND)..(row + AROUND + 1).min(off.len());
+        let mut near = off[around].to_vec();
+        let middle = near.len() / 2;
+        own > ALONE * *near.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let inner = 1..series.len().saturating_sub(1);
+    let rows = inner.filter(stands_out);
+    rows.map(|row| Lone { row, off: off[row] }).collect()
+}
+
 /// The rows that stand alone.
 pub(crate) fn lone(series: &[f64]) -> Vec<Lone> {
     lone_by(series, ALONE)
@@ -120,6 +144,21 @@ mod tests {
     }
 
     #[test]
+    fn many_spikes_are_seen_where_none_is_alone() {
+        let mut series = motion();
+        for row in (5..2000).step_by(17) {
+            series[row] += 3e-3 * f64::from(1 - 2 * (row as i32 % 2));
+        }
+        assert_eq!(lone(&series), []);
+        assert_eq!(outliers(&series).len(), (5..2000).step_by(17).count());
+        assert_eq!(outliers(&motion()), []);
+        let noise: Vec<f64> = (0..2000)
+            .map(|n: u64| (n.wrapping_mul(6_364_136_223_846_793_005) >> 33) as f64)
+            .collect();
+        assert_eq!(outliers(&noise), []);
+    }
+
+    #[test]
     fn steps_impacts_counts_and_rests_are_left_in_peace() {
         let mut step = motion();
         step[1000..].iter_mut().for_each(|v| *v += 1e-2);
@@ -140,6 +179,8 @@ mod tests {
             ("none", vec![]),
         ] {
             assert_eq!(lone(&series), [], "{what}");
+            // What rings after an impact is a few rows.
+            assert!(outliers(&series).len() <= series.len() / 500, "{what}");
         }
     }
 }

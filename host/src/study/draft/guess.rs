@@ -1,8 +1,8 @@
 //! The guesses that concern the study as a whole: time, roles, and that the logs go together.
 
 use super::axis;
-use super::parts::{Draft, DraftRecord, Log, Said, names};
-use crate::study::Role;
+use super::parts::{Draft, Log, Said, names};
+use super::records::records;
 use crate::study::channels::units::unit_of_time;
 use crate::study::quasi_static::ROWS_PER_SECOND;
 use crate::study::survey::{self, Survey, SurveyedTime};
@@ -80,8 +80,8 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         name: "joint rig".into(),
         time: time.filter(|_| said.sample_rate_hz.is_none()),
         sample_rate_hz: (!timeless).then_some(sample_rate_hz),
+        records: records(surveys, &axes),
         axes,
-        records: records(surveys),
         columns: (!first.headed).then(|| first.columns.iter().map(|c| c.name.clone()).collect()),
         findings,
     })
@@ -123,67 +123,4 @@ fn time_of(surveys: &[Survey], said: &Said) -> Result<Option<SurveyedTime>> {
         }
     }
     Ok(time)
-}
-
-/// Rows of one record of which the last part validates.
-const SPLIT: f64 = 0.7;
-/// A record with fewer rows is not split: its parts would be too short for the study's filters.
-const MIN_SPLIT: usize = 1000;
-
-/// How words begin that say that a log is kept aside, the clearest first.
-const VALIDATION: [&[&str]; 2] = [&["valid"], &["check", "test", "pruef", "prüf", "kontroll"]];
-
-/// Whether a word in the name of a log begins like one of these: `valid2` and `Prüflauf-3`, but not `latest`.
-fn is_named(file: &str, starts: &[&str]) -> bool {
-    let stem = std::path::Path::new(file).file_stem();
-    let stem = stem.map_or(String::new(), |s| s.to_string_lossy().to_lowercase());
-    let mut words = stem.split(|c: char| !c.is_alphabetic());
-    words.any(|word| word == "val" || starts.iter().any(|start| word.starts_with(start)))
-}
-
-/// The shortest record validates, the last of several that are alike; a single one is split.
-fn records(surveys: &[Survey]) -> Vec<DraftRecord> {
-    let record = |survey: &Survey, role, rows| DraftRecord {
-        file: survey.file.clone(),
-        role,
-        rows,
-    };
-    if let [only] = surveys
-        && only.rows < MIN_SPLIT
-    {
-        return vec![record(only, Role::Train, None)];
-    }
-    if let [only] = surveys {
-        let middle = (SPLIT * only.rows as f64) as usize;
-        return vec![
-            record(only, Role::Train, Some([0, middle])),
-            record(only, Role::Validate, Some([middle, only.rows])),
-        ];
-    }
-    let longest = surveys.iter().map(|s| s.rows).max().unwrap_or(0);
-    // A name that says so decides, where not all do; then the shortest, when it is clearly shorter; then the last.
-    let named = VALIDATION.iter().find_map(|starts| {
-        let all = 0..surveys.len();
-        let named: Vec<usize> = all
-            .filter(|&i| is_named(&surveys[i].file, starts))
-            .collect();
-        (!named.is_empty() && named.len() < surveys.len()).then_some(named)
-    });
-    let shortest = surveys.iter().enumerate().min_by_key(|(_, s)| s.rows);
-    let shortest = shortest
-        .filter(|(_, s)| 10 * s.rows < 9 * longest)
-        .map(|(i, _)| i);
-    let chosen = named.unwrap_or_else(|| vec![shortest.unwrap_or(surveys.len() - 1)]);
-    surveys
-        .iter()
-        .enumerate()
-        .map(|(i, survey)| {
-            let role = if chosen.contains(&i) {
-                Role::Validate
-            } else {
-                Role::Train
-            };
-            record(survey, role, None)
-        })
-        .collect()
 }

@@ -6,6 +6,7 @@
 mod axis;
 mod guess;
 mod parts;
+mod records;
 mod trial;
 mod write;
 

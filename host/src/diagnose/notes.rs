@@ -1,0 +1,178 @@
+//! What is to be said beside the verdict, one sentence each.
+
+use super::answer::Absorbed;
+use super::decide::Decision;
+use super::errors::strongest_line;
+use super::learner::Knows;
+use super::search::{Refuted, Search};
+use crate::assess::noise_floor::Floor;
+use crate::fit::effects::columns::Records;
+use crate::model::file::{JudgedOn, ModelFile};
+use crate::study::{AxisKind, Study};
+use crate::text::table::rounded;
+use jointwatch_shared::base::followed::Follows;
+
+/// A sentence for every axis whose noise was not seen at rest.
+pub(super) fn never_rests(study: &Study, floors: &[Floor]) -> Vec<String> {
+    let axes = study.axes.iter().zip(floors);
+    let axes = axes.filter(|(_, floor)| !floor.at_rest);
+    axes.map(|(axis, _)| {
+        let from = match study.quasi_static {
+            true => "how neighbouring rows differ",
+            false => "high frequencies",
+        };
+        format!(
+            "axis {} rests in no record, so its noise floor is taken from {from} and may be too low",
+            axis.name
+        )
+    })
+    .collect()
+}
+
+/// What a polynomial or a network makes of an effect already, in a sentence.
+pub(super) fn follows_already(model: &ModelFile, absorbed: &Absorbed) -> String {
+    format!(
+        "the {} already reproduces {:.0} % of {}@{}",
+        model.base.name(),
+        100.0 * absorbed.share,
+        absorbed.effect,
+        absorbed.axis
+    )
+}
+
+/// What an effect that was found makes worse, in a sentence each.
+pub(super) fn refutations(search: &Search, names: &[&str], on: JudgedOn) -> Vec<String> {
+    let percent = |log_power: f64| 100.0 * (0.5 * log_power).exp_m1();
+    let sentence = |refuted: &Refuted| {
+        let name = refuted.bound.name(names);
+        let Some([mean, error]) = refuted.rise else {
+            return format!(
+                "{name} explains axis {} alone, and has next to no force when everything is solved for together, so it is not added",
+                names[refuted.axis]
+            );
+        };
+        format!(
+            "{name} explains the training records better, but on the {} the error of axis {} is {:.1} % {} with it (standard error of the \
+             blocks {:.1} %), so it is not added",
+            on.words(),
+            names[refuted.axis],
+            percent(mean).abs(),
+            if mean < 0.0 { "smaller" } else { "larger" },
+            percent(error)
+        )
+    };
+    search.refuted.iter().map(sentence).collect()
+}
+
+/// The part of a force's power in one line of its spectrum from which on it is told as periodic.
+const MOST_OF_IT: f64 = 0.5;
+
+/// A relative error that is told though nothing explains it: a quarter, as that without a name is of what has one.
+const MUCH: f64 = 0.25;
+
+/// What is to be said beside the verdict.
+pub(super) fn in_notes(
+    search: &Search,
+    (study, learnt): (&Study, &Records<'_>),
+    (unmeasured, floors): (&[f64], &[Floor]),
+    names: &[&str],
+) -> Vec<String> {
+    let mut notes = Vec::new();
+    for bound in &search.found {
+        if let Some(follows) = bound.input.map(Follows::parse)
+            && follows.lag_s > 0.0
+        {
+            notes.push(format!(
+                "{}: the force follows {} behind a lag of about {:.0} ms",
+                bound.name(names),
+                follows.name,
+                1e3 * follows.lag_s
+            ));
+        }
+    }
+    for (axis, zeros) in search.zeros.iter().enumerate() {
+        if let Some(zeros) = zeros {
+            let does = match (zeros.drift(), zeros.stand()) {
+                (false, true) => "differs by {} between training records",
+                (false, false) => {
+                    "differs by {} between training records, and drifts as much within them, so no zero per record mends it"
+                }
+                (true, _) => "drifts by {} (RMS) along the training records",
+            };
+            let unit = match study.axes[axis].kind {
+                AxisKind::Translation => "N",
+                AxisKind::Rotation => "N·m",
+            };
+            let does = does.replace("{}", &format!("{} {unit}", rounded(zeros.size())));
+            notes.push(format!("axis {}: the zero of force {does}", names[axis]));
+        }
+    }
+    for decision in &search.decisions {
+        let axis = names[decision.axis];
+        notes.extend(of_pieces(decision, names));
+        let unnamed = decision.unnamed();
+        if unnamed > 0.0 {
+            let follows = decision.follows.map_or("the motion", Knows::in_words);
+            notes.push(format!(
+                "axis {axis}: of the relative error {:.4} that is left, a learner without physics takes away {:.0} % of the power: it \
+                 follows {follows}",
+                decision.errors[1],
+                100.0 * (unnamed / decision.taken.power[0].max(f64::MIN_POSITIVE)).min(1.0)
+            ));
+        } else if unmeasured[decision.axis] > 0.0 {
+            notes.push(of_a_force(search, learnt, decision.axis, axis));
+        } else if decision.left > MUCH && !floors[decision.axis].at_rest {
+            notes.push(format!(
+                "axis {axis}: relative error {:.2} is left, which neither an effect nor the motion explains; the axis rests in no record, so \
+                 nothing tells whether it is noise or a force that nobody measures: look at the log, and record at rest as well",
+                decision.left
+            ));
+        }
+    }
+    notes
+}
+
+/// That effects may be pieces of a shape without a name, where they may.
+fn of_pieces(decision: &Decision, names: &[&str]) -> Option<String> {
+    let (axis, pieces) = (names[decision.axis], pieces(decision, names));
+    if let Some(curve) = &decision.curve {
+        let of_curve: Vec<String> = curve.pieces.iter().map(|b| b.name(names)).collect();
+        return Some(format!(
+            "axis {axis}: a smooth function of {} without a law predicts as well as {}: they may be pieces of one shape that is no law here",
+            curve.of,
+            of_curve.join(" + ")
+        ));
+    }
+    (!pieces.is_empty()).then(|| {
+        format!(
+            "axis {axis}: {} explains little more than what is left without a name: it may be a piece of a shape that is no law here",
+            pieces.join(" + ")
+        )
+    })
+}
+
+/// That a force that nobody measures acts on an axis, and at which frequency where it has one.
+fn of_a_force(search: &Search, learnt: &Records<'_>, axis: usize, name: &str) -> String {
+    let model = (&*search.last.terms, &search.last.solution.solved);
+    let line = strongest_line(learnt, model, axis);
+    let line = line.filter(|(_, share)| *share > MOST_OF_IT);
+    let line = line.map_or(String::new(), |(hz, share)| {
+        format!(
+            ", {:.0} % of its power at {} Hz",
+            100.0 * share,
+            rounded(hz)
+        )
+    });
+    format!(
+        "axis {name}: what is left stands above the noise of the sensors and follows no motion: a force that nobody measures acts there{line}"
+    )
+}
+
+/// Effects that may be pieces of a shape without a name.
+fn pieces(decision: &Decision, names: &[&str]) -> Vec<String> {
+    let laws = decision.laws.hypothesis.added();
+    let all = decision.hypothesis.added().iter();
+    all.filter(|bound| !laws.contains(bound))
+        .map(|bound| bound.name(names))
+        .collect()
+}
