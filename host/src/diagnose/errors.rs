@@ -75,6 +75,23 @@ pub(super) fn strongest_line(
     spectrum.finish().strongest()
 }
 
+/// The constant in what a model's terms leave of the force of an axis, record by record: its value, and its part of the power.
+pub(super) fn constants(
+    records: &Records<'_>,
+    (terms, solved): (&[AxisEffect], &Solved),
+    axis: usize,
+) -> Vec<[f64; 2]> {
+    let residual = left(records, terms, solved);
+    let mut own = &residual[rows_of(records, axis)];
+    let each = records.rows.iter().map(|rows| {
+        let (record, others) = own.split_at(*rows);
+        own = others;
+        let mean = record.iter().sum::<f64>() / record.len().max(1) as f64;
+        [mean, mean * mean / power(record).max(f64::MIN_POSITIVE)]
+    });
+    each.collect()
+}
+
 /// Rows that a model was not learnt from: the validation records, or where there are none, blocks of the training records.
 pub(super) struct Unseen<'a> {
     study: &'a Study,

@@ -1,14 +1,16 @@
 //! What is to be said beside the verdict, one sentence each.
 
 use super::answer::Absorbed;
+use super::criteria::CRITERIA;
 use super::decide::Decision;
-use super::errors::strongest_line;
+use super::errors::{constants, strongest_line};
 use super::learner::Knows;
 use super::search::{Refuted, Search};
 use crate::assess::noise_floor::Floor;
 use crate::fit::effects::columns::Records;
 use crate::model::file::{JudgedOn, ModelFile};
-use crate::study::{AxisKind, Study};
+use crate::signal::motion::Motion;
+use crate::study::Study;
 use crate::text::table::rounded;
 use jointwatch_shared::base::followed::Follows;
 
@@ -99,10 +101,7 @@ pub(super) fn in_notes(
                 }
                 (true, _) => "drifts by {} (RMS) along the training records",
             };
-            let unit = match study.axes[axis].kind {
-                AxisKind::Translation => "N",
-                AxisKind::Rotation => "N·m",
-            };
+            let unit = study.axes[axis].kind.force_unit();
             let does = does.replace("{}", &format!("{} {unit}", rounded(zeros.size())));
             notes.push(format!("axis {}: the zero of force {does}", names[axis]));
         }
@@ -166,6 +165,37 @@ fn of_a_force(search: &Search, learnt: &Records<'_>, axis: usize, name: &str) ->
     format!(
         "axis {name}: what is left stands above the noise of the sensors and follows no motion: a force that nobody measures acts there{line}"
     )
+}
+
+/// A sentence for every validation record in which the error of an axis is mostly a constant.
+pub(super) fn of_constants(
+    study: &Study,
+    search: &Search,
+    (motions, records): (&[&Motion], &Records<'_>),
+) -> Vec<String> {
+    if motions.is_empty() {
+        return Vec::new();
+    }
+    let model = (&*search.last.terms, &search.last.solution.solved);
+    let axes = study.axes.iter().enumerate();
+    let each = axes.flat_map(|(at, axis)| {
+        let of_record = constants(records, model, at).into_iter().zip(motions);
+        let mostly = of_record.filter(move |([constant, part], _)| {
+            *part > MOST_OF_IT && constant.abs() > CRITERIA.zero * records.references.force[at]
+        });
+        mostly.map(|([constant, part], motion)| {
+            format!(
+                "axis {}: {:.0} % of the error in {} is a constant, {} {}: the zero of its force channel, or its preload, differs from that \
+                 of the training records",
+                axis.name,
+                100.0 * part,
+                study.records[motion.record].file,
+                rounded(constant),
+                axis.kind.force_unit()
+            )
+        })
+    });
+    each.collect()
 }
 
 /// Effects that may be pieces of a shape without a name.

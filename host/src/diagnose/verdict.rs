@@ -9,7 +9,7 @@ use super::base::base_of;
 use super::criteria::CRITERIA;
 use super::decide::Decision;
 use super::errors::{Unseen, relative_errors};
-use super::notes::{follows_already, in_notes, never_rests, refutations};
+use super::notes::{follows_already, in_notes, never_rests, of_constants, refutations};
 use super::search::{Given, Search, search};
 use crate::assess::compare;
 use crate::assess::data_checks;
@@ -76,10 +76,7 @@ pub(super) fn answer(
     let mut notes = Vec::new();
     let judged = mixed(study, model, in_time, &mut notes);
     let training = judged.training(study);
-    let validation = judged.validation(study);
     let (base, values) = base_of(study, model, &mut notes)?;
-    let held = [&validation, &training].into_iter().find(|m| !m.is_empty());
-    let held = Records::new(&study.axes, held.unwrap_or(&training), &model.filters.band);
     let logged = in_time.validation(study);
     let of_validation = Records::new(&study.axes, &logged, &model.filters.band);
     let as_logged = in_time.training(study);
@@ -106,6 +103,7 @@ pub(super) fn answer(
     let learnt = Records::new(&study.axes, &training, &model.filters.band);
     let unmeasured = unmeasured_forces(&mut search, (&floors, &as_logged), &learnt);
     notes.extend(refutations(&search, &names, unseen.judged_on()));
+    notes.extend(of_constants(study, &search, (&logged, &of_validation)));
     notes.extend(in_notes(
         &search,
         (study, &learnt),
@@ -121,7 +119,7 @@ pub(super) fn answer(
         let names = names.iter().map(|name| (*name).to_string());
         names.zip(values.iter().copied()).collect()
     };
-    let noise = noise(&as_logged, &held);
+    let noise = noise(study, model, &judged, &as_logged);
     let comparison = compare::compare_motions(study, model, &prepared.motions)?;
     let new = added(&search);
     let (before, after) = match model.base {
@@ -150,8 +148,13 @@ pub(super) fn answer(
     })
 }
 
-/// The noise of every axis, relative to the force of records.
-fn noise(floors: &[Floor], held: &Records<'_>) -> Vec<f64> {
+/// The noise of every axis, relative to the force of the validation records, or of the training records where there are none.
+fn noise(study: &Study, model: &ModelFile, judged: &Prepared, floors: &[Floor]) -> Vec<f64> {
+    let held = match judged.validation(study) {
+        none if none.is_empty() => judged.training(study),
+        held => held,
+    };
+    let held = Records::new(&study.axes, &held, &model.filters.band);
     let pairs = floors.iter().zip(&held.references.force);
     pairs.map(|(floor, force)| floor.rms / force).collect()
 }
