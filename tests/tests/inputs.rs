@@ -480,3 +480,37 @@ fn a_column_that_the_study_does_not_name_is_taken_as_an_input() {
         "{sentence}"
     );
 }
+
+#[test]
+fn a_column_that_only_tells_the_records_apart_is_no_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    // The zero of force and the mean of a noisy temperature differ from record to record.
+    for (file, seed, zero, warm) in [
+        ("one.csv", 0.3, -5.0, 24.9),
+        ("more.csv", 0.9, 5.0, 25.3),
+        ("two.csv", 1.7, 0.0, 25.1),
+    ] {
+        let text = record(seed, true, LINE);
+        let rows = text.lines().skip(1).enumerate().map(|(row, line)| {
+            let [t, x, force, _] = line.split(',').collect::<Vec<_>>()[..] else {
+                panic!("{line}");
+            };
+            let force: f64 = force.parse::<f64>().unwrap() + zero;
+            let warm = warm + 0.3 * (104_729.0 * row as f64).sin();
+            format!("{t},{x},{force:.6},{warm:.3}\n")
+        });
+        let text = format!("t,x,F,T [degC]\n{}", rows.collect::<String>());
+        fs::write(folder.join(file), text).unwrap();
+    }
+    study(folder, "\"stiffness@x\", \"viscous@x\"", "");
+    let text = fs::read_to_string(folder.join("study.toml")).unwrap();
+    let more = "[[record]]\nfile = \"more.csv\"\nrole = \"train\"\n[base]";
+    fs::write(folder.join("study.toml"), text.replace("[base]", more)).unwrap();
+    identify(folder);
+    let said = run(folder, "diagnose study.toml model.json");
+    assert!(
+        !said.contains("the column") && said.contains("Missing: coulomb@x, force_zero@x."),
+        "{said}"
+    );
+}

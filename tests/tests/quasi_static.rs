@@ -271,3 +271,42 @@ fn what_needs_time_is_refused_with_what_to_do() {
     let column = "time = { column = \"none\" }";
     refused(column, "", spring, &["no column \"none\""]);
 }
+
+/// A test in which the amplitude grows is not judged where nothing was learnt: the part that is kept aside moves within the others.
+#[test]
+fn of_one_log_a_part_within_the_others_is_kept_aside() {
+    let folder = TempDir::new().unwrap();
+    let drafted = |grows: bool| {
+        let rows = (0..2000).map(|row| {
+            let turn = f64::from(row) / 40.0;
+            // One large loop near the end, as the last but one amplitude of a protocol is.
+            let size = match (grows, row) {
+                (true, 1700..1800) => 3.0,
+                _ => 1.0,
+            };
+            let x = size * turn.sin();
+            format!("{x:.5},{:.5}\n", 40.0 * x + 25.0 * turn.cos().signum())
+        });
+        let text = format!("d [mm],F [N]\n{}", rows.collect::<String>());
+        fs::write(folder.path().join("run.csv"), text).unwrap();
+        let init = ["init", "run.csv", "--yes", "--column", "time=none"];
+        succeed(folder.path(), &[init.as_slice(), &["-o", "-"]].concat())
+    };
+    let parts = |text: &str| -> Vec<String> {
+        let lines = text.lines().filter(|line| line.starts_with("rows = "));
+        let part = |line: &str| line.split("   ").next().unwrap().to_owned();
+        lines.map(part).collect()
+    };
+    assert_eq!(
+        parts(&drafted(false)),
+        ["rows = [0, 1400]", "rows = [1400, 2000]"]
+    );
+    assert_eq!(
+        parts(&drafted(true)),
+        [
+            "rows = [0, 1000]",
+            "rows = [1000, 1600]",
+            "rows = [1600, 2000]"
+        ]
+    );
+}

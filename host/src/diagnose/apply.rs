@@ -4,6 +4,8 @@ use crate::diagnose::add::{self, Added};
 use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::in_time::diagnose_prepared;
 use crate::diagnose::{Asked, Diagnosis, Found, PerAxis, Verdict};
+use crate::fit::effects::columns::Records;
+use crate::fit::effects::unknowns::is_physical;
 use crate::fit::identify::Prepared;
 use crate::model::ModelEffect;
 use crate::model::corrections::of_the_joint;
@@ -275,6 +277,10 @@ fn add_all(
             left_out = Some(format!(
                 "{listed} was found on the training records but would be cancelled by {cancelled}, so it was left out"
             ));
+        } else if let Some(name) = unphysical((study, prepared), &wider, &names)? {
+            left_out = Some(format!(
+                "{listed} was found, but found anew beside the others {name} has a value that is not physical, so it was left out"
+            ));
         } else if of_the_joint(&wider.effects_in_si()?).len() > MAX_TERMS {
             left_out = Some(format!(
                 "{listed} is missing as well, but a device carries {MAX_TERMS} effects at most"
@@ -296,6 +302,27 @@ fn add_all(
         }
     }
     Ok(left_out.filter(|_| staircase.steps.len() == before))
+}
+
+/// The first of the effects that were added which has a value that it cannot have.
+fn unphysical(
+    (study, prepared): (&Study, &Prepared),
+    model: &ModelFile,
+    added: &[String],
+) -> Result<Option<String>> {
+    let training = prepared.training(study);
+    let records = Records::new(&study.axes, &training, &model.filters.band);
+    let named = model.effects.iter().map(ModelEffect::name);
+    let pairs = named.zip(model.effects_in_si()?);
+    let mut at = pairs.filter(|(name, effect)| {
+        let bound = AxisEffect {
+            entry: effect.entry,
+            axis: usize::from(effect.axis),
+            input: effect.input,
+        };
+        added.contains(name) && !is_physical(&bound, &effect.values, &records)
+    });
+    Ok(at.next().map(|(name, _)| name))
 }
 
 /// What was found, as `add` takes it: once per axis where it was found on both.

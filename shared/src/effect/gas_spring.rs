@@ -20,6 +20,7 @@ impl Effect for GasSpring {
     /// Far from its wall it is any spring that bends a little.
     const NOT_AT_MOST: &'static [usize] = &[2];
     const LOOKS_LIKE: &'static [&'static str] = &[
+        "exponential_spring",
         "power_contact",
         "power_spring",
         "power_spring_by_direction",

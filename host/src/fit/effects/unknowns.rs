@@ -3,6 +3,7 @@
 use super::columns::Records;
 use crate::model::effects::AxisEffect;
 use jointwatch_shared::base::corrections::MAX_GAIN;
+use jointwatch_shared::effect::Subsystem;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
 use jointwatch_shared::units::{Dimension, References};
 
@@ -111,6 +112,10 @@ const SAMPLED: f64 = 0.45;
 /// Friction at rest is at most so many times that in motion, for any lubricated or dry pair of materials.
 const AT_REST: f64 = 3.0;
 
+/// A strength of the joint is at most so many times what the largest force, displacement and velocity make: a stop of that stiffness is
+/// pressed by a thousandth of the motion.
+const MOST: f64 = 1e3;
+
 /// The least and the most of a parameter that the force is proportional to: a strength that has to be positive is not below nothing, an
 /// inertia is not less than stated by all that is stated, and the gain of a channel is one that can be put right.
 fn bounds(bound: &AxisEffect, parameter: &Parameter, records: &Records<'_>) -> [f64; 2] {
@@ -136,7 +141,7 @@ pub(crate) fn column_bounds(bound: &AxisEffect, records: &Records<'_>) -> Vec<[f
 }
 
 /// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is absent, unless another one is
-/// enough; none is less than what it exceeds in nature or more than a few times that; and it has not become another one. One whose memory
+/// enough; no strength of the joint is far beyond what is measured; none is less than what it exceeds in nature or more than a few times that; and it has not become another one. One whose memory
 /// outlasts the records has: it is a spring about another zero, and follows the drift of an instrument. So has one that forgets within a
 /// sample, which is a damper, one that repeats after more than the travel, or a line of which the longest record holds no three periods or
 /// the sampling no more than a glimpse.
@@ -147,11 +152,17 @@ pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<
     let alternatives = entry.one_is_enough;
     let one_acts = alternatives.iter().any(|&place| values[place] > 0.0);
     let may_vanish = |place: usize| one_acts && alternatives.contains(&place);
+    // Of a strength a + b·u with an input, either may be far larger than both together.
+    let of_motion = entry.subsystem == Subsystem::Plant && records.inputs().is_empty();
+    let too_strong = |parameter: &Parameter, value: f64| {
+        let unit = reference(bound, parameter, &records.references);
+        of_motion && unit > 0.0 && value.abs() > MOST * unit
+    };
     let inside = listed.all(|(place, (parameter, value))| {
         let [least, most] = bounds(bound, parameter, records);
         let linear = matches!(parameter.role, Role::Linear { .. });
         let above = least < *value || (*value == 0.0 && may_vanish(place));
-        !linear || (above && *value < most)
+        !linear || (above && *value < most && !too_strong(parameter, *value))
     });
     let at_most = |place: usize| match parameters[place].role {
         Role::Shape(shape) => {

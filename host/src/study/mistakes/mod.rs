@@ -29,6 +29,8 @@ struct Limits {
     large: f64,
     /// m/s that no joint moves at.
     speed_m_s: f64,
+    /// m that no joint travels.
+    travel_m: f64,
 }
 
 const LIMITS: Limits = Limits {
@@ -39,6 +41,7 @@ const LIMITS: Limits = Limits {
     moves: 0.1,
     large: 0.3,
     speed_m_s: 300.0,
+    travel_m: 10.0,
 };
 
 /// Looks for the mistakes of a first day; one sentence each, without a full stop. A sound study gives none.
@@ -294,13 +297,22 @@ impl Axis<'_> {
         let x = channels.relative_displacement();
         let [_, v, _] = motion(&x, clear_lag(&x), self.study.sample_rate_hz);
         let fastest = v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        (fastest > LIMITS.speed_m_s).then(|| {
-            format!(
-                "axis {}: the displacement (column \"{}\") moves at up to {fastest:.0} m/s, which no joint does: probably it is in mm; \
-                 write displacement = {{ column = …, unit = \"mm\" }}",
-                self.axis().name, self.columns.displacement
-            )
-        })
+        let [low, high] = x
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+                [low.min(*x), high.max(*x)]
+            });
+        let does = match high - low {
+            travel if travel > LIMITS.travel_m => format!("travels {travel:.0} m"),
+            _ if fastest > LIMITS.speed_m_s => format!("moves at up to {fastest:.0} m/s"),
+            _ => return None,
+        };
+        Some(format!(
+            "axis {}: the displacement (column \"{}\") {does}, which no joint does: probably it is in mm; write displacement = {{ column = …, \
+             unit = \"mm\" }}",
+            self.axis().name,
+            self.columns.displacement
+        ))
     }
 
     /// Sign and unit of the force, by the mass, damping and stiffness that it shows.
