@@ -510,7 +510,7 @@ fn a_column_that_only_tells_the_records_apart_is_no_input() {
     identify(folder);
     let said = run(folder, "diagnose study.toml model.json");
     assert!(
-        !said.contains("the column") && said.contains("Missing: coulomb@x, force_zero@x."),
+        !said.contains("the column") && said.contains("Missing: coulomb@x. Instrument:"),
         "{said}"
     );
 }

@@ -20,8 +20,6 @@ impl Effect for LuGre {
     const STATE_BOUNDS: &'static [StateBound] = &[StateBound::Number(1)];
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(4);
 
-    /// Bristles may bend without damping.
-    const ONE_IS_ENOUGH: &'static [usize] = &[0, 2];
     /// Friction at rest is never less than in motion.
     const NEVER_LESS: &'static [(usize, usize)] = &[(1, 0)];
     const ABOUT: About = About {
@@ -52,7 +50,7 @@ impl Effect for LuGre {
                 "σ₁",
                 "damping while the bristles bend; none is left while they slip",
                 Dimension::DAMPING,
-                true,
+                false,
             ),
             Parameter {
                 name: "breakaway_displacement",
