@@ -358,14 +358,7 @@ pub(crate) fn held_out_errors(
     let terms: Vec<(AxisEffect, Vec<f64>)> = model
         .effects_in_si()?
         .into_iter()
-        .map(|term| {
-            let bound = AxisEffect {
-                input: term.input,
-                entry: term.entry,
-                axis: usize::from(term.axis),
-            };
-            (bound, term.values)
-        })
+        .map(|term| (AxisEffect::from(&term), term.values))
         .collect();
     let ridge = strengths(prepared, study, model);
     OnRecords::new(&study.axes, &training, model)?.held_out_errors(&terms, &ridge)

@@ -315,11 +315,7 @@ fn unphysical(
     let named = model.effects.iter().map(ModelEffect::name);
     let pairs = named.zip(model.effects_in_si()?);
     let mut at = pairs.filter(|(name, effect)| {
-        let bound = AxisEffect {
-            entry: effect.entry,
-            axis: usize::from(effect.axis),
-            input: effect.input,
-        };
+        let bound = AxisEffect::from(effect);
         added.contains(name) && !is_physical(&bound, &effect.values, &records)
     });
     Ok(at.next().map(|(name, _)| name))

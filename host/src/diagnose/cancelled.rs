@@ -25,11 +25,7 @@ pub(super) fn cancelled(
     let sizes = |model: &ModelFile| -> Result<Vec<(String, Vec<f64>)>> {
         let joint = of_the_joint(&model.effects_in_si()?).into_iter();
         let sizes = joint.map(|term| {
-            let bound = AxisEffect {
-                entry: term.entry,
-                axis: usize::from(term.axis),
-                input: term.input,
-            };
+            let bound = AxisEffect::from(&term);
             let force = records.force(&bound, &term.values);
             let axes = force.chunks_exact(rows).map(rms);
             (bound.name(&names), axes.collect())

@@ -115,10 +115,7 @@ pub(super) fn answer(
     let short = too_short(&learnt, &base, &names);
     let serious = wrong.iter().any(|finding| finding.serious) || !short.is_empty();
     let verdict = verdict(&search, &unmeasured, serious, found.is_empty());
-    let per_axis = |values: &[f64]| -> PerAxis {
-        let names = names.iter().map(|name| (*name).to_string());
-        names.zip(values.iter().copied()).collect()
-    };
+    let per_axis = |values: &[f64]| named(&names, values);
     let noise = noise(study, model, &judged, &as_logged);
     let comparison = compare::compare_motions(study, model, &prepared.motions)?;
     let new = added(&search);
@@ -146,6 +143,12 @@ pub(super) fn answer(
         data_problems: [data_checks::sentences(wrong), short].concat(),
         notes,
     })
+}
+
+/// A figure per axis with the axis' name.
+fn named(names: &[&str], values: &[f64]) -> PerAxis {
+    let names = names.iter().map(|name| (*name).to_string());
+    names.zip(values.iter().copied()).collect()
 }
 
 /// The noise of every axis, relative to the force of the validation records, or of the training records where there are none.

@@ -35,6 +35,16 @@ fn displacement(motion: &Motion, axis: usize) -> &[f64] {
     &motion.states[2 * axis]
 }
 
+fn mean(series: &[f64]) -> f64 {
+    series.iter().sum::<f64>() / series.len().max(1) as f64
+}
+
+/// A series without its mean.
+fn about_mean(series: &[f64]) -> Vec<f64> {
+    let mean = mean(series);
+    series.iter().map(|value| value - mean).collect()
+}
+
 /// The smallest and the largest of several series.
 fn range<'a>(series: impl Iterator<Item = &'a [f64]>) -> [f64; 2] {
     series
@@ -138,20 +148,16 @@ pub fn training_warnings(axes: &[Axis], training: &[&Motion], parameters: usize)
 pub fn one_loop(axes: &[Axis], training: &[&Motion]) -> Vec<String> {
     let goes_round = |axis: usize| {
         let gathered = |of: fn(&Motion, usize) -> &[f64]| -> Vec<f64> {
-            training.iter().flat_map(|m| of(m, axis)).copied().collect()
+            let all: Vec<f64> = training.iter().flat_map(|m| of(m, axis)).copied().collect();
+            about_mean(&all)
         };
-        let [x, v] = [displacement, velocity].map(|of| {
-            let mut series = gathered(of);
-            let mean = series.iter().sum::<f64>() / series.len().max(1) as f64;
-            series.iter_mut().for_each(|value| *value -= mean);
-            let whole = rms(&series);
-            series.iter_mut().for_each(|value| *value /= whole);
-            series
-        });
-        let radius: Vec<f64> = x.iter().zip(&v).map(|(x, v)| x.hypot(*v)).collect();
-        let mean = radius.iter().sum::<f64>() / radius.len().max(1) as f64;
-        let about: Vec<f64> = radius.iter().map(|r| r - mean).collect();
-        rms(&about) < ONE_LOOP * mean
+        let (x, v) = (gathered(displacement), gathered(velocity));
+        let units = [rms(&x), rms(&v)];
+        let pairs = x.iter().zip(&v);
+        let radius: Vec<f64> = pairs
+            .map(|(x, v)| (x / units[0]).hypot(v / units[1]))
+            .collect();
+        rms(&about_mean(&radius)) < ONE_LOOP * mean(&radius)
     };
     let axes = axes.iter().enumerate().filter(|(i, _)| goes_round(*i));
     axes.map(|(_, axis)| {

@@ -86,11 +86,7 @@ impl ModelEffect {
         let kinds: Vec<axis::AxisKind> = header.axes.iter().map(|a| a.kind).collect();
         let terms = model.terms().in_si(header, model.outputs());
         let term = |term: EffectValues| {
-            let bound = AxisEffect {
-                entry: term.entry,
-                axis: usize::from(term.axis),
-                input: term.input,
-            };
+            let bound = AxisEffect::from(&term);
             Self::new(&bound, &names, &kinds, &term.values, &[])
         };
         terms.into_iter().map(term).collect()
@@ -246,6 +242,16 @@ pub(crate) fn check_inputs(
             "the model follows the input {name:?}, which is not there: name its column in study.toml with [[input]], name = {name:?}",
             name = name.as_ref()
         ))),
+    }
+}
+
+impl From<&EffectValues> for AxisEffect {
+    fn from(term: &EffectValues) -> Self {
+        Self {
+            entry: term.entry,
+            axis: usize::from(term.axis),
+            input: term.input,
+        }
     }
 }
 

@@ -67,11 +67,7 @@ impl Unknowns {
         for (place, effect) in effects.iter().enumerate() {
             if effect.entry.subsystem != Subsystem::Sensor {
                 joint.push(place);
-                terms.push(AxisEffect {
-                    entry: effect.entry,
-                    axis: usize::from(effect.axis),
-                    input: effect.input,
-                });
+                terms.push(AxisEffect::from(effect));
             }
         }
         let mut list = linear(&terms, references);
