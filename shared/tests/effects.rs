@@ -190,6 +190,7 @@ fn numbers_in_blobs_never_change() {
         (59, "offset_contact"),
         (60, "cogging_harmonics"),
         (61, "exponential_spring"),
+        (62, "bouc_wen_degrading"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);

@@ -157,6 +157,11 @@ impl<'a> TimeHistory<'a> {
         self.states[2 * axis]
     }
 
+    /// The same before the first row; nothing where nothing is known of it.
+    pub(crate) fn displacement_before(&self, axis: usize) -> &'a [f64] {
+        self.before.get(2 * axis).copied().unwrap_or(&[])
+    }
+
     /// Velocity of an axis, m/s or rad/s.
     pub fn velocity(&self, axis: usize) -> &'a [f64] {
         self.states[2 * axis + 1]

@@ -26,6 +26,8 @@ const SAMPLES: usize = 32;
 
 /// What an axis did in a record.
 pub(super) struct AxisRecord<'a> {
+    /// Displacement in the records whose rows come straight before this one's; none where no record's do.
+    pub(super) earlier: Vec<f64>,
     /// Displacement from the first logged row on.
     pub(super) displacement: &'a [f64],
     /// The row from which the others are known.
@@ -67,15 +69,21 @@ impl Element {
 }
 
 impl AxisRecord<'_> {
-    /// Displacement and velocity before the row `first_row`: those that were logged, and before them the travel by which the joint came.
+    /// Displacement and velocity before the row `first_row`: those that were logged, and before them the records that this one continues, or
+    /// else the travel by which the joint came.
     pub(super) fn before(&self) -> [Vec<f64>; 2] {
         let logged = &self.displacement[..self.first_row.min(self.displacement.len())];
         let Some(&first) = logged.first() else {
             return [Vec::new(), Vec::new()];
         };
-        let travel = self.travel();
-        let came = (0..SAMPLES).map(|k| first - travel * (1.0 - k as f64 / SAMPLES as f64));
-        let displacement: Vec<f64> = came.chain(logged.iter().copied()).collect();
+        let came = if self.earlier.is_empty() {
+            let travel = self.travel();
+            let at = |k: usize| first - travel * (1.0 - k as f64 / SAMPLES as f64);
+            (0..SAMPLES).map(at).collect()
+        } else {
+            self.earlier.clone()
+        };
+        let displacement = [&came, logged].concat();
         let rate = |row: usize| {
             let before = displacement[row.saturating_sub(1)];
             (displacement[row] - before) * self.sample_rate_hz

@@ -33,8 +33,9 @@ pub struct Motion {
     pub sample_rate_hz: f64,
     /// [x, ẋ] or [x, ẋ, φ, φ̇]: relative displacement and velocity of each axis, SI, wide-band.
     pub states: Vec<Vec<f64>>,
-    /// The same before row 0, as far as what remembers it has to know: the logged rows that the filters cost, and before them the travel
-    /// by which the joint came to the first of them, where the record tells of one. All equally long; none where nothing is known.
+    /// The same before row 0, as far as what remembers it has to know: the logged rows that the filters cost, and before them the records
+    /// whose rows come straight before in the same log, or else the travel by which the joint came to the first row, where the record
+    /// tells of one. All equally long; none where nothing is known.
     pub before: Vec<Vec<f64>>,
     /// Absolute acceleration of the body, per axis.
     pub acceleration: Vec<Vec<f64>>,
@@ -215,6 +216,7 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
             .map(|(name, s)| (name.clone(), s[half..s.len() - half].to_vec()))
             .collect(),
     };
+    let earlier = study.continued(record);
     for (axis, channels) in study.axes.iter().zip(&record.axes) {
         let inner = |series: &[f64]| series[half..series.len() - half].to_vec();
         let relative = channels.relative_displacement();
@@ -233,7 +235,12 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
         for (f, g) in force.iter_mut().zip(ground.iter().flatten()) {
             *f -= g;
         }
+        let number = motion.force.len();
         let along = AxisRecord {
+            earlier: earlier
+                .iter()
+                .flat_map(|record| record.axes[number].relative_displacement())
+                .collect(),
             displacement: &relative,
             first_row: half,
             velocity: &velocity,

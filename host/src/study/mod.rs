@@ -251,6 +251,21 @@ pub struct Study {
 }
 
 impl Study {
+    /// The records that one continues, the earliest first: stretches of the same log whose rows come straight before its first.
+    pub(crate) fn continued(&self, record: &Record) -> Vec<&Record> {
+        let mut chain: Vec<&Record> = Vec::new();
+        let mut first = record.first_row;
+        let ends = |known: &Record, row: usize| {
+            known.file == record.file && known.rows > 0 && known.first_row + known.rows == row
+        };
+        while let Some(before) = self.records.iter().find(|r| ends(r, first)) {
+            first = before.first_row;
+            chain.push(before);
+        }
+        chain.reverse();
+        chain
+    }
+
     /// Whether it names an input.
     pub fn has_input(&self, name: &str) -> bool {
         self.inputs.iter().any(|input| input.name == name)

@@ -11,6 +11,7 @@ mod bouc_wen;
 mod bouc_wen_by_direction;
 mod bouc_wen_by_place;
 mod bouc_wen_by_rate;
+mod bouc_wen_degrading;
 mod bouc_wen_hardening;
 mod bouc_wen_pinching;
 mod by_direction;
@@ -152,4 +153,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<offset_contact::OffsetContact>(),
     Entry::of::<cogging_harmonics::CoggingHarmonics>(),
     Entry::of::<exponential_spring::ExponentialSpring>(),
+    Entry::of::<bouc_wen_degrading::BoucWenDegrading>(),
 ];

@@ -194,6 +194,12 @@ impl<const N: usize> Scalar for Dual<N> {
         self.through(value, -falls * value)
     }
     #[inline]
+    fn hyperbolic_decay(self) -> Self {
+        let value = self.value.hyperbolic_decay();
+        let falls = self.value.heaviside(0.0);
+        self.through(value, -falls * value * value)
+    }
+    #[inline]
     fn sine(self) -> Self {
         let cosine = (self.value + 0.25).sine();
         self.through(self.value.sine(), core::f64::consts::TAU * cosine)

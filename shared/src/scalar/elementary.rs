@@ -7,6 +7,7 @@
 //! | operation | over | largest error stated | measured, maximum and RMS |
 //! |---|---|---|---|
 //! | `decay` | all arguments | 3 units of 2⁻³² ([`DECAY_ERROR`]) | 1.3 and 0.29 |
+//! | `hyperbolic_decay` | all arguments | 1 unit ([`HYPERBOLIC_DECAY_ERROR`]) | 1.0 and 0.58 |
 //! | `sine` | all arguments | 9 units ([`SINE_ERROR`]) | 3.9 and 0.49 |
 //!
 //! Measured by `cargo test --release -p jointwatch-shared elementary -- --nocapture`. The stated error is that against the exact
@@ -17,6 +18,8 @@ use crate::scalar::fixed::{mul_high_add, round_shift};
 
 /// The most by which `decay` is off: the polynomial 0.1 units, its roundings 1.5, log₂e 0.5, the last shift 0.5.
 pub const DECAY_ERROR: f64 = 3.0 * UNIT;
+/// The most by which `hyperbolic_decay` is off: it is rounded down.
+pub const HYPERBOLIC_DECAY_ERROR: f64 = UNIT;
 /// The most by which `sine` is off: half a unit for each of nine products and eight coefficients.
 pub const SINE_ERROR: f64 = 9.0 * UNIT;
 
@@ -32,6 +35,14 @@ const QUARTER_WAVE: [Q; 8] = quarter_wave();
 pub(super) fn decay(a: Q) -> Q {
     // Beyond 2⁵ the result is 0 to the last bit; the product with log₂ e stays in range.
     halvings(Q::from_raw(a.raw().clamp(0, 1 << (PLACES + 5))) * LOG2_E)
+}
+
+/// 1/(1 + a); 1 for a negative argument.
+pub(super) fn hyperbolic_decay(a: Q) -> Q {
+    let below = a.raw().max(0) as u64 + (1 << PLACES);
+    // 2⁶⁴ has one bit too many: it is taken once less, and 1 added.
+    let rest = below.wrapping_neg().checked_div(below).unwrap_or(0);
+    Q::from_raw(rest as i64 + 1)
 }
 
 /// sin(2πa): the sine of `a` turns.
@@ -123,6 +134,10 @@ mod tests {
         println!("decay: {most:.2} units at most, {rms:.2} RMS");
         assert!(most * UNIT <= DECAY_ERROR && most <= 1.3 && rms <= 0.295);
 
+        let (most, rms) = error(0.0, 25.0, 3_000_001, hyperbolic_decay, |a| 1.0 / (1.0 + a));
+        println!("hyperbolic decay: {most:.2} units at most, {rms:.2} RMS");
+        assert!(most * UNIT <= HYPERBOLIC_DECAY_ERROR && most <= 1.0 && rms <= 0.585);
+
         let turns = |a: f64| (a.fract() * core::f64::consts::TAU).sin();
         let (most, rms) = error(-3.0, 3.0, 3_000_017, sine, turns);
         println!("sine: {most:.2} units at most, {rms:.2} RMS");
@@ -135,8 +150,10 @@ mod tests {
         let zero = Q::from_raw(0);
         for a in [zero, Q::from_raw(-1), Q::from_raw(i64::MIN)] {
             assert_eq!(decay(a), one);
+            assert_eq!(hyperbolic_decay(a), one);
         }
         assert_eq!(decay(Q::from_raw(i64::MAX)), zero);
+        assert_eq!(hyperbolic_decay(Q::from_raw(i64::MAX)), Q::from_raw(1));
         for turns in [-7.0, 0.0, 1.0, 1e6].map(Q::from_f64) {
             assert_eq!(sine(turns), zero);
         }

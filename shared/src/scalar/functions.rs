@@ -47,6 +47,9 @@ impl Scalar for Q {
             [decay, Self::one(), decay]
         }
     }
+    fn hyperbolic_decay(self) -> Self {
+        elementary::hyperbolic_decay(self)
+    }
     fn gaussian(self) -> Self {
         // A square that saturates decays to 0 as one that is held does.
         elementary::decay(self * self)

@@ -1,6 +1,6 @@
 //! All values that a quantity can take, and how far the device's number can be from the exact one: bounds for export.
 
-use super::elementary::{DECAY_ERROR, SINE_ERROR};
+use super::elementary::{DECAY_ERROR, HYPERBOLIC_DECAY_ERROR, SINE_ERROR};
 use super::short::{self, POWER_ERROR, RAISED_ERROR};
 use super::{Number, Powers, Scalar, q};
 use crate::base::tanh;
@@ -64,6 +64,11 @@ impl<const PLACES: u32> Interval<PLACES> {
         let mut made = Self::range(from.least, from.most, error);
         made.fullest = made.fullest.max(from.fullest);
         made
+    }
+
+    /// The smallest magnitude, exact or on the device.
+    fn nearest_to_zero(self) -> f64 {
+        (self.least.max(-self.most) - self.error).max(0.0)
     }
 
     /// The largest magnitude, exact or on the device.
@@ -239,8 +244,12 @@ impl Scalar for Interval {
         let mut change = self.change(step, factor);
         let most = limit.most;
         (change.least, change.most) = (change.least.max(-most), change.most.min(most));
+        // The factor is one number in both products: what it is off by shows in the step alone, and in none beyond what is held.
+        let furthest = step.magnitude().min(most / factor.nearest_to_zero());
+        let position = 2.0 * (factor.magnitude() * self.error + 0.5 * Self::UNIT);
+        let error = change.error.min(position + furthest * factor.error);
         // Each of both products is cut to a short number, both to the same side; what is held cannot be off by more than what it is held between.
-        let error = (change.error + Self::Short::UNIT).min(2.0 * most);
+        let error = (error + Self::Short::UNIT).min(2.0 * most);
         Interval::converted(change, error)
     }
     fn decay(self) -> Self {
@@ -248,6 +257,17 @@ impl Scalar for Interval {
         let steepest = (self.least - self.error).decay();
         let error = steepest * self.error + DECAY_ERROR;
         Self::from(self.most.decay(), self.least.decay(), error, &[self])
+    }
+    fn hyperbolic_decay(self) -> Self {
+        // The slope is at most the square of the value at the smallest argument.
+        let largest = (self.least - self.error).hyperbolic_decay();
+        let error = largest * largest * self.error + HYPERBOLIC_DECAY_ERROR;
+        Self::from(
+            self.most.hyperbolic_decay(),
+            self.least.hyperbolic_decay(),
+            error,
+            &[self],
+        )
     }
     fn sine(self) -> Self {
         let error = core::f64::consts::TAU * self.error + SINE_ERROR;

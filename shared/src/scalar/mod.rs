@@ -15,6 +15,7 @@
 //! | [`Number::half`] | a/2 | |
 //! | [`Scalar::tanh`] | hyperbolic tangent | |
 //! | [`Scalar::decay`] | e⁻ᵃ for a ≥ 0, 1 below | at 0 the right one |
+//! | [`Scalar::hyperbolic_decay`] | 1/(1 + a) for a ≥ 0, 1 below | at 0 the right one |
 //! | [`Scalar::gaussian`] | e^(−a²) | |
 //! | [`Scalar::sine`] | sin(2πa): the sine of a turns | |
 //! | [`Powers::power`] | aⁿ for a from 0 to 1, n from 1 to 4 | |
@@ -103,6 +104,8 @@ pub trait Scalar: Number {
         let [ahead, back] = [self.decay(), (-self).decay()];
         [ahead, back, ahead * back]
     }
+    /// 1/(1 + a); 1 where `self` is negative.
+    fn hyperbolic_decay(self) -> Self;
     /// The Gaussian e^(−a²).
     fn gaussian(self) -> Self {
         // From 5 on it is less than the device's last place, and so is the error of a large square.
@@ -205,6 +208,10 @@ impl Scalar for f64 {
     #[inline]
     fn decay(self) -> Self {
         f64::exp(-f64::max(self, 0.0))
+    }
+    #[inline]
+    fn hyperbolic_decay(self) -> Self {
+        1.0 / (1.0 + f64::max(self, 0.0))
     }
     #[inline]
     fn sine(self) -> Self {

@@ -242,7 +242,9 @@ impl Case {
         let (base, base_terms) = take_out(&whole, axes, hidden);
         let mut shaking = Shaking::draw(rng);
         // What depends on the largest excursion so far hardly shows once that has been reached.
-        shaking.growing |= hidden.iter().any(|(s, _)| s.name == "mullins");
+        shaking.growing |= hidden
+            .iter()
+            .any(|(s, _)| ["mullins", "bouc_wen_degrading"].contains(&s.name));
         let plans = plans(axes, shaking.validation_level);
         let runs: Vec<Run> = plans.iter().map(|plan| shaking.run(plan, rng)).collect();
         let (training, validation) = runs.split_at(runs.len() - 1);

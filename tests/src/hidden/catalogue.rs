@@ -92,7 +92,7 @@ pub const SUBJECTS: [Subject; 31] = [
 ];
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed and the list above.
-pub const BY_NAME: [Subject; 34] = [
+pub const BY_NAME: [Subject; 35] = [
     subject("exponential_spring", Kind::Joint),
     subject("gas_spring", Kind::Joint),
     subject("offset_contact", Kind::Joint),
@@ -120,6 +120,7 @@ pub const BY_NAME: [Subject; 34] = [
     subject("mullins", Kind::Joint),
     subject("bouc_wen_hardening", Kind::Joint),
     subject("bouc_wen_pinching", Kind::Joint),
+    subject("bouc_wen_degrading", Kind::Joint),
     subject("iwan", Kind::Joint),
     subject("generalized_maxwell", Kind::Joint),
     subject(wild::NAMES[0], Kind::Outside),
@@ -319,6 +320,11 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
                 width: saturation * within(0.15, 0.4),
             }
         }
+        "bouc_wen_degrading" => Form::TiredWen {
+            saturation: x * within(0.1, 0.4),
+            exponent: within(1.0, 2.0),
+            excursion: scale.reach * within(0.15, 0.6),
+        },
         "bouc_wen_hardening" => {
             let both_ways = 1.0 / (scale.reach * within(0.7, 2.0));
             Form::HardeningWen {

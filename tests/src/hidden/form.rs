@@ -77,6 +77,15 @@ pub enum Form {
         /// ζ₂.
         width: f64,
     },
+    /// [`Form::Wen`] with β = γ whose ż falls as the largest |x| grows: to a half where that is `excursion`. The second memory is that |x|.
+    TiredWen {
+        /// z_y.
+        saturation: f64,
+        /// n.
+        exponent: f64,
+        /// Largest |x| after which it is half as stiff.
+        excursion: f64,
+    },
     /// A spring in series with a dry slider (Jenkin's element).
     SpringSlider {
         /// Extension at which it slips.

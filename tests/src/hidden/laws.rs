@@ -87,7 +87,8 @@ impl Law {
             Form::OneSided => x.max(0.0),
             Form::Wen { saturation, .. }
             | Form::Dahl { saturation }
-            | Form::PinchedWen { saturation, .. } => z / saturation,
+            | Form::PinchedWen { saturation, .. }
+            | Form::TiredWen { saturation, .. } => z / saturation,
             Form::SpringSlider { slip } => (z / slip).clamp(-1.0, 1.0),
             Form::Bristles {
                 deflection,
@@ -179,10 +180,23 @@ impl Law {
 
     /// How fast its memory changes, per second.
     pub fn rates(&self, joint: &JointState, memory: &Memory) -> Memory {
-        let v = joint[self.axis][1];
+        let [x, v] = joint[self.axis];
         let z = memory[0];
         let rate = match self.form {
             Form::Wild(wild) => return wild.rates(joint[self.axis], memory),
+            Form::TiredWen {
+                saturation,
+                exponent,
+                excursion,
+            } => {
+                let full = (z / saturation).abs().powf(exponent);
+                let yields = if v * z > 0.0 { full } else { 0.0 };
+                let grows = x.abs() >= memory[1] && x * v > 0.0;
+                let mut rates = [0.0; MEMORIES];
+                rates[0] = v * (1.0 - yields) * excursion / (excursion + memory[1]);
+                rates[1] = if grows { v.abs() } else { 0.0 };
+                return rates;
+            }
             Form::Wen {
                 saturation,
                 roundness,
@@ -267,7 +281,8 @@ impl Law {
             Form::SpringSlider { slip } => spring(s / slip),
             Form::Wen { saturation, .. }
             | Form::Dahl { saturation }
-            | Form::PinchedWen { saturation, .. } => {
+            | Form::PinchedWen { saturation, .. }
+            | Form::TiredWen { saturation, .. } => {
                 spring(s / saturation).max(2.0 * top_speed / saturation)
             }
             Form::Bristles {

@@ -146,7 +146,9 @@ impl Inputs {
         let [displacement, velocity] = own.as_slice() else {
             return Self { series, step };
         };
-        series.extend(memory(displacement, &records.rows).map(|column| (Knows::Memory, column)));
+        let before = records.displacement_before(bench.axis);
+        let remembered = memory(displacement, &records.rows, &before);
+        series.extend(remembered.map(|column| (Knows::Memory, column)));
         for delay in DELAYS_S {
             let late = (delay * records.thinned_rate_hz).round().max(1.0) as usize;
             for column in [displacement, velocity] {
@@ -311,8 +313,9 @@ impl Inputs {
     }
 }
 
-/// Way since the last reversal, where it was, the swing before it, and the largest excursion so far, record by record.
-fn memory(displacement: &[f64], records: &[usize]) -> [Vec<f64>; 4] {
+/// Way since the last reversal, where it was, the swing before it, and the largest excursion so far, record by record, each after what is
+/// known of the motion before it.
+fn memory(displacement: &[f64], records: &[usize], before: &[&[f64]]) -> [Vec<f64>; 4] {
     let mut out: [Vec<f64>; 4] = Default::default();
     let low = displacement.iter().copied().fold(f64::INFINITY, f64::min);
     let high = displacement
@@ -321,12 +324,13 @@ fn memory(displacement: &[f64], records: &[usize]) -> [Vec<f64>; 4] {
         .fold(f64::NEG_INFINITY, f64::max);
     let turn = TURN * (high - low);
     let mut start = 0;
-    for &count in records {
+    for (&count, known) in records.iter().zip(before) {
         let part = &displacement[start..start + count];
-        let first = part.first().copied().unwrap_or(0.0);
+        let first = known.iter().chain(part).next().copied().unwrap_or(0.0);
         let (mut last, mut before, mut extreme) = (first, first, first);
         let (mut direction, mut largest) = (1.0, 0.0_f64);
-        for &x in part {
+        let rows = known.iter().chain(part).enumerate();
+        for (row, &x) in rows {
             if direction * (x - extreme) > 0.0 {
                 extreme = x;
             } else if direction * (extreme - x) > turn {
@@ -334,6 +338,9 @@ fn memory(displacement: &[f64], records: &[usize]) -> [Vec<f64>; 4] {
                 direction = -direction;
             }
             largest = largest.max(x.abs());
+            if row < known.len() {
+                continue;
+            }
             let row = [x - last, last, last - before, largest];
             out.iter_mut()
                 .zip(row)

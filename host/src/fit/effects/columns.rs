@@ -137,6 +137,12 @@ impl<'a> Records<'a> {
         records
     }
 
+    /// What is known of the displacement of an axis before each record, m or rad, not thinned.
+    pub(crate) fn displacement_before(&self, axis: usize) -> Vec<&'a [f64]> {
+        let histories = self.histories.iter();
+        histories.map(|h| h.displacement_before(axis)).collect()
+    }
+
     /// The inertia of an axis that may be stated wrong: one that is stated, if only as nothing, and whose force is not all that there is.
     pub(crate) fn doubtful_inertia(&self, axis: usize) -> Option<f64> {
         self.inertias[axis].filter(|_| self.forced[axis])
