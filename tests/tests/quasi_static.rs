@@ -310,3 +310,38 @@ fn of_one_log_a_part_within_the_others_is_kept_aside() {
         ]
     );
 }
+
+#[test]
+fn a_stretch_of_a_log_remembers_the_stretch_before_it() {
+    const SOFTENING: f64 = 1.5e7;
+    // The second half moves half as far as the first, which left the spring softer.
+    let [first, second] = [3, 9].map(|seed| path(seed, 2e-5));
+    let rows = [first.len(), first.len() + second.len()];
+    let x: Vec<f64> = [first, second.iter().map(|x| 0.5 * x).collect()].concat();
+    let mut largest = 0.0_f64;
+    let force = x.iter().map(|x| {
+        largest = largest.max(x.abs());
+        (STIFFNESS - SOFTENING * largest) * x
+    });
+    let log = MemoryLog {
+        name: "log".into(),
+        columns: vec![("F".into(), force.collect()), ("x".into(), x.clone())],
+    };
+    let error = |begins: usize| {
+        let text = text("\"stiffness@x\", \"mullins@x\"", NONE, "");
+        let text = text.replace(
+            "file = \"train\"",
+            &format!("file = \"log\"\nrows = [0, {}]", rows[0]),
+        );
+        let text = text.replace(
+            "file = \"valid\"",
+            &format!("file = \"log\"\nrows = [{begins}, {}]", rows[1]),
+        );
+        let study = Study::of_memory("memory", &text, std::slice::from_ref(&log)).unwrap();
+        let model = identify::physical(&study).unwrap().model;
+        model.validation[0].relative_error
+    };
+    let [joined, apart] = [rows[0], rows[0] + 1].map(error);
+    println!("relative error {joined}, with a row between them {apart}");
+    assert!(joined < 1e-3 && apart > 0.1, "{joined}, {apart}");
+}

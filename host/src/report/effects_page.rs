@@ -270,25 +270,20 @@ pub fn markdown() -> String {
     for entry in EFFECTS {
         let about = &entry.about;
         let _ = write!(text, "\n## {}\n\n`{}`\n\n", about.name, about.equation);
-        for p in entry.parameters() {
-            let first = *said.entry((p.name, p.meaning)).or_insert(about.name);
-            if first != about.name {
-                let _ = writeln!(text, "- `{}` {}: as in {first}", p.name, p.symbol);
+        let first_at = |p: &Parameter| *said.entry((p.name, p.meaning)).or_insert(about.name);
+        let firsts: Vec<&str> = entry.parameters().iter().map(first_at).collect();
+        let listed: Vec<_> = entry.parameters().iter().zip(firsts).collect();
+        for alike in listed.chunk_by(|(_, a), (_, b)| a == b && *a != about.name) {
+            let (p, first) = alike[0];
+            if first == about.name {
+                let _ = writeln!(text, "{}", described(p));
                 continue;
             }
-            let searched = match p.role {
-                Role::Shape(shape) if !shape.is_given() => "*",
-                _ => "",
-            };
-            let unit = match units(p) {
-                [unit, _] if unit == "–" => String::new(),
-                [unit, _] => format!(" ({unit})"),
-            };
-            let _ = writeln!(
-                text,
-                "- `{}`{searched} {}{unit}: {}",
-                p.name, p.symbol, p.meaning
-            );
+            let names = alike
+                .iter()
+                .map(|(p, _)| format!("`{}` {}", p.name, p.symbol));
+            let names: Vec<String> = names.collect();
+            let _ = writeln!(text, "- {}: as in {first}", names.join(", "));
         }
         // Of a part of the joint the table above says it all.
         let fate = match entry.subsystem {
@@ -306,6 +301,19 @@ pub fn markdown() -> String {
         );
     }
     text.trim_end().into()
+}
+
+/// A parameter with what it means, as an item of a list.
+fn described(p: &Parameter) -> String {
+    let searched = match p.role {
+        Role::Shape(shape) if !shape.is_given() => "*",
+        _ => "",
+    };
+    let unit = match units(p) {
+        [unit, _] if unit == "–" => String::new(),
+        [unit, _] => format!(" ({unit})"),
+    };
+    format!("- `{}`{searched} {}{unit}: {}", p.name, p.symbol, p.meaning)
 }
 
 /// One effect as `--json` gives it.

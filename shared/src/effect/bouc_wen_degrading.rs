@@ -21,13 +21,11 @@ impl Effect for BoucWenDegrading {
 
     const ABOUT: About = About {
         name: "bouc_wen_degrading",
-        title: "smooth hysteresis that grows softer with the largest displacement so far (Bouc–Wen with degradation)",
+        title: "smooth hysteresis that degrades with the largest displacement (Bouc–Wen)",
         equation: "r = F_y·z, dz/dx = (1 − |z|ⁿ·(½ + ½·sgn(ẋ·z)))/(u_y·(1 + m/w)), m = largest |x| so far",
-        source: "T. T. Baber, Y.-K. Wen, J. Eng. Mech. Div. ASCE 107 (1981) 1069–1087; by the largest displacement as R. W. Clough, \
-                 S. B. Johnston, Japan Earthquake Eng. Symp. 1966, 227–232",
-        residual_signature: "the residual over the displacement is a loop that leans over after every new largest displacement and stays so",
-        separated_by: "The same small cycles before and after a large one: the loop leans over and does not come back; Bouc–Wen \
-                       repeats itself.",
+        source: "T. T. Baber, Y.-K. Wen, J. Eng. Mech. Div. ASCE 107 (1981) 1069–1087",
+        residual_signature: "the residual over the displacement is a loop that leans over with every new largest displacement",
+        separated_by: "The same small cycles before and after a large one: Bouc–Wen repeats itself, and this loop stays leant over.",
         parameters: &[
             BoucWen::ABOUT.parameters[0],
             Parameter {

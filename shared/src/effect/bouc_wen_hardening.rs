@@ -25,8 +25,7 @@ impl Effect for BoucWenHardening {
         name: "bouc_wen_hardening",
         title: "smooth hysteresis that grows stiffer under load (Bouc–Wen with negative β + γ)",
         equation: "r = F_h·z, dz/dx = (1 + |z|·(1 − η·sgn(ẋ·z)))/u_h",
-        source: "F. Ikhouane, J. Rodellar, Systems with Hysteresis, Wiley 2007, ch. 2; J.-P. Noël, M. Schoukens, Hysteretic benchmark with a \
-                 dynamic nonlinearity, 2016",
+        source: "F. Ikhouane, J. Rodellar, Systems with Hysteresis, Wiley 2007, ch. 2",
         residual_signature: "the residual over the displacement is a loop whose branches bend upwards, thin in the middle and steep towards its ends",
         separated_by: "Slow cycles at several amplitudes: both ends grow stiffer with the swing, and it unloads more steeply than it was \
                        loaded; Bouc–Wen flattens.",

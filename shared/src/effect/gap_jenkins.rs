@@ -51,7 +51,7 @@ impl Effect for GapJenkins {
         name: "gap_jenkins",
         title: "dry friction behind a spring and a gap",
         equation: "r = F_s·|w|ⁿ·sgn w, w = dz(z, 1 − c)/c, z ← z + Δx/u held within ±1",
-        source: "stop operator with a dead zone: M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989, ch. 1 and 3",
+        source: "M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989, ch. 1 and 3",
         residual_signature: "the residual over the displacement falls to zero after every reversal, stays there for a fixed travel, then rises to a plateau",
         separated_by: "Slow reversals at several amplitudes: after each a flat part of one length at zero force. A clearance has its flat \
                        part at one place; Jenkins and Bouc–Wen have none.",
