@@ -17,3 +17,4 @@ pub(crate) mod statistics;
 
 #[cfg(test)]
 mod differentiate;
+mod earlier;

@@ -10,6 +10,7 @@
 //!
 //! Spring and damper act on the body in the same way in both, so both take them off the applied force first.
 
+use crate::signal::earlier::remembered;
 use crate::signal::fir::apply;
 use crate::signal::lead_in::AxisRecord;
 use crate::study::{Axis, Convention, Record, Study};
@@ -217,6 +218,12 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
             .collect(),
     };
     let earlier = study.continued(record);
+    let displacements = (0..record.axes.len()).map(|axis| {
+        let records = earlier.iter();
+        let of_axis = records.flat_map(|r| r.axes[axis].relative_displacement());
+        of_axis.collect()
+    });
+    let mut earlier = remembered(&displacements.collect::<Vec<_>>()).into_iter();
     for (axis, channels) in study.axes.iter().zip(&record.axes) {
         let inner = |series: &[f64]| series[half..series.len() - half].to_vec();
         let relative = channels.relative_displacement();
@@ -235,12 +242,8 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
         for (f, g) in force.iter_mut().zip(ground.iter().flatten()) {
             *f -= g;
         }
-        let number = motion.force.len();
         let along = AxisRecord {
-            earlier: earlier
-                .iter()
-                .flat_map(|record| record.axes[number].relative_displacement())
-                .collect(),
+            earlier: earlier.next().unwrap_or_default(),
             displacement: &relative,
             first_row: half,
             velocity: &velocity,
