@@ -1,4 +1,4 @@
-//! What a joint remembers of the records that one continues: their last rows, and of those before the turns that nothing has gone beyond.
+//! What a joint remembers of the motion before a stretch: its last rows, and of those before them the turns that nothing has gone beyond.
 //!
 //! A hysteresis forgets a loop once the motion has gone beyond its ends (the wiping-out property of Preisach models), and what relaxes
 //! forgets in time. So few rows stand for any number of them.
@@ -8,22 +8,32 @@ const WHOLE: usize = 2048;
 /// Rows of the travel from one turn to the next.
 const LEG: usize = 16;
 
-/// The displacements of each axis, all equally long, as far as they are remembered.
-pub(super) fn remembered(axes: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let rows = axes.first().map_or(0, Vec::len);
+/// A motion, [x, ẋ] or [x, ẋ, φ, φ̇], as far as it is remembered after its last row: series of one length again. Between turns stand even
+/// travels at the mean velocity of the motion there.
+pub(super) fn remembered(states: &[Vec<f64>], sample_rate_hz: f64) -> Vec<Vec<f64>> {
+    let rows = states.first().map_or(0, Vec::len);
     let old = rows.saturating_sub(WHOLE);
-    let mut turns: Vec<usize> = axes.iter().flat_map(|x| turns(&x[..old])).collect();
+    let displacements = states.iter().step_by(2);
+    let mut turns: Vec<usize> = displacements.flat_map(|x| turns(&x[..old])).collect();
     turns.push(old);
     turns.sort_unstable();
     turns.dedup();
-    let path = |x: &Vec<f64>| {
-        let travels = turns.windows(2).flat_map(|ends| {
-            let [from, to] = [x[ends[0]], x[ends[1]]];
-            (0..LEG).map(move |k| from + (to - from) * k as f64 / LEG as f64)
-        });
-        travels.chain(x[old..].iter().copied()).collect()
+    let leg = |x: &[f64], ends: &[usize]| {
+        let [from, to] = [x[ends[0]], x[ends[1]]];
+        let rows = (ends[1] - ends[0]) as f64;
+        (from, to - from, (to - from) / rows * sample_rate_hz)
     };
-    axes.iter().map(path).collect()
+    let axis = |own: &[Vec<f64>]| {
+        let legs = || turns.windows(2).map(|ends| leg(&own[0], ends));
+        let x = legs()
+            .flat_map(|(from, way, _)| (0..LEG).map(move |k| from + way * k as f64 / LEG as f64));
+        let v = legs().flat_map(|(_, _, velocity)| [velocity; LEG]);
+        [
+            x.chain(own[0][old..].iter().copied()).collect(),
+            v.chain(own[1][old..].iter().copied()).collect(),
+        ]
+    };
+    states.chunks_exact(2).flat_map(axis).collect()
 }
 
 /// The first row, and those rows at which a displacement turned and beyond which it did not go again, the last first.
@@ -70,10 +80,13 @@ mod tests {
         };
         for rows in [0, 1, 1000, 2048, 2049, 2500, 30_000] {
             let axes = [1.0, 1.9].map(|tune| (0..rows).map(|row| wave(row, tune)).collect());
-            let short = remembered(&axes);
+            let [x, phi] = axes;
+            let states = [x, vec![1.0; rows], phi, vec![1.0; rows]];
+            let short = remembered(&states, 1.0);
             assert!(short[0].len() <= WHOLE + 64 * LEG, "{}", short[0].len());
-            assert_eq!(short[0].len(), short[1].len());
-            for (short, whole) in short.iter().zip(&axes) {
+            assert!(short.iter().all(|series| series.len() == short[0].len()));
+            for axis in [0, 2] {
+                let [short, whole] = [&short[axis], &states[axis]];
                 let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
                 assert_eq!(largest(short), largest(whole));
                 for slip in [0.1, 0.5, 1.0, 1.4] {

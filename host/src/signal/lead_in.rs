@@ -26,7 +26,7 @@ const SAMPLES: usize = 32;
 
 /// What an axis did in a record.
 pub(super) struct AxisRecord<'a> {
-    /// What is remembered of the displacement in the records whose rows come straight before this one's; none where no record's do.
+    /// Displacement in the records whose rows come straight before this one's; none where no record's do.
     pub(super) earlier: Vec<f64>,
     /// Displacement from the first logged row on.
     pub(super) displacement: &'a [f64],

@@ -98,7 +98,7 @@ impl Motion {
             before: {
                 let all = self.before.iter().zip(&self.states);
                 let before = all.map(|(b, s)| [b, &s[..rows.start]].concat());
-                before.collect()
+                remembered(&before.collect::<Vec<_>>(), self.sample_rate_hz)
             },
             acceleration: cut(&self.acceleration),
             force: cut(&self.force),
@@ -218,12 +218,6 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
             .collect(),
     };
     let earlier = study.continued(record);
-    let displacements = (0..record.axes.len()).map(|axis| {
-        let records = earlier.iter();
-        let of_axis = records.flat_map(|r| r.axes[axis].relative_displacement());
-        of_axis.collect()
-    });
-    let mut earlier = remembered(&displacements.collect::<Vec<_>>()).into_iter();
     for (axis, channels) in study.axes.iter().zip(&record.axes) {
         let inner = |series: &[f64]| series[half..series.len() - half].to_vec();
         let relative = channels.relative_displacement();
@@ -242,8 +236,12 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
         for (f, g) in force.iter_mut().zip(ground.iter().flatten()) {
             *f -= g;
         }
+        let number = motion.force.len();
         let along = AxisRecord {
-            earlier: earlier.next().unwrap_or_default(),
+            earlier: earlier
+                .iter()
+                .flat_map(|record| record.axes[number].relative_displacement())
+                .collect(),
             displacement: &relative,
             first_row: half,
             velocity: &velocity,
@@ -258,6 +256,7 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
         motion.states.push(inner(&relative));
         motion.states.push(velocity);
     }
+    motion.before = remembered(&motion.before, study.sample_rate_hz);
     Ok(motion)
 }
 
