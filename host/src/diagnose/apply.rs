@@ -238,7 +238,8 @@ fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
 
 /// Adds what was found, one after the other; says why when nothing could be added.
 ///
-/// An effect that does not help by itself waits for the others: of two that act together the smaller one may help only beside the larger.
+/// An effect that does not help by itself, or has no physical value there, waits for the others: of two that act together the smaller one
+/// may help only beside the larger.
 fn add_all(
     (study, prepared): (&Study, &Prepared),
     model: &mut ModelFile,
@@ -281,6 +282,9 @@ fn add_all(
             left_out = Some(format!(
                 "{listed} was found, but found anew beside the others {name} has a value that is not physical, so it was left out"
             ));
+            if !last_try {
+                waiting.extend(names);
+            }
         } else if of_the_joint(&wider.effects_in_si()?).len() > MAX_TERMS {
             left_out = Some(format!(
                 "{listed} is missing as well, but a device carries {MAX_TERMS} effects at most"
@@ -340,4 +344,88 @@ pub fn to_add(found: &Found, study: &Study) -> Vec<String> {
 fn per_axis(errors: &[AxisError]) -> PerAxis {
     let pairs = errors.iter();
     pairs.map(|e| (e.axis.clone(), e.relative_error)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::identify;
+    use crate::study::MemoryLog;
+    use std::f64::consts::TAU;
+
+    /// A spring and a damper with dry friction, and a drag that bends the other way and is smaller.
+    fn record(name: &str, phase: f64) -> MemoryLog {
+        let rate_hz = 500.0;
+        let state = |row: usize, ahead: f64| -> f64 {
+            let t = row as f64 / rate_hz;
+            let tone = |f: f64| {
+                (TAU * f * t + phase * f + ahead).sin() * if ahead > 0.0 { TAU * f } else { 1.0 }
+            };
+            4e-3 * (tone(1.1) + 0.6 * tone(2.3) + 0.4 * tone(3.7))
+        };
+        let x: Vec<f64> = (0..4000).map(|row| state(row, 0.0)).collect();
+        let force = |row: usize| {
+            let v = state(row, TAU / 4.0);
+            let noise = 0.02 * (row as f64 * row as f64 * 0.7).sin();
+            8e3 * x[row] + 40.0 * v + 6.0 * (v / 1e-3).tanh() + 80.0 * v * v.abs() + noise
+        };
+        let force = (0..4000).map(force).collect();
+        MemoryLog {
+            name: name.into(),
+            columns: vec![("x".into(), x), ("F".into(), force)],
+        }
+    }
+
+    #[test]
+    fn what_has_no_physical_value_alone_waits_for_what_is_found_beside_it() {
+        let text = "sample_rate_hz = 500.0\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\n\
+                    inertia = 0\n[[record]]\nfile = \"a\"\nrole = \"train\"\n[[record]]\nfile = \"b\"\nrole = \"validate\"\n\
+                    [base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n";
+        let logs = [record("a", 0.3), record("b", 1.9)];
+        let study = Study::of_memory("memory", text, &logs).unwrap();
+        let mut model = identify::physical(&study).unwrap().model;
+        let prepared = Prepared::for_model(&study, &model).unwrap();
+        // Beside spring and damper alone the drag would have to be negative.
+        let alone = add::add_to(&study, &prepared, &model, &["quadratic_drag@x".into()]).unwrap();
+        let added = ["quadratic_drag@x".to_string()];
+        let at_fault = unphysical((&study, &prepared), &alone.model, &added).unwrap();
+        assert_eq!(at_fault.as_deref(), Some("quadratic_drag@x"));
+
+        let found = ["quadratic_drag", "coulomb"].map(|effect| Found {
+            effect: effect.into(),
+            axis: "x".into(),
+        });
+        let mut staircase = Staircase {
+            judged_on: JudgedOn::Validation,
+            steps: Vec::new(),
+            noise_floor: PerAxis::default(),
+            ended: String::new(),
+        };
+        let ended = add_all(
+            (&study, &prepared),
+            &mut model,
+            &found,
+            &mut staircase,
+            &|_| (),
+        )
+        .unwrap();
+        let steps: Vec<_> = staircase.steps.iter().map(|s| s.added.join(", ")).collect();
+        assert_eq!(
+            (ended, steps),
+            (
+                None,
+                vec!["coulomb@x".to_string(), "quadratic_drag@x".into()]
+            )
+        );
+        let values = model.effects_in_si().unwrap();
+        let drag = values
+            .iter()
+            .find(|e| e.entry.about.name == "quadratic_drag")
+            .unwrap();
+        assert!(
+            (drag.values[0] / 80.0 - 1.0).abs() < 0.1,
+            "{:?}",
+            drag.values
+        );
+    }
 }
