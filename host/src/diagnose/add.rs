@@ -3,7 +3,7 @@
 use crate::assess::compare::{self, RecordFigures};
 use crate::assess::noise_floor;
 use crate::diagnose::PerAxis;
-use crate::diagnose::cancelled::cancelled;
+use crate::diagnose::meaningless::{cancelled, unphysical};
 use crate::diagnose::search::start::start;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::{FitResult, Prepared, effect_terms, fit_alone, fit_in_time};
@@ -65,9 +65,16 @@ pub struct Added {
     pub floors_at_rest: bool,
     /// An effect so large that only another one cancels it, and how many times as large as is usual: the two are one too many.
     pub cancels: Option<(String, f64)>,
+    /// An effect that has a value which it cannot have, and did not have in the model before.
+    pub unphysical: Option<String>,
 }
 
 impl Added {
+    /// Whether no value is one that an effect cannot have, and none is there to be cancelled by another one.
+    pub(super) fn means_something(&self) -> bool {
+        self.cancels.is_none() && self.unphysical.is_none()
+    }
+
     /// What `add --json` says; `model` is where the model was written, if it was.
     pub fn as_json(&self, model: Option<&Path>) -> serde_json::Value {
         let axes = self.errors.after.iter().zip(&self.noise_floor);
@@ -86,7 +93,13 @@ impl Added {
 /// the model does without it; a study that is not the model's.
 pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added> {
     let prepared = Prepared::for_model(study, from)?;
-    add_to(study, &prepared, from, effects)
+    let mut added = add_to(study, &prepared, from, effects)?;
+    if let Some(name) = &added.unphysical {
+        added.model.warnings.push(format!(
+            "{name} has a value that is not physical: something else acts there, or these records do not determine it"
+        ));
+    }
+    Ok(added)
 }
 
 /// The same for the motions that the model's filters make of the study.
@@ -110,7 +123,7 @@ pub(super) fn add_to(
         let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
         terms.retain(|term| term.name(&names) != other);
         let mut alone = refitted(study, prepared, from, terms, effects)?;
-        if alone.helps && alone.cancels.is_none() {
+        if alone.helps && alone.means_something() {
             change.before.clone_from(&alone.errors.after);
             if times > MAX_PAIR || !change.halves() {
                 let place = format!("{listed} takes the place of {other}, which would cancel it");
@@ -179,6 +192,8 @@ pub(super) fn refitted(
         change: Some(errors.clone()),
         validation: model.validation.clone(),
     });
+    let training = prepared.training(study);
+    let records = Records::new(&study.axes, &training, &model.filters.band);
     Ok(Added {
         changes: changes.collect(),
         helps: errors.before.iter().zip(&errors.after).any(fell),
@@ -187,8 +202,9 @@ pub(super) fn refitted(
         // Of the two terms of a strength a + b·u one cancels the mean of the other.
         cancels: match effects.iter().any(|e| input_of(e).is_some()) {
             true => None,
-            false => cancelled(study, prepared, from, &model)?,
+            false => cancelled(study, &records, from, &model)?,
         },
+        unphysical: unphysical(&records, from, &model)?,
         errors,
         model,
     })

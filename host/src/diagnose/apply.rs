@@ -4,8 +4,6 @@ use crate::diagnose::add::{self, Added};
 use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::in_time::diagnose_prepared;
 use crate::diagnose::{Asked, Diagnosis, Found, PerAxis, Verdict};
-use crate::fit::effects::columns::Records;
-use crate::fit::effects::unknowns::is_physical;
 use crate::fit::identify::Prepared;
 use crate::model::ModelEffect;
 use crate::model::corrections::of_the_joint;
@@ -201,7 +199,7 @@ pub fn simplified(
         let mut pairs = added.errors.before.iter().zip(&added.errors.after);
         let as_good =
             pairs.all(|(b, a)| a.relative_error < (1.0 + add::MIN_HELP) * b.relative_error);
-        if as_good && added.cancels.is_none() {
+        if as_good && added.means_something() {
             match &special {
                 Some(special) => added.model.warnings.push(format!(
                     "{special} takes the place of {effect}, which explains no more with more values"
@@ -248,15 +246,20 @@ fn add_all(
     each: &dyn Fn(&str),
 ) -> Result<Option<String>> {
     let before = staircase.steps.len();
-    let mut waiting: Vec<String> = Vec::new();
+    // With the number of steps that there were when it was tried.
+    let mut waiting: Vec<(Vec<String>, usize)> = Vec::new();
     let mut left_out: Option<String> = None;
     let mut tries: Vec<Vec<String>> = found.iter().map(|f| to_add(f, study)).collect();
     tries.reverse();
     loop {
-        let last_try = tries.is_empty() || found.len() == 1;
+        let steps = staircase.steps.len();
+        let last_try = tries.is_empty();
         let names = match tries.pop() {
             Some(names) => names,
-            None if !waiting.is_empty() => std::mem::take(&mut waiting),
+            // One alone is not tried again beside what it was tried with.
+            None if waiting.len() > 1 || waiting.iter().any(|(_, then)| *then < steps) => {
+                waiting.drain(..).flat_map(|(names, _)| names).collect()
+            }
             None => break,
         };
         let listed = names.join(", ");
@@ -266,6 +269,7 @@ fn add_all(
             errors,
             helps,
             cancels,
+            unphysical,
             ..
         } = match add::add_to(study, prepared, model, &names) {
             Ok(added) => added,
@@ -278,13 +282,11 @@ fn add_all(
             left_out = Some(format!(
                 "{listed} was found on the training records but would be cancelled by {cancelled}, so it was left out"
             ));
-        } else if let Some(name) = unphysical((study, prepared), &wider, &names)? {
+        } else if let Some(name) = unphysical {
             left_out = Some(format!(
                 "{listed} was found, but found anew beside the others {name} has a value that is not physical, so it was left out"
             ));
-            if !last_try {
-                waiting.extend(names);
-            }
+            waiting.extend((!last_try).then_some((names, steps)));
         } else if of_the_joint(&wider.effects_in_si()?).len() > MAX_TERMS {
             left_out = Some(format!(
                 "{listed} is missing as well, but a device carries {MAX_TERMS} effects at most"
@@ -296,33 +298,15 @@ fn add_all(
                 instead_of: None,
                 relative_error: per_axis(&errors.after),
             });
-        } else if last_try {
+        } else {
             left_out = Some(format!(
                 "{listed} was found on the training records but lowers no error on the {}, so it was left out",
                 errors.judged_on.words()
             ));
-        } else {
-            waiting.extend(names);
+            waiting.extend((!last_try).then_some((names, steps)));
         }
     }
     Ok(left_out.filter(|_| staircase.steps.len() == before))
-}
-
-/// The first of the effects that were added which has a value that it cannot have.
-fn unphysical(
-    (study, prepared): (&Study, &Prepared),
-    model: &ModelFile,
-    added: &[String],
-) -> Result<Option<String>> {
-    let training = prepared.training(study);
-    let records = Records::new(&study.axes, &training, &model.filters.band);
-    let named = model.effects.iter().map(ModelEffect::name);
-    let pairs = named.zip(model.effects_in_si()?);
-    let mut at = pairs.filter(|(name, effect)| {
-        let bound = AxisEffect::from(effect);
-        added.contains(name) && !is_physical(&bound, &effect.values, &records)
-    });
-    Ok(at.next().map(|(name, _)| name))
 }
 
 /// What was found, as `add` takes it: once per axis where it was found on both.
@@ -387,9 +371,15 @@ mod tests {
         let prepared = Prepared::for_model(&study, &model).unwrap();
         // Beside spring and damper alone the drag would have to be negative.
         let alone = add::add_to(&study, &prepared, &model, &["quadratic_drag@x".into()]).unwrap();
-        let added = ["quadratic_drag@x".to_string()];
-        let at_fault = unphysical((&study, &prepared), &alone.model, &added).unwrap();
-        assert_eq!(at_fault.as_deref(), Some("quadratic_drag@x"));
+        assert_eq!(alone.unphysical.as_deref(), Some("quadratic_drag@x"));
+        assert!(
+            add::add(&study, &model, &["quadratic_drag@x".into()])
+                .unwrap()
+                .model
+                .warnings
+                .iter()
+                .any(|w| w.starts_with("quadratic_drag@x has a value that is not physical"))
+        );
 
         let found = ["quadratic_drag", "coulomb"].map(|effect| Found {
             effect: effect.into(),

@@ -12,7 +12,7 @@ use crate::fit::with_base::OnRecords;
 use crate::model::effects::AxisEffect;
 use crate::model::file::{Base, JudgedOn, ModelFile, NoBase};
 use crate::signal::motion::Motion;
-use crate::signal::spectrum::{Accumulator, window_for};
+use crate::signal::spectrum::{Accumulator, MIN_LINES, window_for};
 use crate::study::Study;
 use crate::text::error::Result;
 
@@ -64,7 +64,8 @@ pub(super) fn strongest_line(
 ) -> Option<(f64, f64)> {
     let residual = left(records, terms, solved);
     let rows = records.rows.iter();
-    let segment = window_for(rows.copied(), records.rows_per_axis() / WINDOWS);
+    let wanted = (records.rows_per_axis() / WINDOWS).max(2 * MIN_LINES);
+    let segment = window_for(rows.copied(), wanted);
     let mut spectrum = Accumulator::new(records.thinned_rate_hz, segment);
     let mut own = &residual[rows_of(records, axis)];
     for rows in &records.rows {

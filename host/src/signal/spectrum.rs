@@ -3,6 +3,9 @@
 use realfft::RealFftPlanner;
 use std::f64::consts::PI;
 
+/// A spectrum of no more lines does not tell a sine, which stands in five of them, from a band.
+pub const MIN_LINES: usize = 20;
+
 /// A one-sided power spectral density.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
@@ -33,9 +36,13 @@ impl Spectrum {
             .sum()
     }
 
-    /// The strongest line: its frequency, Hz, and its part of the whole power, 0 to 1. A sine stands in five lines of a Hann window.
+    /// The strongest line: its frequency, Hz, and its part of the whole power, 0 to 1. A sine stands in five lines of a Hann window;
+    /// `None` where there are no more than [`MIN_LINES`].
     pub fn strongest(&self) -> Option<(f64, f64)> {
         let lines = self.density.len();
+        if lines <= MIN_LINES {
+            return None;
+        }
         let of = |from: usize, to: usize| -> f64 { self.density[from..to].iter().sum() };
         let strongest = (1..lines).max_by(|a, b| self.density[*a].total_cmp(&self.density[*b]))?;
         let (from, to) = (strongest.saturating_sub(2), (strongest + 3).min(lines));
@@ -155,6 +162,7 @@ mod tests {
             (hz - 50.0).abs() < 1e-6 && share > 0.999,
             "{hz} Hz, {share}"
         );
+        assert_eq!(Spectrum::welch(&series, 1000.0, 38).strongest(), None);
     }
 
     #[test]

@@ -1,24 +1,45 @@
-//! Effects that cancel: one whose force is several times what is measured does nothing that another one does not undo.
+//! Values of a fit that mean nothing by themselves: those that an effect cannot have, and those of effects that cancel, as one does whose
+//! force is several times what is measured.
 
 use super::search::bench::MAX_FORCE;
 use crate::fit::effects::columns::Records;
-use crate::fit::identify::Prepared;
+use crate::fit::effects::unknowns::is_physical;
 use crate::model::corrections::of_the_joint;
-use crate::model::effects::AxisEffect;
+use crate::model::effects::{AxisEffect, ModelEffect};
 use crate::model::file::ModelFile;
 use crate::signal::statistics::rms;
 use crate::study::Study;
 use crate::text::error::Result;
 
+/// The first effect of a model with a value that it cannot have, and did not have in the model before.
+pub(super) fn unphysical(
+    records: &Records<'_>,
+    before: &ModelFile,
+    after: &ModelFile,
+) -> Result<Option<String>> {
+    let known = all_unphysical(records, before)?;
+    let new = all_unphysical(records, after)?;
+    Ok(new.into_iter().find(|name| !known.contains(name)))
+}
+
+/// The effects of a model that have a value which they cannot have.
+fn all_unphysical(records: &Records<'_>, model: &ModelFile) -> Result<Vec<String>> {
+    let named = model.effects.iter().map(ModelEffect::name);
+    let pairs = named.zip(model.effects_in_si()?);
+    let at_fault = pairs.filter(|(_, effect)| {
+        let bound = AxisEffect::from(effect);
+        !is_physical(&bound, &effect.values, records)
+    });
+    Ok(at_fault.map(|(name, _)| name).collect())
+}
+
 /// The effect of a model whose force is largest, where that is several times the measured force and every force of the model before.
 pub(super) fn cancelled(
     study: &Study,
-    prepared: &Prepared,
+    records: &Records<'_>,
     before: &ModelFile,
     after: &ModelFile,
 ) -> Result<Option<(String, f64)>> {
-    let training = prepared.training(study);
-    let records = Records::new(&study.axes, &training, &after.filters.band);
     let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
     let rows = records.rows_per_axis().max(1);
     // Per effect and axis.
