@@ -202,6 +202,31 @@ fn sums_of_records_without_time_make_a_model_without_time() {
 }
 
 #[test]
+fn pictures_and_report_run_over_the_rows() {
+    let folder = folder("\"stiffness@x\", \"coulomb@x\"", false);
+    let folder = folder.path();
+    succeed(folder, &["identify", ".", "--model", "physical"]);
+    let compare = ["compare", ".", "model.json", "--quiet"];
+    let drawn = ["--report", "r.html", "--plots", "p"];
+    succeed(folder, &[&compare[..], &drawn].concat());
+    let page = fs::read_to_string(folder.join("r.html")).unwrap();
+    assert!(page.contains("\"timed\":false"));
+    assert!(page.contains("none: rows are taken as they are"));
+    let mut forces = 0;
+    for file in fs::read_dir(folder.join("p")).unwrap() {
+        let file = file.unwrap().path();
+        let svg = fs::read_to_string(&file).unwrap();
+        assert!(!svg.contains("time (s)"), "{}", file.display());
+        assert!(!svg.contains("velocity"), "{}", file.display());
+        if file.to_string_lossy().ends_with("-force.svg") {
+            assert!(svg.contains(">row<"), "{svg}");
+            forces += 1;
+        }
+    }
+    assert!(forces > 0);
+}
+
+#[test]
 fn what_needs_time_is_refused_with_what_to_do() {
     let folder = folder("\"stiffness@x\", \"coulomb@x\"", false);
     let folder = folder.path();
@@ -223,14 +248,6 @@ fn what_needs_time_is_refused_with_what_to_do() {
     refused(
         &["add", ".", "model.json", "viscous@x"],
         &["viscous@x", "coulomb"],
-    );
-    refused(
-        &["compare", ".", "model.json", "--report", "r.html"],
-        &["--report"],
-    );
-    refused(
-        &["compare", ".", "model.json", "--plots", "p"],
-        &["--plots"],
     );
     refused(&["respond", ".", "model.json"], &["compare"]);
     refused(&["export", "model.json"], &["without time"]);

@@ -5,6 +5,33 @@ use crate::signal::motion::{Motion, low_pass};
 use crate::study::AxisKind;
 use crate::text::error::Result;
 
+/// What a record runs along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Along {
+    /// Time, s.
+    Time,
+    /// Rows, where the log has no time.
+    Rows,
+}
+
+impl Along {
+    /// Words below an axis of a drawing.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Time => "time (s)",
+            Self::Rows => "row",
+        }
+    }
+
+    /// Words of a title.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Time => "over time",
+            Self::Rows => "row by row",
+        }
+    }
+}
+
 /// One axis over one record; all series have the same length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisHistory {
@@ -12,8 +39,10 @@ pub struct AxisHistory {
     pub axis: String,
     /// Whether it is a translation or a rotation.
     pub kind: AxisKind,
-    /// Since the record began, s.
-    pub time_s: Vec<f64>,
+    /// What the record runs along.
+    pub along: Along,
+    /// Since the record began: s, or rows.
+    pub at: Vec<f64>,
     /// Relative displacement, m or rad, wide-band.
     pub displacement: Vec<f64>,
     /// Relative velocity, m/s or rad/s, wide-band.
@@ -47,11 +76,16 @@ pub fn histories(model: &ModelFile, motion: &Motion) -> Result<Vec<AxisHistory>>
         let force = motion.restoring_force(index, axis.inertia, axis.restoring_force);
         let measured = low_pass(&force, band);
         let rows = half..half + measured.len();
-        let seconds = |row: usize| (motion.first_row + row) as f64 / motion.sample_rate_hz;
+        let (along, per_row) = match model.filters.quasi_static {
+            true => (Along::Rows, 1.0),
+            false => (Along::Time, motion.sample_rate_hz),
+        };
+        let since = |row: usize| (motion.first_row + row) as f64 / per_row;
         AxisHistory {
             axis: axis.name.clone(),
             kind: axis.kind,
-            time_s: rows.clone().map(seconds).collect(),
+            along,
+            at: rows.clone().map(since).collect(),
             displacement: motion.states[2 * index][rows.clone()].to_vec(),
             velocity: motion.states[2 * index + 1][rows].to_vec(),
             measured,

@@ -22,7 +22,7 @@ pub fn comparison(histories: &[AxisHistory], measured: &str, model: &str) -> Fig
     };
     let phases = histories.iter().flat_map(|history| {
         over.iter()
-            .map(|against| phase::compared(history, *against, 0..history.time_s.len()))
+            .map(|against| phase::compared(history, *against, 0..history.at.len()))
     });
     let mut rows: Vec<Vec<Panel>> = time_panels.chain([phases.collect()]).collect();
     for (panel, letter) in rows.iter_mut().flatten().zip('a'..) {

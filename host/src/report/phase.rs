@@ -18,7 +18,7 @@ pub enum Against {
 
 /// A panel with the measured restoring force alone.
 pub fn measured(history: &AxisHistory, against: Against, title: String) -> Panel {
-    let rows = 0..history.time_s.len();
+    let rows = 0..history.at.len();
     panel(
         history,
         against,
@@ -34,7 +34,7 @@ pub fn compared(history: &AxisHistory, against: Against, rows: Range<usize>) -> 
         Against::Displacement => "displacement",
         Against::Velocity => "velocity",
     };
-    let title = if rows.len() < history.time_s.len() {
+    let title = if rows.len() < history.at.len() {
         format!(
             "{}: force over {over}, around the largest swing",
             history.axis

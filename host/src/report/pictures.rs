@@ -1,6 +1,6 @@
 //! All pictures of a model on a study: which there are, and what they are called.
 
-use super::axis_history::{AxisHistory, histories};
+use super::axis_history::{Along, AxisHistory, histories};
 use super::drawing::Drawing;
 use super::figure::{Figure, Panel};
 use super::phase::{self, Against};
@@ -18,14 +18,13 @@ use crate::text::error::Result;
 use std::collections::HashSet;
 
 /// Per record and axis the force and the residual over time and the phase plots, and per axis the residual over the state
-/// plane; an axis that rests in a record is left out there.
+/// plane; an axis that rests in a record is left out there. Logs without time have neither velocity nor state plane.
 ///
 /// `comparison` is that of the model on this study.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the model does not fit the study or gives numbers that are not finite.
 pub fn of_model(study: &Study, model: &ModelFile, comparison: &Comparison) -> Result<Vec<Drawing>> {
-    study.check_has_time("the pictures are drawn over it", "leave --plots out")?;
     let corrected = model.corrected(study)?;
     let motions = motion::motions(&corrected, &model.filters)?;
     let judged = if comparison.validation.is_empty() {
@@ -50,7 +49,7 @@ pub fn of_model(study: &Study, model: &ModelFile, comparison: &Comparison) -> Re
             let named = |what: &str| format!("{name}-{}-{what}", plain(&history.axis));
             drawings.push(Drawing::new(&named("force"), &force)?);
             drawings.push(Drawing::new(&named("phase"), &phases)?);
-            if record.role == judged {
+            if record.role == judged && !study.quasi_static {
                 judged_courses[axis].push(history);
             }
         }
@@ -145,7 +144,10 @@ fn of_course(history: &AxisHistory, failing: Vec<(f64, f64)>, file: &str) -> (Fi
         legend: legend(),
     };
     let swings = time_history::about_largest(history);
-    let over = [Against::Displacement, Against::Velocity];
+    let over: &[Against] = match history.along {
+        Along::Time => &[Against::Displacement, Against::Velocity],
+        Along::Rows => &[Against::Displacement],
+    };
     let phases = Figure {
         rows: vec![
             over.iter()

@@ -1,4 +1,4 @@
-//! Time histories: the restoring force over time, measured and predicted.
+//! Time histories: the restoring force over time, measured and predicted; over rows where a log has no time.
 
 use super::axis_history::AxisHistory;
 use super::figure::{Curve, Panel, Thinned};
@@ -19,15 +19,19 @@ pub fn compared(history: &AxisHistory, rows: Range<usize>) -> Panel {
     );
     let curve = |pen, series: &[f64]| Curve {
         pen,
-        points: history.time_s[rows.clone()]
+        points: history.at[rows.clone()]
             .iter()
             .zip(&series[rows.clone()])
             .map(|(t, r)| (*t, force.scaled(*r)))
             .collect(),
     };
     Panel {
-        title: format!("{}: restoring force over time", history.axis),
-        horizontal: "time (s)".into(),
+        title: format!(
+            "{}: restoring force {}",
+            history.axis,
+            history.along.words()
+        ),
+        horizontal: history.along.label().into(),
         vertical: force.label(),
         curves: vec![
             curve(Pen::Measured, &history.measured),
@@ -43,11 +47,11 @@ pub fn whole(history: &AxisHistory) -> Panel {
     Panel {
         title: format!("{}: restoring force, whole record", history.axis),
         thinned: Thinned::Columns,
-        ..compared(history, 0..history.time_s.len())
+        ..compared(history, 0..history.at.len())
     }
 }
 
-/// A panel with the residual, measured less predicted, over the whole record; `failing` are stretches to shade, s.
+/// A panel with the residual, measured less predicted, over the whole record; `failing` are stretches to shade, s or rows.
 pub fn residual(history: &AxisHistory, failing: Vec<(f64, f64)>) -> Panel {
     let residual = history.residual();
     let force = Quantity::new(
@@ -55,10 +59,10 @@ pub fn residual(history: &AxisHistory, failing: Vec<(f64, f64)>) -> Panel {
         history.kind.force_unit(),
         peak(&residual),
     );
-    let times = history.time_s.iter().zip(residual);
+    let times = history.at.iter().zip(residual);
     Panel {
         title: format!("{}: residual, measured less predicted", history.axis),
-        horizontal: "time (s)".into(),
+        horizontal: history.along.label().into(),
         vertical: force.label(),
         curves: vec![Curve {
             pen: Pen::Alone,
@@ -114,6 +118,7 @@ fn swings(displacement: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::axis_history::Along;
     use crate::study::AxisKind;
 
     fn history(hz: f64) -> AxisHistory {
@@ -123,7 +128,8 @@ mod tests {
         AxisHistory {
             axis: "x".into(),
             kind: AxisKind::Translation,
-            time_s,
+            along: Along::Time,
+            at: time_s,
             displacement: series.clone(),
             velocity: series.clone(),
             measured: series.clone(),

@@ -18,6 +18,8 @@ pub struct Contents {
     pub answer: String,
     /// What the errors are measured on.
     pub judged_on: String,
+    /// Whether the logs have time; else all that runs over time runs over rows, and what needs a velocity is not drawn.
+    pub timed: bool,
     /// Names of the models that the page compares: before and after, or one.
     pub versions: Vec<String>,
     /// One entry per axis.

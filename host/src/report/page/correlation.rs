@@ -200,6 +200,7 @@ pub(super) fn spectrum(histories: &[AxisHistory], rate: f64, band_hz: f64) -> Sp
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::axis_history::Along;
     use crate::study::AxisKind;
 
     /// A coloured residual: noise through a first-order low-pass; it holds `share` times the force besides.
@@ -220,7 +221,8 @@ mod tests {
         AxisHistory {
             axis: "x".into(),
             kind: AxisKind::Translation,
-            time_s: (0..8_000).map(|i| 1e-2 * f64::from(i)).collect(),
+            along: Along::Time,
+            at: (0..8_000).map(|i| 1e-2 * f64::from(i)).collect(),
             displacement: coloured(8_000),
             velocity: coloured(8_000),
             measured: force,

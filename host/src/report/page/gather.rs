@@ -55,6 +55,7 @@ pub(super) fn contents(asked: &Asked<'_>) -> Result<Contents> {
         version: env!("CARGO_PKG_VERSION"),
         answer: words::answer(asked, &versions, &steps, &floors),
         judged_on: asked.judged_on.clone(),
+        timed: !study.quasi_static,
         versions: versions.iter().map(|v| v.label.clone()).collect(),
         axes,
         records: records(study, &versions, &candidates),
@@ -168,11 +169,7 @@ fn records(
 ) -> Vec<RecordContents> {
     let axes = study.axes.len();
     let series = 1 + axes * (2 + 2 * versions.len());
-    let rows: usize = versions[0]
-        .histories
-        .iter()
-        .map(|c| c[0].time_s.len())
-        .sum();
+    let rows: usize = versions[0].histories.iter().map(|c| c[0].at.len()).sum();
     let room = SAMPLE_CHARACTERS / (samples::CHARACTERS_PER_ROW * series as f64);
     let share = (room / rows.max(1) as f64).min(1.0);
     let one = |index: usize| {
@@ -191,7 +188,7 @@ fn records(
         let extremes: Vec<&[f64]> = measured
             .chain(residuals.iter().flatten().map(Vec::as_slice))
             .collect();
-        let all = first[0].time_s.len();
+        let all = first[0].at.len();
         let kept = samples::kept_rows(all, &extremes, (share * all as f64).ceil() as usize);
         let sample_axis = |axis: usize| {
             let name = &study.axes[axis].name;
@@ -219,7 +216,7 @@ fn records(
             role: record.role.name(),
             rows: all,
             kept: kept.len(),
-            time: samples::packed(&first[0].time_s, &kept),
+            time: samples::packed(&first[0].at, &kept),
             axes: (0..axes).map(sample_axis).collect(),
         }
     };

@@ -25,15 +25,21 @@ pub(super) fn gather(study: &Study, model: &ModelFile) -> Handling {
         format!("{count} taps, {} ms at either end", rounded(lost_ms))
     };
     let row = |what: &str, value: String| [what.to_string(), value];
-    Handling {
-        channels: channels(study).unwrap_or_default(),
-        filters: vec![
+    let filtered = || {
+        vec![
             row("Sample rate", hz(study.sample_rate_hz)),
             row("Common band of forces and errors", hz(filters.band_hz)),
             row("Band of the states", hz(filters.state_band_hz)),
             row("Low-pass of the common band", taps(filters.band.len())),
             row("Differentiators", taps(filters.velocity.len())),
-        ],
+        ]
+    };
+    Handling {
+        channels: channels(study).unwrap_or_default(),
+        filters: match filters.quasi_static {
+            true => vec![row("Filters", "none: rows are taken as they are".into())],
+            false => filtered(),
+        },
         reason: filters.reason.clone(),
         corrections: corrections::in_words(&model.effects),
         notes: study.notes.clone(),

@@ -53,9 +53,6 @@ impl Gathered {
 /// # Errors
 /// As [`html`].
 pub fn gathered(asked: &Asked<'_>) -> Result<Gathered> {
-    asked
-        .study
-        .check_has_time("the report draws over it", "leave --report out")?;
     let contents = gather::contents(asked)?;
     let json = serde_json::to_string(&contents)
         .map_err(|e| Error::failed(format!("the report could not be written as JSON ({e})")))?;

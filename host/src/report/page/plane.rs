@@ -139,6 +139,7 @@ pub(super) fn since_reversal(velocity: &[f64], rate: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::axis_history::Along;
     use crate::study::AxisKind;
 
     fn history() -> AxisHistory {
@@ -151,7 +152,8 @@ mod tests {
             axis: "x".into(),
             kind: AxisKind::Translation,
             predicted: vec![1.0; time_s.len()],
-            time_s,
+            along: Along::Time,
+            at: time_s,
             displacement,
             velocity,
             measured,

@@ -102,20 +102,17 @@ pub(super) fn align(versions: &mut [Version<'_>]) {
             continue;
         };
         let (Some(from), Some(to)) = (
-            a.time_s
-                .first()
-                .zip(b.time_s.first())
-                .map(|(a, b)| a.max(*b)),
-            a.time_s.last().zip(b.time_s.last()).map(|(a, b)| a.min(*b)),
+            a.at.first().zip(b.at.first()).map(|(a, b)| a.max(*b)),
+            a.at.last().zip(b.at.last()).map(|(a, b)| a.min(*b)),
         ) else {
             continue;
         };
         for history in old.iter_mut().chain(new.iter_mut()) {
-            let half_row = 0.5 * (history.time_s.get(1).unwrap_or(&0.0) - history.time_s[0]);
-            let first = history.time_s.partition_point(|t| *t < from - half_row);
-            let end = history.time_s.partition_point(|t| *t <= to + half_row);
+            let half_row = 0.5 * (history.at.get(1).unwrap_or(&0.0) - history.at[0]);
+            let first = history.at.partition_point(|t| *t < from - half_row);
+            let end = history.at.partition_point(|t| *t <= to + half_row);
             for series in [
-                &mut history.time_s,
+                &mut history.at,
                 &mut history.displacement,
                 &mut history.velocity,
                 &mut history.measured,

@@ -333,6 +333,7 @@ fn intersection(some: &[(f64, f64)], others: &[(f64, f64)]) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::axis_history::Along;
     use crate::study::AxisKind;
 
     fn history(rows: u32) -> AxisHistory {
@@ -343,7 +344,8 @@ mod tests {
         AxisHistory {
             axis: "x".into(),
             kind: AxisKind::Translation,
-            time_s: (0..rows).map(|i| 1e-3 * f64::from(i)).collect(),
+            along: Along::Time,
+            at: (0..rows).map(|i| 1e-3 * f64::from(i)).collect(),
             velocity: (0..rows)
                 .map(|i| 0.1 * (f64::from(i) * 0.0723).cos())
                 .collect(),

@@ -7,7 +7,7 @@ function drawCandidates() {
     "Choose one to lay its force over the residual.");
   const list = element("div", { class: "candidates", role: "group", "aria-label": "Candidates, best first" });
   const words = element("div", { class: "words" });
-  const over = ["displacement", "velocity"];
+  const over = drawnStates();
   const plots = over.map((name) => canvas(`Residual over ${name} with the candidate's force`, (w) => Math.min(340, 0.75 * w)));
   const loops = element("div", {}, legend([contents.versions.length > 1 ? "before" : "model", "residual without it"],
     ["candidate", "the candidate's force, less what a constant, a spring and a damper take up"]),

@@ -1,13 +1,13 @@
-// Force over displacement and over velocity, a few cycles at a time, chosen by a slider over the record.
+// Force over displacement and, where the log has time, over velocity, a few cycles at a time, chosen by a slider over the record.
 
 function drawLoops() {
   const body = section("loops", "Loops, a few cycles at a time",
-    "The slider moves over the record; the band in the plots over time shows where. What a loop encloses is the work that the joint takes per cycle.");
+    "The slider moves over the record; the band in the plots above shows where. What a loop encloses is the work that the joint takes per cycle.");
   const slider = element("input", { type: "range", min: 0, step: 1, id: "cycle", oninput: () => choose({ cycle: Number(slider.value) }) });
   const count = element("select", { id: "cycles", onchange: () => choose({ cycles: Number(count.value) }) },
     ...[1, 2, 3, 5, 10, 20].map((n) => element("option", { value: n, selected: n === chosen.cycles }, String(n))));
   const shown = element("output", { for: "cycle cycles" });
-  const over = ["displacement", "velocity"];
+  const over = drawnStates();
   const plots = over.map((name) => canvas(`Force over ${name}, measured and predicted`, (w) => Math.min(380, 0.8 * w)));
   const marks = element("div", {});
   body.append(element("div", { class: "controls" }, element("label", { for: "cycle" }, "from cycle"), slider,
@@ -20,7 +20,7 @@ function drawLoops() {
     const [first, last] = chosenSamples();
     const series = samples(chosen.record, chosen.axis);
     const span = [series.time[first], series.time[last]];
-    shown.textContent = `${significant(span[0], 4)} s to ${significant(span[1], 4)} s`;
+    shown.textContent = contents.timed ? `${significant(span[0], 4)} s to ${significant(span[1], 4)} s` : `rows ${Math.round(span[0])} to ${Math.round(span[1])}`;
     marks.replaceChildren(legend(["measured", "measured"],
       [contents.versions.length > 1 && chosen.version === 0 ? "before" : "model", contents.versions[chosen.version]]));
     over.forEach((name, i) => plots[i].redraw((context, w, h) => drawLoop(context, w, h, name, first, last)));

@@ -3,18 +3,22 @@
 const view = { turn: -0.65, tilt: 0.95 };
 
 function drawPlane() {
-  const body = section("where", "Where it fails",
-    "Choose a region, here or on a map: its samples are marked in every plot. Left the signed mean (which way the model is wrong), right the RMS (how much).");
+  const body = section("where", "Where it fails", contents.timed
+    ? "Choose a region, here or on a map: its samples are marked in every plot. Left the signed mean (which way the model is wrong), right the RMS (how much)."
+    : "Choose a region: its samples are marked in every plot.");
   const list = element("div", { class: "regions", role: "group", "aria-label": "Regions that hold a large part of the error" });
+  follow(["axis", "version", "region"], () => list.replaceChildren(...regionButtons()));
+  body.append(list);
+  // Without a velocity there is no plane.
+  if (!contents.timed) return;
   const maps = [["mean", "Mean residual, signed"], ["rms", "RMS residual"]]
     .map(([kind, words]) => ({ kind, words, plot: canvas(words + " over displacement and velocity", (w) => Math.min(360, 0.74 * w)) }));
   const surface = canvas("Restoring force over displacement and velocity: predicted surface and measured means", (w) => Math.min(460, 0.75 * w));
   surface.tabIndex = 0;
   surface.classList.add("turnable");
-  body.append(list, element("div", { class: "columns" }, ...maps.map((m) => figure(m.words, m.plot))),
+  body.append(element("div", { class: "columns" }, ...maps.map((m) => figure(m.words, m.plot))),
     figure("Restoring force: predicted as a surface, measured means as dots; drag or use the arrow keys to turn it",
       surface));
-  follow(["axis", "version", "region"], () => list.replaceChildren(...regionButtons()));
   follow(["axis", "version", "region"], () => maps.forEach(({ kind, plot }) => plot.redraw((c, w, h) => drawMap(c, w, h, kind, plot))));
   followMove(() => maps.forEach(({ kind, plot }) => plot.redraw((c, w, h) => drawMap(c, w, h, kind, plot))));
   maps.forEach(({ plot }) => plot.addEventListener("click", (event) => chooseRegionAt(plot, event.offsetX, event.offsetY)));

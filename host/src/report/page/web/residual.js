@@ -1,9 +1,11 @@
-// What is left: the residual over velocity, displacement and time since reversal; its spectrum; its correlations.
+// What is left: the residual over velocity, displacement and time since reversal; its spectrum; its correlations. Without time the
+// displacement alone.
 
 function drawResidual() {
   const body = section("residual", "What the residual depends on",
     "Line: mean of every bin. Band: the middle four fifths of its rows. A mean that leaves zero is a force that the model lacks.");
-  const kinds = [["velocity", "velocity"], ["displacement", "displacement"], ["since_reversal", "time since reversal"]];
+  const kinds = [["velocity", "velocity"], ["displacement", "displacement"], ["since_reversal", "time since reversal"]]
+    .filter(([kind]) => contents.timed || kind === "displacement");
   const plots = kinds.map(([, words]) => canvas(`Residual over ${words}`, (w) => Math.min(290, 0.8 * w)));
   const marks = element("div", {});
   body.append(marks, element("div", { class: "columns three" }, ...kinds.map(([, words], i) => figure(`Residual over ${words}`, plots[i]))));
@@ -11,6 +13,7 @@ function drawResidual() {
     marks.replaceChildren(versionLegend());
     kinds.forEach(([kind, words], i) => plots[i].redraw((c, w, h) => drawCurve(c, w, h, kind, words)));
   });
+  if (!contents.timed) return;
   const spectral = section("correlations", "Is the residual noise?",
     "Bounds: 99 of 100 coefficients of a residual of the same colour that has nothing to do with the other signal stay inside " +
     "(surrogates of shuffled blocks). A coefficient outside says that something is left to model.");

@@ -86,6 +86,16 @@ function samples(record, axis) {
   return unpacked.get(key);
 }
 
+/** What a plot over the record has below it. */
+function alongLabel() {
+  return contents.timed ? "time (s)" : "row";
+}
+
+/** The states that forces are drawn over: without time there is no velocity. */
+function drawnStates() {
+  return contents.timed ? ["displacement", "velocity"] : ["displacement"];
+}
+
 /** The records that errors are judged on and in which the chosen axis moves. */
 function judgedRecords() {
   const validates = contents.records.some((r) => r.role === "validate");

@@ -40,8 +40,10 @@ function staircase(axis) {
   image.append(bars);
   if (axis.floor > 0) {
     const at = place(axis.floor);
+    // The words have half their length to the left of the line where there is room for it.
+    const half = 70;
     image.append(vector("line", { x1: at, x2: at, y1: 0, y2: height - 22, class: "floor" }),
-      vector("text", { x: at, y: height - 6, "text-anchor": "middle", class: "floor-words" }, `noise floor ${percent(axis.floor)}`));
+      vector("text", { x: Math.max(at, half), y: height - 6, "text-anchor": "middle", class: "floor-words" }, `noise floor ${percent(axis.floor)}`));
   }
   axis.steps.forEach((step, i) => {
     const kind = i === axis.steps.length - 1 ? "model" : "before";

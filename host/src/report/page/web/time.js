@@ -1,4 +1,4 @@
-// Measured and predicted force over time, the residual below on the same time axis; zoom by dragging, wheel or keys.
+// Measured and predicted force over time, or over rows where the log has none, the residual below on the same axis; zoom by dragging, wheel or keys.
 
 const timePlots = [];
 const timeLook = { force: 260, residual: 170, twice: true };
@@ -6,7 +6,7 @@ let zoomed = null;
 const timeNumber = new Intl.NumberFormat("en", { maximumFractionDigits: 6, useGrouping: false });
 
 function drawTime() {
-  const body = section("time", "Force over time",
+  const body = section("time", contents.timed ? "Force over time" : "Force row by row",
     "Drag to zoom, wheel to zoom at the pointer, Shift and drag to move. With the plot in focus: arrow keys move, + and − zoom, 0 shows all.");
   const bar = element("div", { class: "buttons" },
     ...[["◀", "Move back", () => move(-0.4)], ["▶", "Move on", () => move(0.4)], ["+", "Zoom in", () => zoom(0.5)],
@@ -25,7 +25,7 @@ function drawTime() {
     timePlots.splice(0).forEach((plot) => plot.destroy());
     const axis = contents.axes[chosen.axis];
     const record = contents.records[chosen.record];
-    host.setAttribute("aria-label", `Measured and predicted force of ${axis.name} over time in ${record.file}, residual below`);
+    host.setAttribute("aria-label", `Measured and predicted force of ${axis.name} over ${contents.timed ? "time" : "the rows"} in ${record.file}, residual below`);
     marks.replaceChildren(legend(["measured", "measured"],
       [contents.versions.length > 1 && chosen.version === 0 ? "before" : "model", contents.versions[chosen.version]],
       ["highlight", "chosen region"]));
@@ -73,7 +73,7 @@ function timePlot(host, label, height, range, data, series, times = true) {
     width: wide, height, legend: { show: false }, padding: [8, 10, 0, 0],
     cursor: { sync: { key: "time", scales: ["x", null] }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
     scales: { x: { time: false }, y: { range: () => range } },
-    axes: [axis({ label: times ? "time (s)" : undefined, size: times ? 30 : 4, labelSize: 18, ...(times ? {} : { values: () => [] }) }), axis({ label, size: 58, space: 20 })],
+    axes: [axis({ label: times ? alongLabel() : undefined, size: times ? 30 : 4, labelSize: 18, ...(times ? {} : { values: () => [] }) }), axis({ label, size: 58, space: 20 })],
     series: [{}, ...series.map(([name, stroke, width]) => ({ label: name, stroke, width, points: { show: false }, spanGaps: false }))],
     hooks: {
       drawClear: [shadeCycles],
