@@ -88,13 +88,7 @@ impl Model {
         Ok(records
             .map(|(record, axes)| {
                 let axes = axes.into_iter().map(|h| {
-                    let series = [
-                        h.time_s,
-                        h.displacement,
-                        h.velocity,
-                        h.measured,
-                        h.predicted,
-                    ];
+                    let series = [h.at, h.displacement, h.velocity, h.measured, h.predicted];
                     (h.axis, series.map(|s| PyArray1::from_vec(py, s)))
                 });
                 (record.file.clone(), axes.collect())

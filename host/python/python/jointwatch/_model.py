@@ -95,7 +95,7 @@ class Model:
     def predict_study(self, study: Study) -> list[dict[str, Any]]:
         """Along every record of a study, per axis: `time_s`, `displacement`, `velocity`, and `measured` and `predicted` force.
 
-        Both forces are low-passed alike, as the error figures have them.
+        Both forces are low-passed alike, as the error figures have them. Of a log without time, `time_s` counts the rows.
         """
         keys = ("time_s", "displacement", "velocity", "measured", "predicted")
         seen = self._native.predict_study(study._native)
