@@ -17,9 +17,13 @@ pub(super) fn unphysical(
     before: &ModelFile,
     after: &ModelFile,
 ) -> Result<Option<String>> {
-    let known = all_unphysical(records, before)?;
-    let new = all_unphysical(records, after)?;
-    Ok(new.into_iter().find(|name| !known.contains(name)))
+    let mut found = all_unphysical(records, after)?;
+    // The model before is asked only where there is something that it could excuse.
+    if !found.is_empty() {
+        let known = all_unphysical(records, before)?;
+        found.retain(|name| !known.contains(name));
+    }
+    Ok(found.into_iter().next())
 }
 
 /// The effects of a model that have a value which they cannot have.

@@ -124,11 +124,7 @@ impl Session {
                 return;
             }
         }
-        let study = Study::read(&folder.study_file()).and_then(|study| {
-            let cure = "use identify, compare, diagnose and add at a terminal";
-            study.check_has_time("the lab draws over it", cure)?;
-            Ok(study)
-        });
+        let study = Study::read(&folder.study_file());
         let models = models::found(&folder);
         let mut state = self.state();
         state.draft = None;

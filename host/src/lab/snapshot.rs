@@ -2,6 +2,7 @@
 
 use super::models::{self, Entry};
 use super::state::{Opened, State};
+use crate::study::quasi_static::is_rate_independent;
 use crate::study::{Role, Study};
 use jointwatch_shared::effect::{Acts, EFFECTS};
 use serde_json::{Value, json};
@@ -73,6 +74,7 @@ fn model(model: &Entry, parent: Option<String>) -> Value {
 
 /// What the page says of a study, and which effects could be added to its models.
 pub(super) fn of_study(study: &Study, checks: &[String]) -> Value {
+    let timed = !study.quasi_static;
     let axes: Vec<Value> = study
         .axes
         .iter()
@@ -91,10 +93,12 @@ pub(super) fn of_study(study: &Study, checks: &[String]) -> Value {
                 Role::Train => "training",
                 Role::Validate => "validation",
             };
-            json!({ "file": r.file, "role": role, "rows": r.rows, "seconds": r.rows as f64 / study.sample_rate_hz })
+            let seconds = timed.then(|| r.rows as f64 / study.sample_rate_hz);
+            json!({ "file": r.file, "role": role, "rows": r.rows, "seconds": seconds })
         })
         .collect();
-    let names = EFFECTS.iter().flat_map(|entry| {
+    let usable = EFFECTS.iter().filter(|e| timed || is_rate_independent(e));
+    let names = usable.flat_map(|entry| {
         let on = |axis: &crate::study::Axis| format!("{}@{}", entry.about.name, axis.name);
         match entry.acts {
             Acts::BothAxes => vec![entry.about.name.to_string()],
@@ -103,7 +107,7 @@ pub(super) fn of_study(study: &Study, checks: &[String]) -> Value {
     });
     json!({
         "name": study.name,
-        "sample_rate_hz": study.sample_rate_hz,
+        "sample_rate_hz": timed.then_some(study.sample_rate_hz),
         "axes": axes,
         "records": records,
         "base_terms": study.base_terms,

@@ -49,7 +49,7 @@ pub fn of_model(study: &Study, model: &ModelFile, comparison: &Comparison) -> Re
             let named = |what: &str| format!("{name}-{}-{what}", plain(&history.axis));
             drawings.push(Drawing::new(&named("force"), &force)?);
             drawings.push(Drawing::new(&named("phase"), &phases)?);
-            if record.role == judged && !study.quasi_static {
+            if record.role == judged && history.along == Along::Time {
                 judged_courses[axis].push(history);
             }
         }

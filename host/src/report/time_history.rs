@@ -51,7 +51,7 @@ pub fn whole(history: &AxisHistory) -> Panel {
     }
 }
 
-/// A panel with the residual, measured less predicted, over the whole record; `failing` are stretches to shade, s or rows.
+/// A panel with the residual, measured less predicted, over the whole record; `failing` are stretches to shade, s.
 pub fn residual(history: &AxisHistory, failing: Vec<(f64, f64)>) -> Panel {
     let residual = history.residual();
     let force = Quantity::new(

@@ -4,6 +4,9 @@ import { act, read, refuse, released, send } from "./talk.js";
 
 const ROLES = [["time", "Time"], ["force", "Force"], ["displacement", "Displacement"], ["velocity", "Velocity"], ["acceleration", "Acceleration"]];
 
+/** What `init` calls the time of a log that has none. */
+const NO_TIME = "none";
+
 /** The stage of a folder without a study; `current` tells whether the stage still waits for it. */
 export async function showDraft(state, page, current) {
   const parts = [drop(state)];
@@ -59,6 +62,7 @@ function form(draft, state) {
   const field = ([role, words]) => {
     const pick = element("select", { id: `column-${role}`, name: role, onchange: () => act({ ...answers(made), do: "draft" }) },
       element("option", { value: "" }, stated.has(role) ? "guess it" : `${taken[role] || "none"} (guessed)`),
+      ...(role === "time" ? [element("option", { value: NO_TIME, selected: stated.get(role) === NO_TIME }, "the log has none: rows in order")] : []),
       ...draft.columns.map((c) => element("option", { value: c, selected: stated.get(role) === c }, c)));
     return element("p", { class: "field" }, element("label", { for: `column-${role}` }, words), pick);
   };
@@ -68,7 +72,7 @@ function form(draft, state) {
     event.preventDefault();
     act({ ...answers(made), do: "init" });
   } }, element("div", { class: "fields" }, ...ROLES.map(field),
-    number("rate", "Sample rate, Hz", said.rate, guess ? `${significant(guess.sample_rate_hz, 6)} (from the log)` : "as the log has it"),
+    number("rate", "Sample rate, Hz", said.rate, guess && guess.sample_rate_hz ? `${significant(guess.sample_rate_hz, 6)} (from the log)` : "as the log has it"),
     number("inertia", `Inertia, ${axis ? axis.inertia_unit : "kg"}`, said.inertia, axis && axis.inertia_seen ? `about ${significant(axis.inertia_seen, 3)} (identify it)` : "identify it")),
   draft.sentence ? element("p", { class: "sentence" }, `${draft.sentence}.`) : null,
   guess ? element("ul", { class: "sentences" }, ...guess.findings.map((f) => element("li", {}, `${f}.`)),

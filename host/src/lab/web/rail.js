@@ -1,7 +1,7 @@
 // The rail: the steps of the loop from the study to the device, each with its buttons, and the error with its noise floor.
 
 import { act, keep } from "./talk.js";
-import { addable, openTab } from "./stage.js";
+import { addable, kinds, openTab } from "./stage.js";
 import { errorOn, made } from "./models.js";
 
 let state = null;
@@ -53,18 +53,24 @@ const button = (id, words, action, options = {}) => element("button", { type: "b
 
 const step = (number, words, extra) => element("h2", {}, element("span", { class: "number", "aria-hidden": "true" }, String(number)), words, extra);
 
+const timed = () => state.study.sample_rate_hz !== null;
+
 function studyPart() {
   const { study } = state;
   const inertia = (a) => (a.inertia === null ? "inertia identified" : a.inertia === 0 ? "restoring force logged" : `${significant(a.inertia, 4)} ${a.inertia_unit}`);
   const few = study.records.length <= 12;
+  const length = (records) => {
+    const sum = (of) => records.reduce((total, r) => total + of(r), 0);
+    return timed() ? `${significant(sum((r) => r.seconds), 3)} s` : `${sum((r) => r.rows)} rows`;
+  };
   const roles = ["training", "validation"].map((role) => [role, study.records.filter((r) => r.role === role)]).filter(([, all]) => all.length);
   const summed = roles.map(([role, all]) => element("li", {}, element("span", { class: "file" }, `${all.length} records`),
-    element("span", { class: `tag ${role}` }, role), element("span", { class: "time" }, `${significant(all.reduce((sum, r) => sum + r.seconds, 0), 3)} s`)));
+    element("span", { class: `tag ${role}` }, role), element("span", { class: "time" }, length(all))));
   const others = state.studies.filter((file) => file !== state.file);
   const records = !few ? summed : study.records.map((r) => element("li", {}, element("span", { class: "file" }, r.file),
-    element("span", { class: `tag ${r.role}` }, r.role), element("span", { class: "time" }, `${significant(r.seconds, 3)} s`)));
+    element("span", { class: `tag ${r.role}` }, r.role), element("span", { class: "time" }, length([r]))));
   return [step(1, "Study", button("reopen", "read again", { do: "reopen" }, { class: "small" })),
-    element("p", { class: "facts" }, `${significant(study.sample_rate_hz, 5)} Hz · ${study.axes.map((a) => `${a.name}: ${a.kind}, ${inertia(a)}`).join(" · ")}`),
+    element("p", { class: "facts" }, `${timed() ? `${significant(study.sample_rate_hz, 5)} Hz` : "no time, row by row"} · ${study.axes.map((a) => `${a.name}: ${a.kind}, ${inertia(a)}`).join(" · ")}`),
     element("ul", { class: "records" }, ...records),
     ...(others.length ? [element("div", { class: "row" }, element("span", { class: "label" }, "go to"), ...others.map((file, i) => button(`study-${i}`,
       file.includes("/") ? file.split("/").slice(-2)[0] : file, { do: "work", study: file }, { class: "small", title: file })))] : []),
@@ -72,10 +78,8 @@ function studyPart() {
 }
 
 function learnPart(model) {
-  const kinds = [["physical", "physical"], ["polynomial", "polynomial"], ["network", "network"]]
-    .filter(([kind]) => kind !== "physical" || state.study.base_terms.length);
   const learn = element("div", { class: "row", role: "group", "aria-label": "Identify a model" }, element("span", { class: "label" }, "identify"),
-    ...kinds.map(([kind, words]) => button(`identify-${kind}`, words, { do: "identify", kind })));
+    ...kinds(state.study).map((kind) => button(`identify-${kind}`, kind, { do: "identify", kind })));
   if (!model) return [step(2, "Model"), learn];
   return [step(2, "Model", button("undo", "undo", { do: "undo" }, { class: "small", disabled: !model.parent,
     title: model.parent ? `Back to ${model.parent}` : "Nothing was added that could be undone" })),
@@ -130,10 +134,11 @@ function missingPart(model) {
   const ran = state.done[state.done.length - 1];
   const look = button("diagnose", diagnosis ? "look again" : "Look for what is missing", { do: "diagnose" }, { class: diagnosis ? "small" : "primary wide" });
   const parts = [step(3, "What is missing", diagnosis ? look : null)];
-  if (!diagnosis) parts.push(element("p", { class: "hint" }, "Choose a region of the map to see where the model fails, then look for what explains it."), look);
+  if (!diagnosis) parts.push(element("p", { class: "hint" }, timed() ? "Choose a region of the map to see where the model fails, then look for what explains it." : "Look for what explains the residual."), look);
   else {
     const found = diagnosis.found.map((f) => `${f.effect}@${f.axis}`);
-    parts.push(element("p", { class: `verdict ${diagnosis.verdict}` }, VERDICTS[diagnosis.verdict] || diagnosis.verdict, found.length ? `: ${found.join(", ")}` : ""));
+    parts.push(element("p", { class: `verdict ${diagnosis.verdict}` }, VERDICTS[diagnosis.verdict] || diagnosis.verdict,
+      found.length ? `${diagnosis.verdict === "unknown" ? "; a part of it is" : ":"} ${found.join(", ")}` : ""));
     if (found.length) parts.push(button("add-found", `Add ${found.join(" and ")}`, { do: "add", effects: found.flatMap((name) => addable(name, state)) }, { class: "primary wide" }));
     if (diagnosis.ranked.length) parts.push(button("to-candidates", "see each candidate over the residual", () => openTab("candidates", true), { class: "wide", always: true }));
     const notes = (list) => list.map((note) => element("p", { class: "hint" }, `${note}.`));
@@ -151,7 +156,8 @@ function missingPart(model) {
 }
 
 function devicePart(model) {
-  if (!model) return null;
+  // A device runs in time.
+  if (!model || !timed()) return null;
   const records = [...new Set(state.study.records.map((r) => r.file))];
   const validates = state.study.records.find((r) => r.role === "validation");
   const pick = element("select", { id: "device-record", "aria-label": "Record for the device" },

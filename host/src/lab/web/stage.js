@@ -185,11 +185,17 @@ const KINDS = [["physical", "Physical", "The sum of the effects that the study l
   ["polynomial", "Polynomial", "Powers and products of displacement and velocity; takes a second and needs no physics."],
   ["network", "Network", "A small tanh network; the lowest error for a smooth joint, a few seconds to minutes."]];
 
+/** The kinds of model that a study can have: the physical one where it lists effects, the others where there are velocities. */
+export function kinds(study) {
+  const able = { physical: study.base_terms.length > 0, polynomial: study.sample_rate_hz !== null, network: study.sample_rate_hz !== null };
+  return KINDS.map(([kind]) => kind).filter((kind) => able[kind]);
+}
+
 /** A study without a model. */
 function welcome() {
-  const kinds = KINDS.filter(([kind]) => kind !== "physical" || state.study.base_terms.length);
+  const shown = KINDS.filter(([kind]) => kinds(state.study).includes(kind));
   return element("section", { class: "welcome" }, element("h2", {}, "Choose a first model"),
     element("p", { class: "hint" }, "It is learnt from the training records and judged on the validation records."),
-    element("div", { class: "cards" }, ...kinds.map(([kind, name, words]) => element("button", { type: "button", class: "card",
+    element("div", { class: "cards" }, ...shown.map(([kind, name, words]) => element("button", { type: "button", class: "card",
       onclick: () => act({ do: "identify", kind }) }, element("strong", {}, name), element("span", {}, words)))));
 }

@@ -142,10 +142,18 @@ pub struct Value {
 /// The residual of one version on one axis, over all judged rows.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResidualContents {
+    /// Over displacement, velocity and the time since the last reversal; without time over displacement alone.
+    pub over: BTreeMap<&'static str, Curve>,
+    /// What a study without time does not have.
+    #[serde(flatten)]
+    pub timed: Option<TimedResidual>,
+}
+
+/// What is only asked of a residual over time.
+#[derive(Clone, Debug, Serialize)]
+pub struct TimedResidual {
     /// Over the state plane.
     pub plane: Plane,
-    /// Over velocity, displacement and the time since the last reversal.
-    pub over: BTreeMap<&'static str, Curve>,
     /// Power spectra of force and residual.
     pub spectrum: SpectrumContents,
     /// Correlations with itself, force, displacement and velocity.

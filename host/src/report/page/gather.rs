@@ -3,7 +3,7 @@
 use super::asked::Asked;
 use super::contents::{
     AxisContents, Contents, RecordContents, Region, ResidualContents, SampleAxis, SampleVersion,
-    Stair, StateCondition, Units,
+    Stair, StateCondition, TimedResidual, Units,
 };
 use super::version::{Version, align};
 use super::{candidates, correlation, handling, plane, response, samples, words};
@@ -126,39 +126,38 @@ fn residuals(study: &Study, versions: &[Version<'_>], axis: usize) -> Vec<Residu
     let rate = study.sample_rate_hz;
     let one = |(version, histories): (&Version<'_>, &Vec<AxisHistory>)| {
         let residual: Vec<f64> = histories.iter().flat_map(AxisHistory::residual).collect();
+        let curve = |series: &[f64], range| plane::curve(series, &residual, range);
         let together = |series: fn(&AxisHistory) -> &Vec<f64>| -> Vec<f64> {
             histories.iter().flat_map(series).copied().collect()
         };
-        let since: Vec<f64> = histories
-            .iter()
-            .flat_map(|c| plane::since_reversal(&c.velocity, rate))
-            .collect();
-        let mut times: Vec<f64> = since.iter().copied().filter(|t| t.is_finite()).collect();
-        times.sort_by(f64::total_cmp);
-        let last = times.get((DRAWN_TIMES * times.len() as f64) as usize);
-        let longest = last.copied().unwrap_or(1.0).max(1.0 / rate);
-        let band_hz = version.model.filters.band_hz;
-        ResidualContents {
-            plane: plane::plane(histories, displacement, velocity),
-            over: BTreeMap::from([
-                (
-                    "displacement",
-                    plane::curve(&together(|c| &c.displacement), &residual, displacement),
-                ),
-                (
-                    "velocity",
-                    plane::curve(&together(|c| &c.velocity), &residual, velocity),
-                ),
-                (
-                    "since_reversal",
-                    plane::curve(&since, &residual, [0.0, longest]),
-                ),
-            ]),
-            spectrum: correlation::spectrum(histories, rate, band_hz),
-            correlation: correlation::correlations(histories, rate, band_hz),
-        }
+        let x = curve(&together(|c| &c.displacement), displacement);
+        let mut over = BTreeMap::from([("displacement", x)]);
+        let timed = (!study.quasi_static).then(|| {
+            let v = curve(&together(|c| &c.velocity), velocity);
+            let (since, drawn) = since_reversal(histories, rate);
+            over.insert("velocity", v);
+            over.insert("since_reversal", curve(&since, drawn));
+            let band_hz = version.model.filters.band_hz;
+            TimedResidual {
+                plane: plane::plane(histories, displacement, velocity),
+                spectrum: correlation::spectrum(histories, rate, band_hz),
+                correlation: correlation::correlations(histories, rate, band_hz),
+            }
+        });
+        ResidualContents { over, timed }
     };
     versions.iter().zip(&histories).map(one).collect()
+}
+
+/// The time since the last reversal of every row, s, and the range of it that is drawn.
+fn since_reversal(histories: &[AxisHistory], rate_hz: f64) -> (Vec<f64>, [f64; 2]) {
+    let of_one = |c: &AxisHistory| plane::since_reversal(&c.velocity, rate_hz);
+    let since: Vec<f64> = histories.iter().flat_map(of_one).collect();
+    let mut times: Vec<f64> = since.iter().copied().filter(|t| t.is_finite()).collect();
+    times.sort_by(f64::total_cmp);
+    let last = times.get((DRAWN_TIMES * times.len() as f64) as usize);
+    let longest = last.copied().unwrap_or(1.0).max(1.0 / rate_hz);
+    (since, [0.0, longest])
 }
 
 /// Every record's samples, as many as the page has room for.
