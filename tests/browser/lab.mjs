@@ -1,4 +1,4 @@
-// Goes the lab's loop in a real browser, by mouse and by keyboard, and writes down what it saw; tests/tests/lab_browser.rs judges.
+// Goes the lab's loop in a real browser, by mouse and by keyboard, and writes down what it saw; tests/tests/program/lab_browser.rs judges.
 // node lab.mjs MODULES CHROMIUM SCREENSHOTS STUDY_URL PROCESS FIGURES [EMPTY_URL LOG FRAMES]
 
 import { createRequire } from "node:module";

@@ -11,7 +11,7 @@ use crate::fit::effects::columns::Records;
 use crate::fit::effects::{FittedEffect, assemble, solved_at};
 use crate::model::effects::AxisEffect;
 use crate::model::file::JudgedOn;
-use crate::study::Study;
+use crate::study::{Study, quasi_static};
 use crate::text::error::Result;
 use jointwatch_shared::effect::Acts;
 use serde::Serialize;
@@ -294,6 +294,9 @@ fn parameters(
         })
     };
     let listed = bound.entry.parameters().iter().zip(values).enumerate();
+    let says_something =
+        |name: &str| !(study.quasi_static && quasi_static::is_without_meaning(name));
+    let listed = listed.filter(|(_, (parameter, _))| says_something(parameter.name));
     let parameters = listed.map(|(index, (parameter, value))| CandidateParameter {
         name: parameter.name.into(),
         value: *value,

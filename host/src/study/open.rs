@@ -112,7 +112,12 @@ impl Request<'_> {
 
     /// Refuses values that are no measurements beside the rest of their column, but for the column of time, and gives a note for each
     /// column with values that stand alone.
-    pub(crate) fn lone_values(&self, log: &Log, time: Option<&str>) -> Result<Vec<String>> {
+    pub(crate) fn lone_values(
+        &self,
+        log: &Log,
+        time: Option<&str>,
+        quasi_static: bool,
+    ) -> Result<Vec<String>> {
         let mut notes = Vec::new();
         let wanted = self.wanted.unwrap_or_default().iter();
         for ((wanted, values), logger) in wanted.zip(&log.values).zip(&log.logger) {
@@ -122,7 +127,10 @@ impl Request<'_> {
             let Some(values) = values.as_ref().filter(|_| looked_at) else {
                 continue;
             };
-            let found = lone::lone(values);
+            let found = match quasi_static {
+                true => lone::lone_of_path(values),
+                false => lone::lone(values),
+            };
             if let Some(row) = lone::impossible(values, &found) {
                 return Err(self.error_at(
                     &log.row_name(row),

@@ -25,6 +25,8 @@ pub(crate) struct AxisPlan {
 pub(crate) struct Plan {
     pub(crate) wanted: Vec<Wanted>,
     pub(crate) time: Option<Calibrated>,
+    /// Whether the logs have no time.
+    pub(crate) quasi_static: bool,
     /// The even rate to which all channels are brought, Hz.
     pub(crate) resample_hz: Option<f64>,
     /// Columns of time of channels that have their own.
@@ -107,6 +109,7 @@ pub(crate) fn plan(source: &Source<'_>, said: &Description) -> Result<(Plan, Vec
         Plan {
             wanted: columns.wanted,
             time,
+            quasi_static: said.is_quasi_static(),
             resample_hz,
             clocks: columns.clocks,
             loggers: second_loggers(source, said)?,

@@ -374,7 +374,7 @@ fn records(
 ) -> Result<Read> {
     let mut notes = log.notes.clone();
     let time = plan.time.as_ref().map(|channel| channel.column.as_str());
-    notes.extend(request.lone_values(log, time)?);
+    notes.extend(request.lone_values(log, time, plan.quasi_static)?);
     notes.extend(plan.check_units(request, log)?);
     let done = sampling.done.iter();
     notes.extend(done.map(|done| format!("{}: {done}", request.file)));

@@ -11,6 +11,7 @@ use crate::fit::effects::slopes::At;
 use crate::fit::effects::unknowns::{ShapeUnknown, column_bounds, shapes};
 use crate::model::effects::AxisEffect;
 use crate::signal::statistics::{peak, rms};
+use crate::study::quasi_static::is_without_meaning;
 use faer::Mat;
 use jointwatch_shared::effect::Entry;
 use std::ops::Range;
@@ -42,6 +43,8 @@ pub(crate) struct Bench<'a> {
     peak: f64,
     /// The velocity of every row.
     velocity: Vec<f64>,
+    /// Whether the velocity is the direction of travel alone, as without time.
+    only_direction: bool,
     /// Mean power with which the base's own dampers drive the joint: their strengths are below 0, and the base lacks a force.
     driven: f64,
     /// Whether the motion turns round, without which a hysteresis looks like a spring.
@@ -101,6 +104,7 @@ impl<'a> Bench<'a> {
             peak: peak(measured),
             driven: 0.0,
             reverses: reverses(&velocity),
+            only_direction: velocity.iter().all(|v| [0.0, 1.0].contains(&v.abs())),
             velocity,
             instruments: Vec::new(),
             zeros: Vec::new(),
@@ -363,7 +367,12 @@ impl<'a> Bench<'a> {
         hypothesis: &Hypothesis,
     ) -> (Vec<ShapeUnknown>, Vec<ShapeUnknown>) {
         let mut all = shapes(&hypothesis.members, &self.records.references);
-        all.retain(|unknown| !unknown.shape.is_given());
+        let says_nothing = |unknown: &ShapeUnknown| {
+            let (member, parameter) = unknown.places[0];
+            let entry = hypothesis.members[member].entry;
+            self.only_direction && is_without_meaning(entry.parameters()[parameter].name)
+        };
+        all.retain(|unknown| !unknown.shape.is_given() && !says_nothing(unknown));
         all.into_iter()
             .partition(|u| u.places[0].0 < hypothesis.base)
     }

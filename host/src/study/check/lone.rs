@@ -54,12 +54,20 @@ pub(crate) fn lone_by(series: &[f64], times: f64) -> Vec<Lone> {
     let alone = inner.filter(stands_alone);
     let mut alone: Vec<Lone> = alone.map(|row| Lone { row, off: off[row] }).collect();
     if !alone.is_empty() {
-        let mut some: Vec<f64> = off.into_iter().filter(|d| *d > 0.0).collect();
-        let at = ((USUAL * some.len() as f64) as usize).min(some.len() - 1);
-        let usual = *some.select_nth_unstable_by(at, f64::total_cmp).1;
+        let usual = usual(off);
         alone.retain(|lone| lone.off > times * usual);
     }
     alone
+}
+
+/// What [`USUAL`] of the values do not exceed that are not 0; 0 where all are.
+fn usual(mut values: Vec<f64>) -> f64 {
+    values.retain(|v| *v > 0.0);
+    if values.is_empty() {
+        return 0.0;
+    }
+    let at = ((USUAL * values.len() as f64) as usize).min(values.len() - 1);
+    *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
 /// The rows that stand out of the usual row around them, however many there are of them: so many that none is alone.
@@ -89,6 +97,17 @@ pub(crate) fn outliers(series: &[f64]) -> Vec<Lone> {
 /// The rows that stand alone.
 pub(crate) fn lone(series: &[f64]) -> Vec<Lone> {
     lone_by(series, ALONE)
+}
+
+/// The rows that stand alone on a path without time, which may turn round from one row to the next: by more than it steps, too.
+pub(crate) fn lone_of_path(series: &[f64]) -> Vec<Lone> {
+    let mut alone = lone(series);
+    if !alone.is_empty() {
+        let steps = series.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        let usual = usual(steps.collect());
+        alone.retain(|lone| lone.off > ALONE * usual);
+    }
+    alone
 }
 
 /// Of the rows that stand alone, the first by so much that it is no measurement.
@@ -156,6 +175,17 @@ mod tests {
             .map(|n: u64| (n.wrapping_mul(6_364_136_223_846_793_005) >> 33) as f64)
             .collect();
         assert_eq!(outliers(&noise), []);
+    }
+
+    #[test]
+    fn a_path_that_turns_round_has_no_row_alone_unless_it_is_farther_than_its_steps() {
+        let mut path: Vec<f64> = (0..2000)
+            .map(|n| f64::from((n % 200 - 100_i32).abs()))
+            .collect();
+        assert!(!lone(&path).is_empty());
+        assert_eq!(lone_of_path(&path), []);
+        path[730] += 60.0;
+        assert_eq!(lone_of_path(&path).len(), 1);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use super::description::{ChannelTable, Description, Source};
 use super::{AxisKind, Channels, Convention, Study};
 use slips::{ANGULAR_SLIPS, Cure, FORCE_SLIPS, LINEAR_SLIPS, SPEED_SLIPS, Slip, TURNING_SLIPS};
 
-/// Limits of the checks, each set by the thirty simulated rigs and the measured studies of `tests/tests/first_day.rs`.
+/// Limits of the checks, each set by the thirty simulated rigs and the measured studies of `tests/tests/logs/first_day.rs`.
 struct Limits {
     /// Correlation from which on one channel is believed to be the derivative of another.
     alike: f64,

@@ -218,8 +218,8 @@ impl SecondLogger {
             sparse: true,
         };
         let other = request.read()?;
-        log.notes
-            .extend(request.lone_values(&other, Some(&self.time.column))?);
+        let alone = request.lone_values(&other, Some(&self.time.column), false)?;
+        log.notes.extend(alone);
         log.notes.extend(other.notes.iter().cloned());
         let aligned = self.aligned(log, record, (plan, of_record), &other, &request)?;
         log.others.push(aligned);

@@ -64,7 +64,7 @@ fn a_positioning_axis_lacks_dry_friction() {
     let Some(data) = measurements("data/emps") else {
         return;
     };
-    let study = include_str!("../../docs/missing-effects/emps.toml");
+    let study = include_str!("../../../docs/missing-effects/emps.toml");
     let folder = based(&data, study, &["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"]);
     let (first, found) = named(folder.path());
     let dry = [
@@ -90,7 +90,7 @@ fn an_electronic_duffing_oscillator_lacks_its_cubic_spring() {
     let Some(data) = measurements("data/silverbox") else {
         return;
     };
-    let study = include_str!("../../docs/missing-effects/silverbox.toml");
+    let study = include_str!("../../../docs/missing-effects/silverbox.toml");
     let folder = based(&data, study, &["SNLS80mV.mat"]);
     let (first, found) = named(folder.path());
     let hardening = [
@@ -116,7 +116,7 @@ fn a_friction_damper_lacks_hysteresis_and_not_dry_friction() {
     let Some(data) = measurements("data/brfd") else {
         return;
     };
-    let study = include_str!("../../docs/missing-effects/friction-damper.toml");
+    let study = include_str!("../../../docs/missing-effects/friction-damper.toml");
     let files = ["0.5Hz", "1Hz"].map(|f| format!("ds2_{f}36lbtension1amplitude.json"));
     let folder = based(&data, study, &files.each_ref().map(String::as_str));
     let (first, found) = named(folder.path());

@@ -42,13 +42,13 @@ fn the_positioning_axis_does_as_the_page_says() {
 }
 
 #[test]
-#[ignore = "takes minutes: `cargo test --release -p jointwatch-tests --test league -- --ignored`"]
+#[ignore = "takes minutes: `cargo test --release -p jointwatch-tests --test models league:: -- --ignored`"]
 fn the_oscillator_does_as_the_page_says() {
     agree(&silverbox(&|_| ()).unwrap());
 }
 
 #[test]
-#[ignore = "takes minutes: `cargo test --release -p jointwatch-tests --test league -- --ignored`"]
+#[ignore = "takes minutes: `cargo test --release -p jointwatch-tests --test models league:: -- --ignored`"]
 fn the_hysteretic_oscillator_does_as_the_page_says() {
     agree(&hysteretic(&|_| ()).unwrap());
 }

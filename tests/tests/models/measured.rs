@@ -64,7 +64,7 @@ fn six_foreign_studies_go_through_identify_and_compare() {
 }
 
 /// The study that `docs/notebook/measured-axis.md` prints, for the public record of an electro-mechanical positioning system.
-const STUDY: &str = include_str!("../../docs/measured-axis.toml");
+const STUDY: &str = include_str!("../../../docs/measured-axis.toml");
 
 /// A folder with that study and its records, where they are at hand.
 fn axis_study() -> Option<tempfile::TempDir> {

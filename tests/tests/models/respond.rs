@@ -414,7 +414,7 @@ fn the_published_friction_moves_the_measured_slide() {
         return;
     };
     let logs = ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"];
-    let toml = include_str!("../../docs/measured-axis.toml");
+    let toml = include_str!("../../../docs/measured-axis.toml");
     let folder = study_with_logs(&data, &logs, toml);
     let study = Study::read(folder.path()).unwrap();
     let mut model = learnt(&study);

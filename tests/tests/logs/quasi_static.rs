@@ -3,7 +3,9 @@
 use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
 use jointwatch::study::{MemoryLog, Study};
+use jointwatch_tests::lab::Lab;
 use jointwatch_tests::program::{fail, succeed};
+use serde_json::json;
 use std::fmt::Write as _;
 use std::fs;
 use tempfile::TempDir;
@@ -224,6 +226,27 @@ fn pictures_and_report_run_over_the_rows() {
         }
     }
     assert!(forces > 0);
+}
+
+#[test]
+fn the_lab_works_over_the_rows() {
+    let folder = folder("\"stiffness@x\"", false);
+    succeed(folder.path(), &["identify", ".", "--model", "physical"]);
+    let lab = Lab::start(folder.path(), &["study.toml", "model.json"]);
+    let state = lab.rest();
+    assert!(state["study"]["sample_rate_hz"].is_null(), "{state}");
+    assert!(state["study"]["records"][0]["seconds"].is_null(), "{state}");
+    let effects = state["study"]["effects"].to_string();
+    assert!(effects.contains("coulomb@x") && !effects.contains("viscous@x"));
+    let residual = &lab.view(&state)["axes"][0]["residual"][0];
+    assert!(residual["over"]["displacement"].is_object(), "{residual}");
+    for timed in ["plane", "spectrum", "correlation"] {
+        assert!(residual[timed].is_null(), "{timed}: {residual}");
+    }
+    let state = lab.done(&json!({ "do": "diagnose" }));
+    assert_eq!(state["diagnosis"]["found"][0]["effect"], "coulomb");
+    let state = lab.done(&json!({ "do": "add", "effects": ["coulomb@x"] }));
+    assert_eq!(state["current"], "jointwatch-lab/model-coulomb-x.json");
 }
 
 #[test]

@@ -84,7 +84,7 @@ fn a_positioning_axis_whose_friction_changes_is_found() {
         return;
     };
     let logs = ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"];
-    let study = include_str!("../../docs/measured-axis.toml");
+    let study = include_str!("../../../docs/measured-axis.toml");
     let folder = study_with_logs(&data, &logs, study);
     // Its model is wrong by 5 %: a third of the force takes longer than with an exact one.
     assert_found("EMPS", &alarms(folder.path(), 10.0), Some(3.1));
@@ -100,7 +100,7 @@ fn a_friction_damper_that_changes_is_found() {
         "ds2_1Hz36lbtension1amplitude.json",
     ];
     // The longer record is the one that is watched.
-    let study = include_str!("../../docs/friction-damper.toml");
+    let study = include_str!("../../../docs/friction-damper.toml");
     let study = study
         .replace("\"train\"", "\"\"")
         .replace("\"validate\"", "\"train\"");

@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::fs;
 
 #[test]
-#[ignore = "takes minutes: `cargo test --release -p jointwatch-tests --test joints -- --ignored`"]
+#[ignore = "takes minutes: `cargo test --release -p jointwatch-tests --test diagnosis joints:: -- --ignored`"]
 fn real_joints_are_diagnosed_as_the_page_says() {
     assert_on_the_page(outcomes(&|_| ()).unwrap());
 }

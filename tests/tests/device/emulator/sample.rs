@@ -1,7 +1,7 @@
 //! What a sample takes, from counts to verdict, alone and with every effect that has a memory.
 
-use crate::models::{model, network, with_effect};
-use crate::run;
+use super::models::{model, network, with_effect};
+use super::run;
 use jointwatch::emulate::selftest::Board;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::network::NEURONS;

@@ -75,7 +75,7 @@ fn a_browser_finds_the_dry_friction_of_a_measured_axis() {
         return;
     };
     let logs = ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"];
-    let study = include_str!("../../docs/missing-effects/emps.toml");
+    let study = include_str!("../../../docs/missing-effects/emps.toml");
     let folder = study_with_logs(&data, &logs, study);
     for words in [
         "identify study.toml --model physical -o base.json",

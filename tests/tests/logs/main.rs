@@ -1,0 +1,16 @@
+//! Logs as they are brought: formats, clocks, gaps, cuts and drafts of a study, each read to the values that are true.
+
+mod cut_logs;
+mod first_day;
+mod free_motion;
+mod late_force;
+mod log_formats;
+mod long_records;
+mod odd_logs;
+mod quasi_static;
+mod real_logs;
+mod records_differ;
+mod short_waves;
+mod study_from;
+mod time_as_it_is;
+mod two_loggers;
