@@ -293,7 +293,7 @@ fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool)
             .iter()
             .any(|bound| bound.acts_on(decision.axis));
         // Most of an error that laws explain here and not on other records has a cause that is none of them.
-        let of_another = refuted && !stays && named > 0.5 * decision.errors[0].powi(2);
+        let of_another = refuted && !stays && named > 0.5 * decision.moving_error_power();
         let (named, unnamed) = match of_another {
             true => (0.0, unnamed + named),
             false => (named, unnamed),

@@ -29,6 +29,8 @@ pub(super) struct Decision {
     pub(super) gains: Vec<(AxisEffect, Vec<f64>)>,
     /// RMS error over RMS force on blocks in turn: of the base, and with what was found.
     pub(super) errors: [f64; 2],
+    /// Mean square of the force about its mean, beside its mean square.
+    pub(super) moving: f64,
     /// RMS over RMS force of what it leaves of all rows, learnt from all rows.
     pub(super) left: f64,
     /// What the learner takes away of what is left.
@@ -63,9 +65,14 @@ impl Decision {
         drop_interval(&falls(&self.base_errors, &looked.score.log_errors))
     }
 
+    /// Power that the base leaves, at most that of the force about its mean.
+    pub(super) fn moving_error_power(&self) -> f64 {
+        self.errors[0].powi(2).min(self.moving)
+    }
+
     /// Power that effects take away which are more than pieces of a shape without a name.
     pub(super) fn named(&self) -> f64 {
-        (self.errors[0].powi(2) - self.laws.score.error.powi(2)).max(0.0)
+        (self.moving_error_power() - self.laws.score.error.powi(2)).max(0.0)
     }
 
     /// Power of what has no name: what the learner takes away, and what those pieces do.
@@ -142,6 +149,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         axis: full.axis,
         left: (square / full.power).sqrt(),
         errors: [base.score.error, decided.score.error],
+        moving: full.moving,
         hypothesis: decided.hypothesis.clone(),
         gains,
         taken,
@@ -264,7 +272,9 @@ fn pruned(field: &Field<'_, '_>, inputs: &Inputs, mut decided: Looked, base: &Lo
         inputs.taken(field.full, &left, Knows::Record)
     };
     loop {
-        let explained = (power(base) - power(&decided)).max(f64::MIN_POSITIVE);
+        // What a constant force does is no yardstick for the others.
+        let before = power(base).min(field.full.moving);
+        let explained = (before - power(&decided)).max(f64::MIN_POSITIVE);
         let added = decided.hypothesis.added().to_vec();
         let mut lost = lost_without_each(field, &decided);
         let least = lost.first().map_or(f64::INFINITY, |(lost, ..)| *lost);

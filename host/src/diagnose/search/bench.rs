@@ -2,7 +2,9 @@
 //! to physical bounds, and what it leaves on blocks that it was not learnt from.
 
 use super::blocks::Blocks;
-use super::hypothesis::{Column, Hypothesis, Part, driven, is_at_bound, is_replaced, mean_product};
+use super::hypothesis::{
+    Column, Hypothesis, Part, driven, is_at_bound, is_replaced, is_turned, mean_product,
+};
 use crate::diagnose::criteria::CRITERIA;
 use crate::fit::bounded;
 use crate::fit::effects::columns::Records;
@@ -37,6 +39,8 @@ pub(crate) struct Bench<'a> {
     pub(crate) power: f64,
     /// What an effect explains at least, RMS beside the RMS force.
     pub(crate) least_share: f64,
+    /// Mean square of the force about its mean, beside its mean square.
+    pub(crate) moving: f64,
     /// The largest RMS force of a term of the base, or the measured one.
     scale: f64,
     /// The same of the largest force.
@@ -66,14 +70,22 @@ pub(crate) fn rows_of(records: &Records<'_>, axis: usize) -> Range<usize> {
     axis * rows..(axis + 1) * rows
 }
 
-/// What an effect explains of an axis at least, RMS beside the RMS force.
+/// What an effect explains of an axis at least, RMS beside the RMS force: a share of what the force has about its mean.
 pub(crate) fn least_share(records: &Records<'_>, axis: usize) -> f64 {
     let channels = if records.forced[axis] {
         1.0
     } else {
         ONE_CHANNEL
     };
-    channels * CRITERIA.least_share
+    channels * CRITERIA.least_share * moving(records, axis).sqrt()
+}
+
+/// Mean square of an axis's force about its mean, beside its mean square: a load that stands still is no yardstick for what moves.
+fn moving(records: &Records<'_>, axis: usize) -> f64 {
+    let force = &records.measured[rows_of(records, axis)];
+    let power = mean_product(force, force).max(f64::MIN_POSITIVE);
+    let mean = force.iter().sum::<f64>() / force.len().max(1) as f64;
+    (1.0 - mean * mean / power).max(0.0)
 }
 
 /// Whether an axis travels both ways, by more than a hundredth of its way.
@@ -100,6 +112,7 @@ impl<'a> Bench<'a> {
             blocks: Blocks::new(measured, &records.rows),
             power: records.references.force[axis].powi(2),
             least_share: least_share(records, axis),
+            moving: moving(records, axis),
             scale: rms(measured),
             peak: peak(measured),
             driven: 0.0,
@@ -429,7 +442,10 @@ impl<'a> Bench<'a> {
     ) -> bool {
         let added = hypothesis.members.iter().zip(&hypothesis.values);
         let mut added = added.skip(hypothesis.base);
-        if added.any(|(bound, values)| is_at_bound(bound, values, self.records)) {
+        let mut places = hypothesis.base..hypothesis.members.len();
+        if added.any(|(bound, values)| is_at_bound(bound, values, self.records))
+            || places.any(|at| is_turned(hypothesis, at, self.records))
+        {
             return false;
         }
         let given = driven(hypothesis, &self.velocity) - self.driven;
