@@ -136,23 +136,30 @@ pub(crate) fn is_at_bound(bound: &AxisEffect, values: &[f64], records: &Records<
     edges.any(|at| at) || !is_physical(bound, values, records)
 }
 
-/// Whether a strength that has to be positive is below nothing wherever the inputs go that it follows: it pushes where friction holds
-/// back. Effects that differ by their input alone have one strength together.
+/// Whether a strength that has to be positive, of an effect that follows an input, is below nothing wherever that goes: it pushes where
+/// friction holds back. Beside strengths of other effects in the same unit it may be a change of those.
 pub(crate) fn is_turned(hypothesis: &Hypothesis, at: usize, records: &Records<'_>) -> bool {
     let bound = &hypothesis.members[at];
-    let all = || hypothesis.members.iter().zip(&hypothesis.values);
-    let same = || all().filter(|(other, _)| *other == bound || other.is_twin(bound));
-    if same().all(|(other, _)| other.input.is_none()) {
+    if bound.input.is_none() {
         return false;
     }
-    let listed = bound.entry.parameters().iter().enumerate();
-    let mut positive = listed.filter(|(_, p)| matches!(p.role, Role::Linear { positive: true }));
-    positive.any(|(place, _)| {
+    let positive = |of: &AxisEffect| {
+        let listed = of.entry.parameters().iter().enumerate();
+        listed.filter(|(_, p)| matches!(p.role, Role::Linear { positive: true }))
+    };
+    positive(bound).any(|(own, parameter)| {
         let mut strength = vec![0.0; records.rows_per_axis()];
-        for (other, values) in same() {
+        for (other, values) in hypothesis.members.iter().zip(&hypothesis.values) {
+            let same = other.entry == bound.entry;
+            let alike = positive(other).filter(|(place, p)| {
+                p.dimension == parameter.dimension && (!same || *place == own)
+            });
+            let Some(value) = alike.map(|(place, _)| values[place]).reduce(f64::max) else {
+                continue;
+            };
             let input = other.input.map(|input| records.of_input(0, input));
             for (row, strength) in strength.iter_mut().enumerate() {
-                *strength += values[place] * input.as_ref().map_or(1.0, |input| input[row]);
+                *strength += value * input.as_ref().map_or(1.0, |input| input[row]);
             }
         }
         strength.iter().all(|s| *s < 0.0)
