@@ -5,6 +5,7 @@ use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
 use jointwatch::simulate::{SimulationOptions, simulate};
 use jointwatch::study::{Role, Study};
+use jointwatch_tests::program::succeed;
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
@@ -371,4 +372,30 @@ fn what_cannot_be_put_right_is_refused_with_what_to_try() {
         none.contains("line 1") && none.contains("above 0"),
         "{none}"
     );
+}
+
+#[test]
+fn a_draft_for_a_log_with_many_gaps_brings_it_to_an_even_rate_and_says_so() {
+    let folder = TempDir::new().unwrap();
+    let mut log = String::from("time_s,displacement_m,force_N\n");
+    let mut noise = noise();
+    for row in (0..6000).filter(|row| row * row % 997 > 20) {
+        let t = f64::from(row) * 1e-3;
+        let (a, b) = (44.0, 107.0);
+        let x = 1e-3 * ((a * t).sin() + 0.4 * (b * t).sin()) + 1e-7 * noise();
+        let v = 1e-3 * (a * (a * t).cos() + 0.4 * b * (b * t).cos());
+        log += &format!("{t:.3},{x:.9},{:.5}\n", 2e4 * x + 40.0 * v + 0.01 * noise());
+    }
+    fs::write(folder.path().join("log.csv"), log).unwrap();
+    let said = succeed(folder.path(), &["init", "log.csv", "--yes"]);
+    assert!(said.contains("interpolated to 1000 Hz"), "{said}");
+    let study = fs::read_to_string(folder.path().join("study.toml")).unwrap();
+    let line = "time = { column = \"time_s\", resample_hz = 1000 }   # guessed";
+    assert!(study.contains(line), "{study}");
+    succeed(folder.path(), &["identify", ".", "--model", "physical"]);
+    let model = ModelFile::read(&folder.path().join("model.json")).unwrap();
+    let values = model.effects.iter().map(|e| e.parameters[0].value);
+    for (value, truth) in values.zip([2e4, 40.0]) {
+        assert!((value / truth - 1.0).abs() < 1e-2, "{value} for {truth}");
+    }
 }

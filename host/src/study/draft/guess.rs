@@ -6,8 +6,12 @@ use super::records::records;
 use crate::study::channels::units::unit_of_time;
 use crate::study::quasi_static::ROWS_PER_SECOND;
 use crate::study::survey::{self, Survey, SurveyedTime};
-use crate::study::time::RATE_TOLERANCE;
+use crate::study::time::sampling::are_even;
+use crate::study::time::{RATE_TOLERANCE, round_rate};
 use crate::text::error::{Error, Result};
+
+/// A round rate that is as near as this, relative, does for uneven times.
+const NEAR_RATE: f64 = 0.02;
 
 /// Guesses a study from the logs that were looked at.
 ///
@@ -63,6 +67,14 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
             time.rate_hz
         ));
     }
+    let time = time.filter(|_| said.sample_rate_hz.is_none());
+    let resample_hz = time.as_ref().and_then(|time| resample_rate(surveys, time));
+    if let (Some(time), Some(rate)) = (&time, resample_hz) {
+        findings.push(format!(
+            "the times in {:?} are not even, so all channels are interpolated to {rate} Hz",
+            time.column
+        ));
+    }
     let logs: Vec<Log<'_>> = surveys
         .iter()
         .map(|survey| Log {
@@ -78,13 +90,28 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
     )?;
     Ok(Draft {
         name: "joint rig".into(),
-        time: time.filter(|_| said.sample_rate_hz.is_none()),
+        time,
+        resample_hz,
         sample_rate_hz: (!timeless).then_some(sample_rate_hz),
         records: records(surveys, &axes),
         axes,
         columns: (!first.headed).then(|| first.columns.iter().map(|c| c.name.clone()).collect()),
         findings,
     })
+}
+
+/// The even rate that the logs have to be brought to, Hz, where one of them has times that are not even.
+fn resample_rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
+    let mut columns = surveys.iter().filter_map(|s| s.column(&time.column));
+    let even = columns.all(|column| {
+        let values = column.values.iter();
+        are_even(
+            &values
+                .map(|t| t * time.seconds_per_unit)
+                .collect::<Vec<f64>>(),
+        )
+    });
+    (!even).then(|| round_rate(time.rate_hz, NEAR_RATE))
 }
 
 fn time_of(surveys: &[Survey], said: &Said) -> Result<Option<SurveyedTime>> {

@@ -59,6 +59,8 @@ pub struct Draft {
     pub name: String,
     /// The time column, unless the rate is stated.
     pub time: Option<SurveyedTime>,
+    /// The even rate to which the channels are brought, Hz, where the times are uneven.
+    pub resample_hz: Option<f64>,
     /// Sample rate that the log has, Hz; nothing for a quasi-static log.
     pub sample_rate_hz: Option<f64>,
     /// One or two axes.

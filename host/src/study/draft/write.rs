@@ -24,15 +24,20 @@ pub fn text(draft: &Draft) -> String {
                 "# The column that counts the time; rates and gaps are checked with it."
             );
             let column = quoted(&time.column);
-            let value = match unit_of_time(time.seconds_per_unit) {
-                Some("s") => column,
-                Some(unit) => format!("{{ column = {column}, unit = {} }}", quoted(unit)),
-                None => format!(
-                    "{{ column = {column}, scale = {:?} }}",
-                    time.seconds_per_unit
-                ),
+            let unit = match unit_of_time(time.seconds_per_unit) {
+                Some("s") => String::new(),
+                Some(unit) => format!(", unit = {}", quoted(unit)),
+                None => format!(", scale = {:?}", time.seconds_per_unit),
             };
-            line(&mut text, "time", &value, time.guessed);
+            let rate = draft
+                .resample_hz
+                .map_or(String::new(), |rate| format!(", resample_hz = {rate}"));
+            let value = match unit + &rate {
+                rest if rest.is_empty() => column,
+                rest => format!("{{ column = {column}{rest} }}"),
+            };
+            let guessed = time.guessed || draft.resample_hz.is_some();
+            line(&mut text, "time", &value, guessed);
         }
         None => {
             let _ = match draft.sample_rate_hz {

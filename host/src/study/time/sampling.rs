@@ -10,10 +10,11 @@ use super::{
     BRIDGED_SHARE, Gap, Grid, LONGEST_GAP, RATE_TOLERANCE, bridge, median, quantum, round_rate,
 };
 use crate::study::channels::calibrated::Calibrated;
-use crate::study::log::{Log, Request};
+use crate::study::log::{Log, MemoryLog, Request};
 use crate::study::plan::Plan;
 use crate::text::error::Result;
 use std::ops::Range;
+use std::path::Path;
 
 /// Jitter of a time stamp, in samples, above which the user is told.
 const JITTER_TOLD: f64 = 0.1;
@@ -117,6 +118,33 @@ impl Sampling {
             done: Vec::new(),
         }
     }
+}
+
+/// Whether the rows of a log with these times, s, are taken as they are, perhaps in pieces.
+pub(crate) fn are_even(seconds: &[f64]) -> bool {
+    let memory = MemoryLog {
+        name: "time".into(),
+        columns: vec![("time".into(), seconds.to_vec())],
+    };
+    let request = Request {
+        file: &memory.name,
+        path: Path::new(&memory.name),
+        wanted: None,
+        rows: None,
+        columns: None,
+        memory: Some(&memory),
+        sparse: false,
+    };
+    let Ok(log) = request.read() else {
+        return false;
+    };
+    let times = Times {
+        request: &request,
+        log: &log,
+        column: &memory.name,
+        seconds,
+    };
+    times.by_steps().is_ok() || times.by_grids().is_some()
 }
 
 /// A time column, looked at.
