@@ -180,7 +180,7 @@ mod tests {
     #[test]
     fn a_path_that_turns_round_has_no_row_alone_unless_it_is_farther_than_its_steps() {
         let mut path: Vec<f64> = (0..2000)
-            .map(|n| f64::from((n % 200 - 100_i32).abs()) + 0.01 * f64::from(7 * n % 5))
+            .map(|n| f64::from((n % 400 - 200_i32).abs()) + 0.01 * f64::from(7 * n % 5))
             .collect();
         assert!(!lone(&path).is_empty());
         assert_eq!(lone_of_path(&path), []);
