@@ -3,7 +3,7 @@
 use crate::assess::compare::{self, RecordFigures};
 use crate::assess::noise_floor;
 use crate::diagnose::PerAxis;
-use crate::diagnose::meaningless::{cancelled, unphysical};
+use crate::diagnose::meaningless::{cancelled, undetermined, unphysical};
 use crate::diagnose::search::start::start;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::{FitResult, Prepared, effect_terms, fit_alone, fit_in_time};
@@ -67,12 +67,14 @@ pub struct Added {
     pub cancels: Option<(String, f64)>,
     /// An effect that has a value which it cannot have, and did not have in the model before.
     pub unphysical: Option<String>,
+    /// One of those added of which the records tell no strength, where the error does not halve.
+    pub undetermined: Option<String>,
 }
 
 impl Added {
-    /// Whether no value is one that an effect cannot have, and none is there to be cancelled by another one.
+    /// Whether no value is one that an effect cannot have, none is there to be cancelled by another one, and the records tell all.
     pub(super) fn means_something(&self) -> bool {
-        self.cancels.is_none() && self.unphysical.is_none()
+        self.cancels.is_none() && self.unphysical.is_none() && self.undetermined.is_none()
     }
 
     /// What `add --json` says; `model` is where the model was written, if it was.
@@ -205,6 +207,8 @@ pub(super) fn refitted(
             false => cancelled(study, &records, from, &model)?,
         },
         unphysical: unphysical(&records, from, &model)?,
+        // Better a force that is right than none.
+        undetermined: undetermined(&model, effects).filter(|_| !errors.halves()),
         errors,
         model,
     })

@@ -270,6 +270,7 @@ fn add_all(
             helps,
             cancels,
             unphysical,
+            undetermined,
             ..
         } = match add::add_to(study, prepared, model, &names) {
             Ok(added) => added,
@@ -285,6 +286,11 @@ fn add_all(
         } else if let Some(name) = unphysical {
             left_out = Some(format!(
                 "{listed} was found, but found anew beside the others {name} has a value that is not physical, so it was left out"
+            ));
+            waiting.extend((!last_try).then_some((names, steps)));
+        } else if let Some(name) = undetermined {
+            left_out = Some(format!(
+                "{listed} was found, but the records do not determine the strength of {name}: every 95 % interval holds 0, so it was left out"
             ));
             waiting.extend((!last_try).then_some((names, steps)));
         } else if of_the_joint(&wider.effects_in_si()?).len() > MAX_TERMS {

@@ -37,6 +37,19 @@ fn all_unphysical(records: &Records<'_>, model: &ModelFile) -> Result<Vec<String
     Ok(at_fault.map(|(name, _)| name).collect())
 }
 
+/// The first of the added effects, `coulomb@x`, of which the records tell no strength.
+pub(super) fn undetermined(model: &ModelFile, added: &[String]) -> Option<String> {
+    let told = model.effects.iter().flat_map(|e| &e.parameters);
+    if told.into_iter().all(|p| p.interval.is_none()) {
+        // A fit that knows no intervals says nothing of this.
+        return None;
+    }
+    let effects = model.effects.iter().filter(|e| e.is_undetermined());
+    effects
+        .map(ModelEffect::name)
+        .find(|name| added.contains(name))
+}
+
 /// The effect of a model whose force is largest, where that is several times the measured force and every force of the model before.
 pub(super) fn cancelled(
     study: &Study,
@@ -82,4 +95,49 @@ pub(super) fn cancelled(
         .into_iter()
         .map(|(name, sizes)| (name, times(&known, &sizes)));
     Ok(large.find(|(_, times)| *times > MAX_FORCE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::identify;
+    use crate::study::MemoryLog;
+
+    #[test]
+    fn a_strength_is_not_told_where_every_interval_holds_0() {
+        let text = "sample_rate_hz = 500.0\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\n\
+                    inertia = 0\n[[record]]\nfile = \"a\"\nrole = \"train\"\n[base]\nterms = [\"stiffness@x\", \"position_friction@x\"]\n";
+        let x =
+            |row: i32| 1e-3 * (0.1 * f64::from(row)).sin() + 4e-4 * (0.37 * f64::from(row)).sin();
+        let all = || (0..4000).map(x);
+        let log = MemoryLog {
+            name: "a".into(),
+            columns: vec![
+                ("x".into(), all().collect()),
+                // Noise of half a newton stands where the friction would.
+                (
+                    "F".into(),
+                    all()
+                        .zip((0_u64..).map(|n| n.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40))
+                        .map(|(x, n)| 2e4 * x + n as f64 / f64::from(1 << 24) - 0.5)
+                        .collect(),
+                ),
+            ],
+        };
+        let study = Study::of_memory("memory", text, &[log]).unwrap();
+        let mut model = identify::physical(&study).unwrap().model;
+        let added = ["stiffness@x", "position_friction@x"].map(String::from);
+        assert_eq!(
+            undetermined(&model, &added).as_deref(),
+            Some("position_friction@x")
+        );
+        assert_eq!(undetermined(&model, &added[..1]), None);
+        let parameters = model.effects.iter_mut().flat_map(|e| &mut e.parameters);
+        parameters.for_each(|p| p.interval = None);
+        assert_eq!(
+            undetermined(&model, &added),
+            None,
+            "a fit without intervals"
+        );
+    }
 }

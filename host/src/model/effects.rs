@@ -49,6 +49,21 @@ impl ModelEffect {
         strengths.peek().is_some() && strengths.all(|value| value == 0.0)
     }
 
+    /// Whether no strength of it is told by the records: the interval of each holds 0, or there is none.
+    pub fn is_undetermined(&self) -> bool {
+        let Some(entry) = Entry::named(&self.effect) else {
+            return false;
+        };
+        let listed = entry.parameters().iter().zip(&self.parameters);
+        let mut strengths = listed.filter(|(p, _)| p.is_linear()).peekable();
+        let holds_0 = |found: &ParameterValue| {
+            found
+                .interval
+                .is_none_or(|[low, high]| low <= 0.0 && 0.0 <= high)
+        };
+        strengths.peek().is_some() && strengths.all(|(_, found)| holds_0(found))
+    }
+
     /// An effect with its values in SI; `names` and `kinds` are those of the model's axes, `intervals` may be empty.
     pub fn new(
         bound: &AxisEffect,
