@@ -39,8 +39,8 @@ fn all_unphysical(records: &Records<'_>, model: &ModelFile) -> Result<Vec<String
 
 /// The first of the added effects, `coulomb@x`, of which the records tell no strength.
 pub(super) fn undetermined(model: &ModelFile, added: &[String]) -> Option<String> {
-    let told = model.effects.iter().flat_map(|e| &e.parameters);
-    if told.into_iter().all(|p| p.interval.is_none()) {
+    let mut parameters = model.effects.iter().flat_map(|e| &e.parameters);
+    if parameters.all(|p| p.interval.is_none()) {
         // A fit that knows no intervals says nothing of this.
         return None;
     }

@@ -440,12 +440,11 @@ impl<'a> Bench<'a> {
         parts: &[Part],
         factors: &[f64],
     ) -> bool {
-        let added = hypothesis.members.iter().zip(&hypothesis.values);
-        let mut added = added.skip(hypothesis.base);
-        let mut places = hypothesis.base..hypothesis.members.len();
-        if added.any(|(bound, values)| is_at_bound(bound, values, self.records))
-            || places.any(|at| is_turned(hypothesis, at, self.records))
-        {
+        let mut added = hypothesis.base..hypothesis.members.len();
+        if added.any(|at| {
+            let (bound, values) = (&hypothesis.members[at], &hypothesis.values[at]);
+            is_at_bound(bound, values, self.records) || is_turned(hypothesis, at, self.records)
+        }) {
             return false;
         }
         let given = driven(hypothesis, &self.velocity) - self.driven;

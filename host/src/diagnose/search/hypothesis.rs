@@ -147,9 +147,13 @@ pub(crate) fn is_turned(hypothesis: &Hypothesis, at: usize, records: &Records<'_
         let listed = of.entry.parameters().iter().enumerate();
         listed.filter(|(_, p)| matches!(p.role, Role::Linear { positive: true }))
     };
+    let inputs = hypothesis.members.iter().map(|member| member.input);
+    let inputs = inputs.map(|input| input.map(|input| records.of_input(0, input)));
+    let inputs: Vec<Option<Vec<f64>>> = inputs.collect();
     positive(bound).any(|(own, parameter)| {
         let mut strength = vec![0.0; records.rows_per_axis()];
-        for (other, values) in hypothesis.members.iter().zip(&hypothesis.values) {
+        let members = hypothesis.members.iter().zip(&hypothesis.values);
+        for ((other, values), input) in members.zip(&inputs) {
             let same = other.entry == bound.entry;
             let alike = positive(other).filter(|(place, p)| {
                 p.dimension == parameter.dimension && (!same || *place == own)
@@ -157,7 +161,6 @@ pub(crate) fn is_turned(hypothesis: &Hypothesis, at: usize, records: &Records<'_
             let Some(value) = alike.map(|(place, _)| values[place]).reduce(f64::max) else {
                 continue;
             };
-            let input = other.input.map(|input| records.of_input(0, input));
             for (row, strength) in strength.iter_mut().enumerate() {
                 *strength += value * input.as_ref().map_or(1.0, |input| input[row]);
             }

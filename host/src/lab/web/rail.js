@@ -79,7 +79,7 @@ function studyPart() {
 
 function learnPart(model) {
   const learn = element("div", { class: "row", role: "group", "aria-label": "Identify a model" }, element("span", { class: "label" }, "identify"),
-    ...kinds(state.study).map((kind) => button(`identify-${kind}`, kind, { do: "identify", kind })));
+    ...kinds(state.study).map(([kind]) => button(`identify-${kind}`, kind, { do: "identify", kind })));
   if (!model) return [step(2, "Model"), learn];
   return [step(2, "Model", button("undo", "undo", { do: "undo" }, { class: "small", disabled: !model.parent,
     title: model.parent ? `Back to ${model.parent}` : "Nothing was added that could be undone" })),

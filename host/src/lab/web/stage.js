@@ -187,15 +187,13 @@ const KINDS = [["physical", "Physical", "The sum of the effects that the study l
 
 /** The kinds of model that a study can have: the physical one where it lists effects, the others where there are velocities. */
 export function kinds(study) {
-  const able = { physical: study.base_terms.length > 0, polynomial: study.sample_rate_hz !== null, network: study.sample_rate_hz !== null };
-  return KINDS.map(([kind]) => kind).filter((kind) => able[kind]);
+  return KINDS.filter(([kind]) => (kind === "physical" ? study.base_terms.length > 0 : study.sample_rate_hz !== null));
 }
 
 /** A study without a model. */
 function welcome() {
-  const shown = KINDS.filter(([kind]) => kinds(state.study).includes(kind));
   return element("section", { class: "welcome" }, element("h2", {}, "Choose a first model"),
     element("p", { class: "hint" }, "It is learnt from the training records and judged on the validation records."),
-    element("div", { class: "cards" }, ...shown.map(([kind, name, words]) => element("button", { type: "button", class: "card",
+    element("div", { class: "cards" }, ...kinds(state.study).map(([kind, name, words]) => element("button", { type: "button", class: "card",
       onclick: () => act({ do: "identify", kind }) }, element("strong", {}, name), element("span", {}, words)))));
 }
