@@ -52,13 +52,12 @@ pub fn with_columns(study: Study, model: &ModelFile) -> Result<Columns> {
     };
     let prepared = Prepared::with_filters(&wider, model.filters.clone())?;
     let training = prepared.training(&wider);
-    let offered: Vec<&'static str> = wider
-        .inputs
-        .iter()
-        .filter(|input| !input.named && is_news(&training, &input.name))
-        .map(|input| AxisEffect::kept_input(&input.name))
-        .collect();
-    if offered.is_empty() {
+    let unnamed = wider.inputs.iter().filter(|input| !input.named);
+    let news = unnamed.filter(|input| is_news(&training, &input.name));
+    let words = news.map(|input| AxisEffect::kept_input(&input.name));
+    let (offered, standing): (Vec<&str>, Vec<&str>) =
+        words.partition(|word| training.iter().any(|motion| changes(motion, word)));
+    if offered.is_empty() && standing.is_empty() {
         return Ok(Columns { study, notes });
     }
     let (base, values) = base_of(&wider, model, &mut Vec::new())?;
@@ -66,6 +65,7 @@ pub fn with_columns(study: Study, model: &ModelFile) -> Result<Columns> {
     let from = values.map(|values| shapes_of(&records, &base, &values));
     let solution = solve(&records, &wider.axes, &base, from)?;
     let mut followed: Vec<&str> = Vec::new();
+    let standing = study.columns_of(&standing);
     let column_of = |word: &'static str| study.columns_of(&[word]).first().copied().unwrap_or(word);
     for axis in 0..wider.axes.len() {
         let own = of_axis(axis, &base, &solution.solved.values);
@@ -76,6 +76,13 @@ pub fn with_columns(study: Study, model: &ModelFile) -> Result<Columns> {
             axes: wider.axes.len(),
             known: known.map(|i| AxisEffect::kept_input(&i.name)).collect(),
         };
+        if !standing.is_empty() && asked.differs_by_record() {
+            let (name, columns) = (&wider.axes[axis].name, standing.join("\", \""));
+            notes.push(format!(
+                "what the model leaves on axis {name} differs from record to record, and so do columns that study.toml does not name: if the \
+                 joint may follow one of \"{columns}\", name it there with [[input]] and its unit"
+            ));
+        }
         for (word, by_itself) in asked.follows(&offered) {
             let (name, column) = (&wider.axes[axis].name, column_of(word));
             if by_itself {
@@ -110,11 +117,30 @@ struct Axis<'a> {
 }
 
 impl Axis<'_> {
+    /// What the base explains.
+    fn design(&self) -> Vec<Column> {
+        let parts = self.bench.parts(&self.base, &[]);
+        self.bench.design(&self.base, &parts)
+    }
+
+    /// Whether the learner takes more away when it knows which record it is.
+    fn differs_by_record(&self) -> bool {
+        let inputs = Inputs::new(&self.bench, self.axes, &self.known);
+        let left = inputs.left(&self.bench, &self.design(), false);
+        let taken = |last| {
+            inputs.taken_by(&self.bench, &left, |step| {
+                step < Knows::Time || step == last
+            })
+        };
+        takes_more(&taken(Knows::Inputs), &taken(Knows::Record))
+    }
+
     /// The columns that what the base leaves follows, the most telling first, each with whether it is a force by itself.
     fn follows(&self, offered: &[&'static str]) -> Vec<(&'static str, bool)> {
-        let base = self
-            .bench
-            .design(&self.base, &self.bench.parts(&self.base, &[]));
+        if offered.is_empty() {
+            return Vec::new();
+        }
+        let base = self.design();
         let mut known = self.known.clone();
         let mut before = self.taken(&base, &known);
         let mut follows = Vec::new();
@@ -173,6 +199,12 @@ impl Axis<'_> {
 fn takes_more(before: &Taken, after: &Taken) -> bool {
     let power = before.power[1] - after.power[1];
     is_gained(&after.gains_beside(before)) && power > before.least_share.powi(2)
+}
+
+/// Whether a column changes within a record.
+fn changes(motion: &Motion, name: &str) -> bool {
+    let column = motion.input(name).unwrap_or_default();
+    column.iter().any(|value| *value != column[0])
 }
 
 /// Whether a column is more than the study's channels say already.

@@ -8,6 +8,7 @@ use super::learner::Knows;
 use super::search::{Refuted, Search};
 use crate::assess::noise_floor::Floor;
 use crate::fit::effects::columns::Records;
+use crate::model::effects::AxisEffect;
 use crate::model::file::{JudgedOn, ModelFile};
 use crate::signal::motion::Motion;
 use crate::study::Study;
@@ -91,6 +92,7 @@ pub(super) fn in_notes(
                 1e3 * follows.lag_s
             ));
         }
+        notes.extend(of_two_values(bound, learnt, names));
     }
     for (axis, zeros) in search.zeros.iter().enumerate() {
         if let Some(zeros) = zeros {
@@ -129,6 +131,31 @@ pub(super) fn in_notes(
         }
     }
     notes
+}
+
+/// That an effect follows an input of which the records say no more than that there are two kinds of them, where it does.
+fn of_two_values(bound: &AxisEffect, learnt: &Records<'_>, names: &[&str]) -> Option<String> {
+    let input = learnt.of_input(bound.axis, bound.input?);
+    let mut values: Vec<f64> = Vec::new();
+    let mut from = bound.axis * learnt.rows_per_axis();
+    for rows in &learnt.rows {
+        let own = &input[from..from + rows];
+        if own.iter().any(|value| *value != own[0]) {
+            return None;
+        }
+        if !values.contains(&own[0]) {
+            values.push(own[0]);
+        }
+        from += rows;
+    }
+    (values.len() == 2).then(|| {
+        format!(
+            "{}: {} stands still in every training record and has two values in all, so whatever else differs between those records may act \
+             in its place: log runs at a third value",
+            bound.name(names),
+            Follows::parse(bound.input.unwrap_or_default()).name
+        )
+    })
 }
 
 /// That effects may be pieces of a shape without a name, where they may.

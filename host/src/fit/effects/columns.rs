@@ -14,6 +14,7 @@ use crate::study::{Axis, Convention};
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
 use jointwatch_shared::units::{Dimension, References};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Takes out of a column (both axes, one after the other) what something that is fitted beside the laws makes of it.
@@ -170,15 +171,17 @@ impl<'a> Records<'a> {
         self
     }
 
-    /// Names of the inputs that change in these records.
+    /// Names of the inputs that change in these records, or from one to another.
     pub(crate) fn inputs(&self) -> Vec<&'static str> {
-        let all = self.histories.iter().flat_map(TimeHistory::inputs);
         let mut names: Vec<&'static str> = Vec::new();
-        for (name, series) in all {
-            let first = series.first().copied().unwrap_or(0.0);
-            let changes = series.iter().any(|v| *v != first);
+        let mut firsts: BTreeMap<&str, f64> = BTreeMap::new();
+        for (name, series) in self.histories.iter().flat_map(TimeHistory::inputs) {
+            let Some(value) = series.first() else {
+                continue;
+            };
+            let first = *firsts.entry(name).or_insert(*value);
             let bound = AxisEffect::kept_input(name);
-            if changes && !names.contains(&bound) {
+            if !names.contains(&bound) && series.iter().any(|v| *v != first) {
                 names.push(bound);
             }
         }

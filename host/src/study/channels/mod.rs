@@ -3,6 +3,6 @@
 pub(super) mod axis;
 pub(super) mod calibrated;
 pub(super) mod naming;
-mod spare;
+pub(super) mod spare;
 mod symbols;
 pub(super) mod units;

@@ -63,8 +63,8 @@ impl Study {
         spare.filter(wanted).collect()
     }
 
-    /// The study with every column as an input that no channel uses, that holds a number in every row of all records, and that changes;
-    /// nothing where there is none, or where the logs are not files.
+    /// The study with every column as an input that no channel uses, that holds a number in every row of all records, and that changes,
+    /// be it from one record to another; nothing where there is none, or where the logs are not files.
     ///
     /// # Errors
     /// As [`Study::read`].
@@ -89,24 +89,25 @@ impl Study {
         let folder = path.parent().unwrap_or(Path::new("."));
         let (plan, _) = plan(&source, &said)?;
         let long = thin(&mut said, &plan, folder)?.logs;
-        let mut spare: Option<Vec<(String, bool)>> = None;
+        let mut spare: Option<Vec<Numbers>> = None;
         let records = said.record.par_iter();
-        let records: Vec<Vec<(String, bool)>> =
+        let records: Vec<Vec<Numbers>> =
             in_order(records.map(|entry| numbers(folder, entry, &long)))?;
         for mut own in records {
-            own.retain(|(name, _)| names.contains(&name.as_str()));
+            own.retain(|column| names.contains(&column.name.as_str()));
             if let Some(before) = spare {
-                own.retain_mut(|(name, changes)| {
-                    let same = before.iter().find(|(known, _)| known == name);
-                    *changes |= same.is_some_and(|(_, changed)| *changed);
+                own.retain_mut(|column| {
+                    let same = before.iter().find(|known| known.name == column.name);
+                    column.changes |=
+                        same.is_some_and(|known| known.changes || known.first != column.first);
                     same.is_some()
                 });
             }
             spare = Some(own);
         }
-        let spare: Vec<(String, bool)> = spare.unwrap_or_default();
-        let changing = spare.iter().filter(|(_, changes)| *changes);
-        let names: Vec<&str> = changing.map(|(name, _)| name.as_str()).collect();
+        let spare: Vec<Numbers> = spare.unwrap_or_default();
+        let changing = spare.iter().filter(|column| column.changes);
+        let names: Vec<&str> = changing.map(|column| column.name.as_str()).collect();
         if names.is_empty() {
             return Ok(None);
         }
@@ -126,12 +127,16 @@ pub(crate) fn word_of(column: &str) -> Option<String> {
     (!word.is_empty()).then_some(word)
 }
 
-/// The columns of a record's log that hold a number in every row, and whether each changes.
-fn numbers(
-    folder: &Path,
-    entry: &RecordEntry,
-    long: &[Arc<LongLog>],
-) -> Result<Vec<(String, bool)>> {
+/// A column with a number in every row.
+struct Numbers {
+    name: String,
+    first: f64,
+    /// Whether it holds other numbers as well.
+    changes: bool,
+}
+
+/// The columns of a record's log that hold a number in every row.
+fn numbers(folder: &Path, entry: &RecordEntry, long: &[Arc<LongLog>]) -> Result<Vec<Numbers>> {
     let path = folder.join(entry.file.get_ref());
     let request = Request {
         file: entry.file.get_ref(),
@@ -152,8 +157,11 @@ fn numbers(
         }
         let twice = table.columns.iter().filter(|c| c.name == column.name);
         if !values.is_empty() && values.iter().all(|v| v.is_finite()) && twice.count() == 1 {
-            let changes = values.iter().any(|v| *v != values[0]);
-            numbers.push((column.name.clone(), changes));
+            numbers.push(Numbers {
+                name: column.name.clone(),
+                first: values[0],
+                changes: values.iter().any(|v| *v != values[0]),
+            });
         }
     }
     Ok(numbers)

@@ -1,7 +1,7 @@
 //! The guesses that concern the study as a whole: time, roles, and that the logs go together.
 
 use super::axis;
-use super::parts::{Draft, Log, Said, names};
+use super::parts::{Draft, DraftAxis, Log, Said, names};
 use super::records::records;
 use crate::study::channels::units::unit_of_time;
 use crate::study::quasi_static::ROWS_PER_SECOND;
@@ -90,14 +90,37 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
     )?;
     Ok(Draft {
         name: "joint rig".into(),
-        time,
         resample_hz,
         sample_rate_hz: (!timeless).then_some(sample_rate_hz),
         records: records(surveys, &axes),
+        unused: unused(surveys, time.as_ref(), &axes),
         axes,
         columns: (!first.headed).then(|| first.columns.iter().map(|c| c.name.clone()).collect()),
+        time,
         findings,
     })
+}
+
+/// The columns that change, in a log or from one to another, and that nothing was found for.
+fn unused(
+    surveys: &[Survey],
+    time: Option<&SurveyedTime>,
+    axes: &[DraftAxis],
+) -> Vec<(String, Option<String>)> {
+    let Some(first) = surveys.first() else {
+        return Vec::new();
+    };
+    let mut all = first.columns.iter().collect::<Vec<_>>();
+    all.retain(|column| {
+        let is_time = time.is_some_and(|time| time.column == column.name) || column.named.time > 0;
+        let is_used = axes.iter().any(|a| a.columns().any(|c| c == column.name));
+        let everywhere = || surveys.iter().filter_map(|s| s.column(&column.name));
+        let whole = everywhere().count() == surveys.len() && everywhere().all(|c| c.missing == 0);
+        let changes = everywhere().any(|c| c.range != [column.range[0]; 2]);
+        !is_time && !is_used && whole && changes
+    });
+    let named = all.into_iter();
+    named.map(|c| (c.name.clone(), c.unit.clone())).collect()
 }
 
 /// The even rate that the logs have to be brought to, Hz, where one of them has times that are not even.

@@ -65,6 +65,8 @@ pub struct Draft {
     pub sample_rate_hz: Option<f64>,
     /// One or two axes.
     pub axes: Vec<DraftAxis>,
+    /// Columns that change and that nothing was found for, with their units: the joint may follow one.
+    pub unused: Vec<(String, Option<String>)>,
     /// The records, in the order given.
     pub records: Vec<DraftRecord>,
     /// Names of the columns where the files have none.

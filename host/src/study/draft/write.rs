@@ -1,6 +1,7 @@
 //! A draft as a study.toml that explains itself.
 
 use super::parts::{Draft, DraftAxis, DraftChannel};
+use crate::study::channels::spare::word_of;
 use crate::study::channels::units::{is_bare, unit_of_time};
 use crate::study::{AxisKind, Convention, Role};
 use crate::text::table::short;
@@ -60,6 +61,7 @@ pub fn text(draft: &Draft) -> String {
     for axis in &draft.axes {
         axis_text(&mut text, axis);
     }
+    input_text(&mut text, &draft.unused);
     records_text(&mut text, draft);
     let terms: Vec<String> = draft
         .axes
@@ -77,6 +79,32 @@ pub fn text(draft: &Draft) -> String {
         terms.join(", ")
     );
     text
+}
+
+/// What else was logged, as an input that is not there yet.
+fn input_text(text: &mut String, unused: &[(String, Option<String>)]) {
+    let mut words = unused
+        .iter()
+        .filter_map(|entry| Some((word_of(&entry.0)?, entry)));
+    let Some((word, (column, unit))) = words.next() else {
+        return;
+    };
+    let others: Vec<String> = words.map(|(_, other)| quoted(&other.0)).collect();
+    let others = match others.is_empty() {
+        true => String::new(),
+        false => format!("   # or {}", others.join(", ")),
+    };
+    let unit = unit
+        .as_ref()
+        .map(|unit| format!("\n# unit = {}", quoted(unit)));
+    let _ = writeln!(
+        text,
+        "\n# A column that the joint may follow, as it may a voltage, a temperature or a pressure; any number of them.\n# [[input]]\n\
+         # name = {}\n# column = {}{others}{}",
+        quoted(&word),
+        quoted(column),
+        unit.unwrap_or_default()
+    );
 }
 
 fn records_text(text: &mut String, draft: &Draft) {

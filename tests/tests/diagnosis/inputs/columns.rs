@@ -22,7 +22,7 @@ fn with_more_columns(folder: &Path) {
 
 #[test]
 fn a_column_that_the_study_does_not_name_is_taken_as_an_input() {
-    let folder = written(false, LINE);
+    let folder = written(None, LINE);
     let folder = folder.path();
     with_more_columns(folder);
     study(folder, "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"", "");
@@ -76,7 +76,7 @@ fn a_column_that_only_tells_the_records_apart_is_no_input() {
         ("more.csv", 0.9, 5.0, 25.3),
         ("two.csv", 1.7, 0.0, 25.1),
     ] {
-        let text = record(seed, true, LINE);
+        let text = record(seed, Some(1.0), LINE);
         let rows = text.lines().skip(1).enumerate().map(|(row, line)| {
             let [t, x, force, _] = line.split(',').collect::<Vec<_>>()[..] else {
                 panic!("{line}");

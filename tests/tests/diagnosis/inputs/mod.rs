@@ -1,6 +1,7 @@
 //! Inputs: further columns of a study that a force may follow, at once or behind a lag.
 
 mod columns;
+mod standing;
 
 use jointwatch_shared::wire::rig_block::decode;
 use jointwatch_tests::program::{fail, succeed};
@@ -19,10 +20,10 @@ const LAG_S: f64 = 0.02;
 /// A friction in proportion to the voltage.
 const LINE: [f64; 2] = [PER_VOLT, 0.0];
 
-/// A damper whose dry friction follows a voltage and its square, which act behind a lag, by so much each.
-fn record(seed: f64, constant: bool, [per_volt, per_square]: [f64; 2]) -> String {
+/// A damper whose dry friction follows a voltage and its square, which act behind a lag, by so much each; the voltage may stand still.
+fn record(seed: f64, standing: Option<f64>, [per_volt, per_square]: [f64; 2]) -> String {
     let mut text = String::from("t,x,F,U\n");
-    let mut behind = 1.0;
+    let mut behind = standing.unwrap_or(1.0);
     for row in 0..8000 {
         let t = f64::from(row) / RATE_HZ;
         let tones = [1.3, 2.9, 5.1, 8.7].map(|f| f * (1.0 + 0.02 * seed));
@@ -34,11 +35,7 @@ fn record(seed: f64, constant: bool, [per_volt, per_square]: [f64; 2]) -> String
                 .map(|f| TAU * f * wave(f, TAU / 4.0))
                 .sum::<f64>();
         let steps = (7.0 * t + seed).floor();
-        let volts = if constant {
-            1.0
-        } else {
-            1.0 + (12.9898 * steps).sin()
-        };
+        let volts = standing.unwrap_or(1.0 + (12.9898 * steps).sin());
         behind += (volts - behind) * (1.0 - (-1.0 / RATE_HZ / LAG_S).exp());
         let friction = FRICTION + behind * (per_volt + per_square * behind);
         let noise = 0.02 * (7919.0 * f64::from(row) * (1.0 + seed)).sin();
@@ -59,10 +56,10 @@ fn study(folder: &Path, terms: &str, input: &str) {
 
 const VOLTAGE: &str = "[[input]]\nname = \"voltage\"\ncolumn = \"U\"\nunit = \"V\"\n";
 
-fn written(constant: bool, follows: [f64; 2]) -> tempfile::TempDir {
+fn written(standing: Option<f64>, follows: [f64; 2]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (name, seed) in [("one.csv", 0.3), ("two.csv", 1.7)] {
-        let text = record(seed, constant, follows);
+        let text = record(seed, standing, follows);
         fs::write(folder.path().join(name), text).unwrap();
     }
     folder
@@ -110,7 +107,7 @@ fn value(model: &Value, effect: &str) -> f64 {
 
 #[test]
 fn a_friction_that_follows_a_voltage_is_found_with_its_parts_and_its_lag() {
-    let folder = written(false, LINE);
+    let folder = written(None, LINE);
     let folder = folder.path();
     study(
         folder,
@@ -144,7 +141,7 @@ fn a_friction_that_follows_a_voltage_is_found_with_its_parts_and_its_lag() {
 #[test]
 fn a_friction_that_rises_and_falls_with_a_voltage_is_found_with_its_square() {
     // The straight line through it is next to level: without the square neither the lag nor most of the force shows.
-    let folder = written(false, [PER_VOLT, -2.6]);
+    let folder = written(None, [PER_VOLT, -2.6]);
     let (_, model) = explained(folder.path());
     for (effect, truth) in [
         ("coulomb", FRICTION),
@@ -158,7 +155,7 @@ fn a_friction_that_rises_and_falls_with_a_voltage_is_found_with_its_square() {
 
 /// A joint whose friction follows a voltage, learnt in this folder and exported.
 fn exported() -> tempfile::TempDir {
-    let folder = written(false, LINE);
+    let folder = written(None, LINE);
     let at = folder.path();
     study(
         at,
@@ -216,7 +213,7 @@ fn a_force_that_follows_a_voltage_runs_on_the_device_with_the_hosts_bits() {
 
 #[test]
 fn a_friction_that_goes_with_the_square_of_a_voltage_is_found_and_exported() {
-    let folder = written(false, [0.0, PER_VOLT]);
+    let folder = written(None, [0.0, PER_VOLT]);
     let at = folder.path();
     study(
         at,
@@ -310,7 +307,7 @@ fn the_description_of_a_rig_states_where_the_input_is_wired() {
 
 #[test]
 fn what_a_device_cannot_follow_is_said_when_it_is_exported() {
-    let folder = written(false, LINE);
+    let folder = written(None, LINE);
     let at = folder.path();
     let second = "[[input]]\nname = \"second\"\ncolumn = \"U\"\noffset = 1.0\n";
     let long = VOLTAGE.replace("voltage", "supply_voltage_of_the_coil");
@@ -343,7 +340,7 @@ fn what_a_device_cannot_follow_is_said_when_it_is_exported() {
 
 #[test]
 fn an_input_that_is_wrong_is_told_in_a_sentence() {
-    let folder = written(true, LINE);
+    let folder = written(Some(1.0), LINE);
     let folder = folder.path();
     let refused = |terms: &str, input: &str, words: &[&str]| {
         study(folder, terms, input);
@@ -405,7 +402,7 @@ fn an_input_that_is_wrong_is_told_in_a_sentence() {
 
 #[test]
 fn an_input_that_is_a_channel_once_more_is_told() {
-    let folder = written(false, LINE);
+    let folder = written(None, LINE);
     let folder = folder.path();
     let base = "\"stiffness@x\", \"viscous@x\"";
     let told = |column: &str| {
