@@ -5,7 +5,7 @@ use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
 use jointwatch::simulate::{SimulationOptions, simulate};
 use jointwatch::study::{Role, Study};
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{run, succeed};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
@@ -374,28 +374,70 @@ fn what_cannot_be_put_right_is_refused_with_what_to_try() {
     );
 }
 
-#[test]
-fn a_draft_for_a_log_with_many_gaps_brings_it_to_an_even_rate_and_says_so() {
-    let folder = TempDir::new().unwrap();
+/// A log of a spring of 2e4 N/m and a damper of 40 N·s/m: these rows of a clock with so many steps per second.
+fn spring_and_damper(rate_hz: f64, rows: impl Iterator<Item = u32>) -> String {
     let mut log = String::from("time_s,displacement_m,force_N\n");
     let mut noise = noise();
-    for row in (0..6000).filter(|row| row * row % 997 > 20) {
-        let t = f64::from(row) * 1e-3;
+    for row in rows {
+        let t = f64::from(row) / rate_hz;
         let (a, b) = (44.0, 107.0);
         let x = 1e-3 * ((a * t).sin() + 0.4 * (b * t).sin()) + 1e-7 * noise();
         let v = 1e-3 * (a * (a * t).cos() + 0.4 * b * (b * t).cos());
         log += &format!("{t:.3},{x:.9},{:.5}\n", 2e4 * x + 40.0 * v + 0.01 * noise());
     }
-    fs::write(folder.path().join("log.csv"), log).unwrap();
-    let said = succeed(folder.path(), &["init", "log.csv", "--yes"]);
-    assert!(said.contains("interpolated to 1000 Hz"), "{said}");
+    log
+}
+
+/// Drafts a study of logs, which is said to be brought to a rate, and finds spring and damper by it.
+fn drafted(logs: &[(&str, String)], rate: &str) {
+    let folder = TempDir::new().unwrap();
+    let mut command = vec!["init", "--yes"];
+    for (name, log) in logs {
+        fs::write(folder.path().join(name), log).unwrap();
+        command.push(name);
+    }
+    let said = succeed(folder.path(), &command);
+    assert!(
+        said.contains(&format!("interpolated to {rate} Hz")),
+        "{said}"
+    );
     let study = fs::read_to_string(folder.path().join("study.toml")).unwrap();
-    let line = "time = { column = \"time_s\", resample_hz = 1000 }   # guessed";
-    assert!(study.contains(line), "{study}");
+    let line = format!("time = {{ column = \"time_s\", resample_hz = {rate} }}   # guessed");
+    assert!(study.contains(&line), "{study}");
     succeed(folder.path(), &["identify", ".", "--model", "physical"]);
     let model = ModelFile::read(&folder.path().join("model.json")).unwrap();
     let values = model.effects.iter().map(|e| e.parameters[0].value);
     for (value, truth) in values.zip([2e4, 40.0]) {
         assert!((value / truth - 1.0).abs() < 1e-2, "{value} for {truth}");
     }
+}
+
+#[test]
+fn a_draft_for_a_log_with_many_gaps_brings_it_to_an_even_rate_and_says_so() {
+    let rows = (0..6000).filter(|row| row * row % 997 > 20);
+    drafted(&[("log.csv", spring_and_damper(1000.0, rows))], "1000");
+}
+
+#[test]
+fn a_draft_for_logs_of_two_rates_brings_them_to_the_slower_one() {
+    let logs = [
+        ("fast.csv", spring_and_damper(1000.0, 0..6000)),
+        ("slow.csv", spring_and_damper(500.0, 0..2400)),
+    ];
+    drafted(&logs, "500");
+    let folder = TempDir::new().unwrap();
+    for (name, log) in &logs {
+        fs::write(folder.path().join(name), log).unwrap();
+    }
+    let output = run(
+        folder.path(),
+        &["init", "fast.csv", "slow.csv", "--yes", "--rate", "1000"],
+    );
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success());
+    assert!(
+        said.contains("slow.csv runs at 500 Hz and fast.csv at 1000 Hz"),
+        "{said}"
+    );
+    assert!(!folder.path().join("study.toml").exists());
 }

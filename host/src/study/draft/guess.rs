@@ -33,21 +33,7 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         _ if timeless => ROWS_PER_SECOND,
         (Some(rate), _) => rate,
         (None, Some(time)) => time.rate_hz,
-        (None, None) => {
-            let named = first.columns.iter().filter(|c| c.named.time > 1);
-            let broken = match named.max_by_key(|c| c.named.time) {
-                Some(c) if c.missing > 0 => {
-                    format!(" ({:?} holds no number in {} rows)", c.name, c.missing)
-                }
-                Some(c) => format!(" ({:?} does not rise from row to row)", c.name),
-                None => String::new(),
-            };
-            return Err(Error::data(format!(
-                "{}: no column counts the time{broken}; name it with --column time=COLUMN, state the rate with --rate HZ, or say --column \
-                 time=none for a quasi-static log without time",
-                first.file
-            )));
-        }
+        (None, None) => return Err(no_time(first)),
     };
     if let Some(time) = time.as_ref().filter(|time| {
         first
@@ -71,15 +57,16 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
     let resample_hz = time.as_ref().and_then(|time| resample_rate(surveys, time));
     if let (Some(time), Some(rate)) = (&time, resample_hz) {
         findings.push(format!(
-            "the times in {:?} are not even, so all channels are interpolated to {rate} Hz",
+            "the times in {:?} are not even, or not the same in all logs, so all channels are interpolated to {rate} Hz",
             time.column
         ));
     }
+    let rate_of = |survey| Some(time_like(survey, time.as_ref()?)?.rate_hz);
     let logs: Vec<Log<'_>> = surveys
         .iter()
         .map(|survey| Log {
             survey,
-            rate_hz: sample_rate_hz,
+            rate_hz: rate_of(survey).unwrap_or(sample_rate_hz),
         })
         .collect();
     let axes = axis::axes(
@@ -99,6 +86,23 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         time,
         findings,
     })
+}
+
+/// Why no column of a log is taken for its time.
+fn no_time(first: &Survey) -> Error {
+    let named = first.columns.iter().filter(|c| c.named.time > 1);
+    let broken = match named.max_by_key(|c| c.named.time) {
+        Some(c) if c.missing > 0 => {
+            format!(" ({:?} holds no number in {} rows)", c.name, c.missing)
+        }
+        Some(c) => format!(" ({:?} does not rise from row to row)", c.name),
+        None => String::new(),
+    };
+    Error::data(format!(
+        "{}: no column counts the time{broken}; name it with --column time=COLUMN, state the rate with --rate HZ, or say --column time=none \
+         for a quasi-static log without time",
+        first.file
+    ))
 }
 
 /// The columns that change, in a log or from one to another, and that nothing was found for.
@@ -123,8 +127,10 @@ fn unused(
     named.map(|c| (c.name.clone(), c.unit.clone())).collect()
 }
 
-/// The even rate that the logs have to be brought to, Hz, where one of them has times that are not even.
+/// The even rate that the logs have to be brought to, Hz, where one of them has times that are not even, or faster ones.
 fn resample_rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
+    let mut times = surveys.iter().filter_map(|s| time_like(s, time));
+    let faster = times.any(|own| own.rate_hz > (1.0 + RATE_TOLERANCE) * time.rate_hz);
     let mut columns = surveys.iter().filter_map(|s| s.column(&time.column));
     let even = columns.all(|column| {
         let values = column.values.iter();
@@ -134,7 +140,7 @@ fn resample_rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
                 .collect::<Vec<f64>>(),
         )
     });
-    (!even).then(|| round_rate(time.rate_hz, NEAR_RATE))
+    (faster || !even).then(|| round_rate(time.rate_hz, NEAR_RATE))
 }
 
 fn time_of(surveys: &[Survey], said: &Said) -> Result<Option<SurveyedTime>> {
@@ -161,16 +167,28 @@ fn time_of(surveys: &[Survey], said: &Said) -> Result<Option<SurveyedTime>> {
         }
     }
     let Some(chosen) = &time else { return Ok(None) };
-    for survey in &surveys[1..] {
-        let Some(other) = survey.time.as_ref().filter(|t| t.column == chosen.column) else {
-            continue;
-        };
-        if (other.rate_hz / chosen.rate_hz - 1.0).abs() > RATE_TOLERANCE {
-            return Err(Error::data(format!(
-                "{} runs at {} Hz and {} at {} Hz; records of one study have one rate, so resample one of them or leave it out",
-                survey.file, other.rate_hz, first.file, chosen.rate_hz
-            )));
-        }
+    let others = surveys[1..]
+        .iter()
+        .filter_map(|survey| Some((&survey.file, time_like(survey, chosen)?)));
+    let differs =
+        |other: &SurveyedTime| (other.rate_hz / chosen.rate_hz - 1.0).abs() > RATE_TOLERANCE;
+    let differing: Vec<_> = others.filter(|(_, other)| differs(other)).collect();
+    if let (Some((file, other)), Some(_)) = (differing.first(), said.sample_rate_hz) {
+        return Err(Error::data(format!(
+            "{file} runs at {} Hz and {} at {} Hz, so one rate is not that of both: leave --rate out",
+            other.rate_hz, first.file, chosen.rate_hz
+        )));
     }
-    Ok(time)
+    // The slowest log holds no more than its own rate does.
+    let all = differing
+        .into_iter()
+        .map(|(_, other)| other)
+        .chain([chosen]);
+    let slowest = all.min_by(|a, b| a.rate_hz.total_cmp(&b.rate_hz));
+    Ok(slowest.cloned())
+}
+
+/// The time of a log, where it counts in the same column.
+fn time_like<'a>(survey: &'a Survey, chosen: &SurveyedTime) -> Option<&'a SurveyedTime> {
+    survey.time.as_ref().filter(|t| t.column == chosen.column)
 }
