@@ -22,6 +22,8 @@ impl Effect for LuGre {
 
     /// Friction at rest is never less than in motion.
     const NEVER_LESS: &'static [(usize, usize)] = &[(1, 0)];
+    /// Bristles need no damping.
+    const ONE_IS_ENOUGH: &'static [usize] = &[0, 2];
     const ABOUT: About = About {
         name: "lugre",
         title: "friction with presliding that falls with speed (LuGre)",
@@ -50,7 +52,7 @@ impl Effect for LuGre {
                 "σ₁",
                 "damping while the bristles bend; none is left while they slip",
                 Dimension::DAMPING,
-                false,
+                true,
             ),
             Parameter {
                 name: "breakaway_displacement",

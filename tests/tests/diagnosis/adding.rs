@@ -123,7 +123,8 @@ fn a_fit_starts_where_the_search_for_its_effect_ends_too() {
 #[test]
 fn values_that_can_be_are_preferred_where_they_leave_nearly_as_little() {
     let folder = tempfile::tempdir().unwrap();
-    hiding("bouc_wen", folder.path());
+    // What leaves least here has 5.16 N in motion and 4.87 at rest.
+    hiding_in(3, "bouc_wen", folder.path());
     let said = added_to_base(folder.path(), "lugre@x");
     let effects = said["effects"].as_array().unwrap();
     let lugre = effects.last().unwrap()["parameters"].as_array().unwrap();
@@ -133,7 +134,7 @@ fn values_that_can_be_are_preferred_where_they_leave_nearly_as_little() {
     };
     let (moving, at_rest) = (value("friction"), value("static_friction"));
     println!("{moving} N in motion, {at_rest} N at rest");
-    assert!(at_rest >= moving);
+    assert!(at_rest >= moving && value("bristle_damping") >= 0.0);
 }
 
 #[test]

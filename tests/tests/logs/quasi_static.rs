@@ -352,6 +352,41 @@ fn of_one_log_a_part_within_the_others_is_kept_aside() {
 }
 
 #[test]
+fn of_several_logs_one_within_the_others_is_kept_aside() {
+    let drafted = |sizes: &[(f64, i32)]| {
+        let folder = TempDir::new().unwrap();
+        let mut init: Vec<String> = ["init", "--yes", "--column", "time=none", "-o", "-"]
+            .map(String::from)
+            .to_vec();
+        for (at, (size, rows)) in sizes.iter().enumerate() {
+            let row = |row: i32| {
+                let turn = f64::from(row) / 40.0;
+                let x = size * turn.sin();
+                format!("{x:.5},{:.5}\n", 40.0 * x + 25.0 * turn.cos().signum())
+            };
+            let text = format!("d [mm],F [N]\n{}", (0..*rows).map(row).collect::<String>());
+            fs::write(folder.path().join(format!("{at}.csv")), text).unwrap();
+            init.push(format!("{at}.csv"));
+        }
+        let text = succeed(
+            folder.path(),
+            &init.iter().map(String::as_str).collect::<Vec<_>>(),
+        );
+        let (before, _) = text.split_once("role = \"validate\"").unwrap();
+        let file = before.rsplit("file = ").next().unwrap();
+        file.split('"').nth(1).unwrap().to_owned()
+    };
+    // The last of those that are alike; else the last that goes not beyond the others; shorter ones first.
+    assert_eq!(drafted(&[(1.0, 2000), (1.0, 2000), (1.0, 2000)]), "2.csv");
+    assert_eq!(drafted(&[(1.0, 2000), (2.0, 2000), (3.0, 2000)]), "1.csv");
+    assert_eq!(
+        drafted(&[(2.0, 2000), (1.0, 1000), (1.5, 1000), (3.0, 1000)]),
+        "2.csv"
+    );
+    assert_eq!(drafted(&[(1.0, 2000), (2.0, 1000)]), "1.csv");
+}
+
+#[test]
 fn a_stretch_of_a_log_remembers_the_stretch_before_it() {
     const SOFTENING: f64 = 1.5e7;
     // The second half moves half as far as the first, which left the spring softer.

@@ -26,7 +26,7 @@ fn is_named(file: &str, starts: &[&str]) -> bool {
     words.any(|word| word == "val" || starts.iter().any(|start| word.starts_with(start)))
 }
 
-/// The shortest record validates, the last of several that are alike; a single one is split.
+/// A clearly shorter record validates, else any, the last that moves and is loaded within what the others are; a single one is split.
 pub(super) fn records(surveys: &[Survey], axes: &[DraftAxis]) -> Vec<DraftRecord> {
     let record = |survey: &Survey, role, rows| DraftRecord {
         file: survey.file.clone(),
@@ -51,7 +51,7 @@ pub(super) fn records(surveys: &[Survey], axes: &[DraftAxis]) -> Vec<DraftRecord
             .collect();
     }
     let longest = surveys.iter().map(|s| s.rows).max().unwrap_or(0);
-    // A name that says so decides, where not all do; then the shortest, when it is clearly shorter; then the last.
+    // A name that says so decides, where not all do.
     let named = VALIDATION.iter().find_map(|starts| {
         let all = 0..surveys.len();
         let named: Vec<usize> = all
@@ -59,11 +59,15 @@ pub(super) fn records(surveys: &[Survey], axes: &[DraftAxis]) -> Vec<DraftRecord
             .collect();
         (!named.is_empty() && named.len() < surveys.len()).then_some(named)
     });
-    let shortest = surveys.iter().enumerate().min_by_key(|(_, s)| s.rows);
-    let shortest = shortest
-        .filter(|(_, s)| 10 * s.rows < 9 * longest)
-        .map(|(i, _)| i);
-    let chosen = named.unwrap_or_else(|| vec![shortest.unwrap_or(surveys.len() - 1)]);
+    let is_short = |i: &usize| 10 * surveys[*i].rows < 9 * longest;
+    let mut offered: Vec<usize> = (0..surveys.len()).filter(is_short).collect();
+    if offered.is_empty() {
+        offered = (0..surveys.len()).collect();
+    }
+    let mut last = offered.iter().rev();
+    let within = last.find(|i| is_within(surveys, **i, axes));
+    let one = within.or(offered.last());
+    let chosen = named.unwrap_or_else(|| one.copied().into_iter().collect());
     surveys
         .iter()
         .enumerate()
@@ -76,6 +80,34 @@ pub(super) fn records(surveys: &[Survey], axes: &[DraftAxis]) -> Vec<DraftRecord
             record(survey, role, None)
         })
         .collect()
+}
+
+/// Whether one of several records moves and is loaded within what the others are.
+fn is_within(surveys: &[Survey], one: usize, axes: &[DraftAxis]) -> bool {
+    let channels = axes
+        .iter()
+        .flat_map(|a| a.displacement.iter().chain([&a.force]));
+    let mut columns = channels.map(|channel| {
+        let ranges = surveys.iter().enumerate();
+        let ranges = ranges.filter_map(|(i, s)| Some((i, s.column(&channel.column)?.range)));
+        let (own, others): (Vec<_>, Vec<_>) = ranges.partition(|(i, _)| *i == one);
+        let hull = |ranges: Vec<(usize, [f64; 2])>| {
+            extent(ranges.into_iter().flat_map(|(_, range)| range))
+        };
+        goes_within(hull(own), hull(others))
+    });
+    columns.all(|within| within)
+}
+
+/// The smallest and the largest of some values.
+fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
+    values.fold(nothing, |[low, high], v| [low.min(v), high.max(v)])
+}
+
+/// Whether one extent goes beyond another by next to nothing.
+fn goes_within([least, most]: [f64; 2], [low, high]: [f64; 2]) -> bool {
+    (low - least).max(most - high) <= WITHIN * (high - low)
 }
 
 /// The rows of a single record that validate. A test in which the amplitude grows would be judged where nothing was learnt, were it its end.
@@ -91,15 +123,14 @@ fn kept_aside(only: &Survey, axes: &[DraftAxis]) -> [usize; 2] {
     let is_within = |&[from, to]: &[usize; 2]| {
         let is_part = |row: usize| (from..to).contains(&row);
         displacements.iter().all(|values| {
-            let range = |kept: bool| {
+            let kept = |kept: bool| {
                 let rows = values.iter().enumerate();
-                rows.filter(|(row, _)| is_part(*row) == kept)
-                    .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (_, v)| {
-                        [low.min(*v), high.max(*v)]
-                    })
+                extent(
+                    rows.filter(move |(row, _)| is_part(*row) == kept)
+                        .map(|(_, v)| *v),
+                )
             };
-            let ([least, most], [low, high]) = (range(true), range(false));
-            (low - least).max(most - high) <= WITHIN * (high - low)
+            goes_within(kept(true), kept(false))
         })
     };
     let is_long = |[from, to]: &[usize; 2]| {
