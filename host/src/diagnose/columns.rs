@@ -79,8 +79,8 @@ pub fn with_columns(study: Study, model: &ModelFile) -> Result<Columns> {
         if !standing.is_empty() && asked.differs_by_record() {
             let (name, columns) = (&wider.axes[axis].name, standing.join("\", \""));
             notes.push(format!(
-                "what the model leaves on axis {name} differs from record to record, and so do columns that study.toml does not name: if the \
-                 joint may follow one of \"{columns}\", name it there with [[input]] and its unit"
+                "what the model leaves on axis {name} differs from record to record, as do columns that study.toml does not name: \"{columns}\"; \
+                 if the joint may follow one, name it there with [[input]] and its unit"
             ));
         }
         for (word, by_itself) in asked.follows(&offered) {

@@ -80,7 +80,7 @@ fn two_values_of_an_input_may_be_two_kinds_of_logs() {
 fn a_column_that_differs_as_the_joint_does_is_named() {
     let folder = written(&[0.5, 2.0, 3.0, 1.2], 3, "");
     let (_, notes) = diagnosed(folder.path());
-    let said = "what the model leaves on axis x differs from record to record, and so do columns";
+    let said = "what the model leaves on axis x differs from record to record, as do columns";
     let note = notes.iter().find(|n| n.starts_with(said));
     assert!(note.is_some_and(|n| n.contains("\"U\"")), "{notes:?}");
     // Where the joint is the same in all logs, nothing is said of it.
