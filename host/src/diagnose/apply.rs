@@ -279,19 +279,18 @@ fn add_all(
                 continue;
             }
         };
+        let means_nothing = unphysical.map(|name| format!(
+            "{listed} was found, but found anew beside the others {name} has a value that is not physical, so it was left out"
+        ));
+        let means_nothing = means_nothing.or_else(|| undetermined.map(|name| format!(
+            "{listed} was found, but the records do not determine the strength of {name}: every 95 % interval holds 0, so it was left out"
+        )));
         if let Some((cancelled, _)) = cancels {
             left_out = Some(format!(
                 "{listed} was found on the training records but would be cancelled by {cancelled}, so it was left out"
             ));
-        } else if let Some(name) = unphysical {
-            left_out = Some(format!(
-                "{listed} was found, but found anew beside the others {name} has a value that is not physical, so it was left out"
-            ));
-            waiting.extend((!last_try).then_some((names, steps)));
-        } else if let Some(name) = undetermined {
-            left_out = Some(format!(
-                "{listed} was found, but the records do not determine the strength of {name}: every 95 % interval holds 0, so it was left out"
-            ));
+        } else if means_nothing.is_some() {
+            left_out = means_nothing;
             waiting.extend((!last_try).then_some((names, steps)));
         } else if of_the_joint(&wider.effects_in_si()?).len() > MAX_TERMS {
             left_out = Some(format!(

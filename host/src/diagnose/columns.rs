@@ -127,12 +127,9 @@ impl Axis<'_> {
     fn differs_by_record(&self) -> bool {
         let inputs = Inputs::new(&self.bench, self.axes, &self.known);
         let left = inputs.left(&self.bench, &self.design(), false);
-        let taken = |last| {
-            inputs.taken_by(&self.bench, &left, |step| {
-                step < Knows::Time || step == last
-            })
-        };
-        takes_more(&taken(Knows::Inputs), &taken(Knows::Record))
+        let without = inputs.taken(&self.bench, &left, Knows::Inputs);
+        let with = inputs.taken_by(&self.bench, &left, |step| step != Knows::Time);
+        takes_more(&without, &with)
     }
 
     /// The columns that what the base leaves follows, the most telling first, each with whether it is a force by itself.

@@ -135,25 +135,15 @@ pub(super) fn in_notes(
 
 /// That an effect follows an input of which the records say no more than that there are two kinds of them, where it does.
 fn of_two_values(bound: &AxisEffect, learnt: &Records<'_>, names: &[&str]) -> Option<String> {
-    let input = learnt.of_input(bound.axis, bound.input?);
-    let mut values: Vec<f64> = Vec::new();
-    let mut from = bound.axis * learnt.rows_per_axis();
-    for rows in &learnt.rows {
-        let own = &input[from..from + rows];
-        if own.iter().any(|value| *value != own[0]) {
-            return None;
-        }
-        if !values.contains(&own[0]) {
-            values.push(own[0]);
-        }
-        from += rows;
-    }
+    let name = Follows::parse(bound.input?).name;
+    let mut values = learnt.standing(name)?;
+    values.sort_by(f64::total_cmp);
+    values.dedup();
     (values.len() == 2).then(|| {
         format!(
-            "{}: {} stands still in every training record and has two values in all, so whatever else differs between those records may act \
-             in its place: log runs at a third value",
-            bound.name(names),
-            Follows::parse(bound.input.unwrap_or_default()).name
+            "{}: {name} stands still in every training record and has two values in all, so whatever else differs between those records \
+             may act in its place: log runs at a third value",
+            bound.name(names)
         )
     })
 }

@@ -38,30 +38,31 @@ pub struct ParameterValue {
 impl ModelEffect {
     /// Whether nothing is left of it: every strength that has to be positive is held at nothing.
     pub fn has_vanished(&self) -> bool {
-        let Some(entry) = Entry::named(&self.effect) else {
-            return false;
-        };
-        let listed = entry.parameters().iter().zip(&self.parameters);
-        let mut strengths = listed
-            .filter(|(p, _)| matches!(p.role, Role::Linear { positive: true }))
-            .map(|(_, found)| found.value)
-            .peekable();
-        strengths.peek().is_some() && strengths.all(|value| value == 0.0)
+        let positive = |p: &Parameter| matches!(p.role, Role::Linear { positive: true });
+        self.has_all(positive, |found| found.value == 0.0)
     }
 
     /// Whether no strength of it is told by the records: the interval of each holds 0, or there is none.
     pub fn is_undetermined(&self) -> bool {
+        self.has_all(Parameter::is_linear, |found| {
+            found
+                .interval
+                .is_none_or(|[low, high]| low <= 0.0 && 0.0 <= high)
+        })
+    }
+
+    /// Whether it has parameters of a kind, and something holds of each.
+    fn has_all(
+        &self,
+        of_kind: impl Fn(&Parameter) -> bool,
+        holds: impl Fn(&ParameterValue) -> bool,
+    ) -> bool {
         let Some(entry) = Entry::named(&self.effect) else {
             return false;
         };
         let listed = entry.parameters().iter().zip(&self.parameters);
-        let mut strengths = listed.filter(|(p, _)| p.is_linear()).peekable();
-        let holds_0 = |found: &ParameterValue| {
-            found
-                .interval
-                .is_none_or(|[low, high]| low <= 0.0 && 0.0 <= high)
-        };
-        strengths.peek().is_some() && strengths.all(|(_, found)| holds_0(found))
+        let mut listed = listed.filter(|(p, _)| of_kind(p)).peekable();
+        listed.peek().is_some() && listed.all(|(_, found)| holds(found))
     }
 
     /// An effect with its values in SI; `names` and `kinds` are those of the model's axes, `intervals` may be empty.

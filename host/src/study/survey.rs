@@ -197,13 +197,18 @@ fn rises_evenly(values: &[f64]) -> bool {
     least > 0.0 && most < 1.01 * least
 }
 
+/// The smallest and the largest of some values.
+pub(super) fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
+    values.fold(nothing, |[low, high], v| [low.min(v), high.max(v)])
+}
+
 fn surveyed(name: String, unit: Option<String>, values: Vec<f64>) -> SurveyedColumn {
     let named = naming::read(&name, unit.as_deref());
     let finite = || values.iter().copied().filter(|v| v.is_finite());
     let count = finite().count();
     let mean = finite().sum::<f64>() / count.max(1) as f64;
-    let low = finite().fold(f64::INFINITY, f64::min);
-    let high = finite().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = extent(finite());
     let steps = values.windows(2).map(|w| (w[1] - w[0]).abs());
     let step = steps
         .filter(|s| *s > 1e-9 * (high - low))

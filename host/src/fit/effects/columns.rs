@@ -188,6 +188,17 @@ impl<'a> Records<'a> {
         names
     }
 
+    /// The value of an input in every record, where it stands still in each.
+    pub(crate) fn standing(&self, name: &str) -> Option<Vec<f64>> {
+        let all = self.histories.iter().flat_map(TimeHistory::inputs);
+        let own = all.filter(|(own, _)| own == name);
+        own.map(|(_, series)| {
+            let first = series.first().copied()?;
+            series.iter().all(|value| *value == first).then_some(first)
+        })
+        .collect()
+    }
+
     /// An input along the rows of an axis, as a column of that axis is.
     pub(crate) fn of_input(&self, axis: usize, name: &'static str) -> Vec<f64> {
         let parts = self.histories.iter().map(|history| {

@@ -114,8 +114,7 @@ fn unused(
     let Some(first) = surveys.first() else {
         return Vec::new();
     };
-    let mut all = first.columns.iter().collect::<Vec<_>>();
-    all.retain(|column| {
+    let all = first.columns.iter().filter(|column| {
         let is_time = time.is_some_and(|time| time.column == column.name) || column.named.time > 0;
         let is_used = axes.iter().any(|a| a.columns().any(|c| c == column.name));
         let everywhere = || surveys.iter().filter_map(|s| s.column(&column.name));
@@ -123,8 +122,7 @@ fn unused(
         let changes = everywhere().any(|c| c.range != [column.range[0]; 2]);
         !is_time && !is_used && whole && changes
     });
-    let named = all.into_iter();
-    named.map(|c| (c.name.clone(), c.unit.clone())).collect()
+    all.map(|c| (c.name.clone(), c.unit.clone())).collect()
 }
 
 /// The even rate that the logs have to be brought to, Hz, where one of them has times that are not even, or faster ones.

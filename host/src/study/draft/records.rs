@@ -2,7 +2,7 @@
 
 use super::parts::{DraftAxis, DraftRecord};
 use crate::study::Role;
-use crate::study::survey::Survey;
+use crate::study::survey::{Survey, extent};
 
 /// The part of a single record that validates: the last that moves within what the others do.
 const SPLIT: f64 = 0.3;
@@ -97,12 +97,6 @@ fn is_within(surveys: &[Survey], one: usize, axes: &[DraftAxis]) -> bool {
         goes_within(hull(own), hull(others))
     });
     columns.all(|within| within)
-}
-
-/// The smallest and the largest of some values.
-fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
-    values.fold(nothing, |[low, high], v| [low.min(v), high.max(v)])
 }
 
 /// Whether one extent goes beyond another by next to nothing.
