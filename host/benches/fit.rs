@@ -5,8 +5,8 @@
 use criterion::{Criterion, Throughput};
 use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, Par};
+use jointwatch::fit::least_squares::normal_equations;
 use jointwatch::fit::moments::{Moments, Summation};
-use jointwatch::fit::normal_equations;
 use jointwatch::fit::polynomial::{Method, PolynomialOptions, fit_polynomial};
 use jointwatch::model::{InputRange, Polynomial, exponents};
 use jointwatch::signal::motion::Motion;

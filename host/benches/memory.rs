@@ -2,8 +2,8 @@
 //!
 //! `cargo bench -p jointwatch --bench memory` prints the rows per second and, on Linux, the peak resident memory.
 
+use jointwatch::fit::least_squares::normal_equations;
 use jointwatch::fit::moments::{Moments, Summation};
-use jointwatch::fit::normal_equations;
 use jointwatch::model::{InputRange, exponents};
 use std::time::Instant;
 

@@ -6,9 +6,9 @@
 
 use cpu_time::ThreadTime;
 use faer::Par;
+use jointwatch::fit::least_squares::normal_equations;
 use jointwatch::fit::moments::{Moments, Summation};
 use jointwatch::fit::network::{NetworkFit, NetworkOptions, TrainingObserver, fit_network};
-use jointwatch::fit::normal_equations;
 use jointwatch::fit::polynomial::{Method, PolynomialOptions, fit_polynomial};
 use jointwatch::model::{Polynomial, exponents};
 use jointwatch::signal::filters::Filters;

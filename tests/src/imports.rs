@@ -233,7 +233,7 @@ fn with(module: &[String], name: &str) -> Vec<String> {
     path
 }
 
-/// `fit/network/mod.rs` is `fit::network`, `fit/ridge.rs` is `fit::ridge`, `lib.rs` the root.
+/// `fit/network/mod.rs` is `fit::network`, `fit/ridge.rs` is `fit::polynomial::ridge`, `lib.rs` the root.
 fn module_path(file: &Path) -> Vec<String> {
     let mut path: Vec<String> = file
         .with_extension("")

@@ -20,7 +20,7 @@ pub fn jointwatch() -> &'static Path {
         let built = Command::new(cargo)
             .current_dir(workspace())
             .args(["test", "--release", "--workspace", "--no-run"])
-            .args(["--test", "bad_input", "--message-format", "json"])
+            .args(["--test", "library", "--message-format", "json"])
             .output()
             .expect("cargo starts");
         assert!(

@@ -43,9 +43,9 @@ const STRICT: [&str; 6] = [
 ];
 /// What a sample may take more through the C boundary than in Rust, in percent: 3.4 were measured, for checks of pointers and for the
 /// output, which C and Rust lay out differently.
-const MOST_PERCENT: u64 = 4;
+const MAX_PERCENT: u64 = 4;
 /// What the C program may use of the stack, making its objects included.
-const MOST_STACK: u64 = 40 * 1024;
+const MAX_STACK: u64 = 40 * 1024;
 
 /// Skips a test, past the capture of the harness: a skipped case must not read as a passed one.
 fn skipped(why: &str) {
@@ -360,7 +360,7 @@ fn c_on_emulated_processors_gives_the_bits_of_rust_in_few_more_instructions() {
             watched_digest(model, WATCHED_SAMPLES),
             "{target}"
         );
-        assert!((1000..MOST_STACK).contains(&seen["stack"]), "{seen:?}");
+        assert!((1000..MAX_STACK).contains(&seen["stack"]), "{seen:?}");
         if target == CORTEX_M4F.0 {
             in_few_more_instructions(&seen, place.path());
         }
@@ -398,7 +398,7 @@ fn in_few_more_instructions(seen: &BTreeMap<String, u64>, place: &Path) {
     for (what, rust) in rust {
         let c = seen[what];
         assert!(
-            100 * c <= (100 + MOST_PERCENT) * rust && c > rust / 2,
+            100 * c <= (100 + MAX_PERCENT) * rust && c > rust / 2,
             "{what}: {c} instructions in C, {rust} in Rust"
         );
     }

@@ -10,7 +10,7 @@ use jointwatch_shared::wire::slot::{ENTRY_LEN, ERASED, Entry, JOURNAL_OFFSET};
 use jointwatch_shared::wire::telemetry::KeptAlarm;
 
 /// Entries of a journal that are used at most: they are all read when one is wanted.
-const MOST_ENTRIES: usize = 2000;
+const MAX_ENTRIES: usize = 2000;
 /// Erasures in an hour of running. A model that is tried out ten times an hour is far below.
 pub const ERASURES_PER_HOUR: u8 = 20;
 /// Erasures in the device's life: half of what both sectors last for (DS8626, “Flash memory endurance”: 10,000 cycles each).
@@ -20,10 +20,10 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     /// Entries that a slot's journal has room for.
     const ENTRIES: usize = {
         let room = F::ERASE_SIZE.saturating_sub(JOURNAL_OFFSET) / ENTRY_LEN;
-        if room < MOST_ENTRIES {
+        if room < MAX_ENTRIES {
             room
         } else {
-            MOST_ENTRIES
+            MAX_ENTRIES
         }
     };
 

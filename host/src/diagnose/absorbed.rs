@@ -9,7 +9,7 @@ use super::answer::Absorbed;
 use crate::diagnose::add::strengths;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
-use crate::fit::normal_equations;
+use crate::fit::least_squares::normal_equations;
 use crate::fit::with_base::OnRecords;
 use crate::model::effects::AxisEffect;
 use crate::model::file::{Base, ModelFile};

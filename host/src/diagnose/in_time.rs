@@ -8,10 +8,10 @@ use super::answer::{CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdi
 use super::criteria::CRITERIA;
 use super::search::bench::rows_of;
 use super::verdict::{Asked, answer};
-use crate::fit::bounded;
 use crate::fit::effects::columns::{Records, Sample};
 use crate::fit::effects::projection::product;
 use crate::fit::identify::Prepared;
+use crate::fit::least_squares::bounded;
 use crate::model::corrections::later;
 use crate::model::file::ModelFile;
 use crate::signal::motion::{Filters, Motion};

@@ -5,7 +5,7 @@
 //! corners of a joint with free play, which no low polynomial follows, would leak into m through the acceleration;
 //! straight-line pieces of the displacement stand beside the polynomial to take them up.
 
-use crate::fit::normal_equations;
+use crate::fit::least_squares::normal_equations;
 use crate::model::InputRange;
 use crate::signal::fir::apply_every;
 use crate::signal::motion::Motion;

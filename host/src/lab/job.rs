@@ -12,7 +12,7 @@ pub(crate) const PROGRESS_MARK: &str = "progress: ";
 pub(crate) const HIDDEN: [&str; 2] = ["--contents=", "--progress-lines"];
 
 /// As much of what a command prints is kept.
-const MOST_TEXT: u64 = 200_000;
+const MAX_TEXT: u64 = 200_000;
 
 /// A process that can be ended from elsewhere.
 #[derive(Clone)]
@@ -79,7 +79,7 @@ impl Running {
         let printed = std::thread::spawn(move || {
             let mut text = Vec::new();
             if let Some(mut out) = out {
-                let _ = out.by_ref().take(MOST_TEXT).read_to_end(&mut text);
+                let _ = out.by_ref().take(MAX_TEXT).read_to_end(&mut text);
                 let _ = std::io::copy(&mut out, &mut std::io::sink());
             }
             String::from_utf8_lossy(&text).into_owned()

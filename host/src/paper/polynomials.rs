@@ -3,8 +3,8 @@
 use super::cost::cpu_seconds;
 use crate::fit::identify::{self, Prepared};
 use crate::fit::inertia::inertias;
+use crate::fit::least_squares::normal_equations;
 use crate::fit::moments::{Moments, Summation};
-use crate::fit::normal_equations;
 use crate::fit::polynomial::{Method, PolynomialOptions, fit_polynomial, input_ranges};
 use crate::model::exponents;
 use crate::model::file::ModelFile;

@@ -12,8 +12,6 @@ mod log;
 pub mod long;
 mod memory;
 pub mod mistakes;
-#[cfg(test)]
-mod noise;
 mod open;
 mod plan;
 pub(crate) mod quasi_static;
@@ -21,7 +19,6 @@ mod read;
 mod readers;
 pub mod survey;
 pub mod time;
-pub(crate) mod written;
 
 pub use log::MemoryLog;
 pub use time::clock::Clock;

@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn noise_turns_nothing_round() {
-        let mut noise = crate::study::noise::noise(3);
+        let mut noise = crate::study::time::noise::noise(3);
         let triangle = |row: usize| (((row + 500) % 2000) as f64 / 1000.0 - 1.0).abs();
         let noisy: Vec<f64> = (0..6000)
             .map(|row| triangle(row) + 2e-3 * noise())

@@ -30,7 +30,7 @@ const ALL_OF_FORCE: i32 = -3 * OCTAVE / 2;
 const GROSS_DRIFTS: [i32; 2] = [-3 * OCTAVE, -2 * OCTAVE];
 /// The most octaves of power that a model has to [spare](AxisLimits::spare): an eighth of the usual force is judged then, and a joint is
 /// never that gentle for long.
-const MOST_SPARE: i32 = 4;
+const MAX_SPARE: i32 = 4;
 
 /// One side of a cumulative sum (Page 1954): S ← max(0, S + y − drift), alarm at S ≥ threshold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -139,7 +139,7 @@ impl AxisLimits {
         let [least, _] = GROSS_DRIFTS;
         // Far from the rails: a drift is at most 2²⁴.
         let spare = (2 * (least - OCTAVE) - ALL_OF_FORCE - self.error.drift) / OCTAVE;
-        spare.clamp(0, MOST_SPARE).unsigned_abs() & 7
+        spare.clamp(0, MAX_SPARE).unsigned_abs() & 7
     }
 
     /// The power of a usual force, over 2^`log_values` of them, where a gross change is judged: P̄, less the octaves that the model has
@@ -151,7 +151,7 @@ impl AxisLimits {
     /// What of its predicted power a force may have at most to be evidence outside the training range: a sixteenth, and more by the
     /// octaves that the model has to spare, so that it may be wrong by those there.
     pub(super) fn gone_outside(&self, predicted: i64) -> i64 {
-        predicted >> (MOST_SPARE.unsigned_abs() - self.spare())
+        predicted >> (MAX_SPARE.unsigned_abs() - self.spare())
     }
 
     /// The cumulative sums of a force that is gone and of one that nobody expects: halfway between the error's own drift, larger by the

@@ -7,13 +7,13 @@ mod device;
 mod files;
 pub mod mutation;
 
-#[path = "../../../firmware/tests/app/bench.rs"]
+#[path = "../../../firmware/tests/firmware/bench.rs"]
 #[allow(dead_code, reason = "the firmware's own tests use the rest")]
 mod bench;
-#[path = "../../../firmware/tests/app/flash.rs"]
+#[path = "../../../firmware/tests/firmware/flash.rs"]
 #[allow(dead_code, reason = "the firmware's own tests use the rest")]
 mod flash;
-#[path = "../../../firmware/tests/app/signing.rs"]
+#[path = "../../../firmware/tests/firmware/signing.rs"]
 #[allow(dead_code, reason = "the firmware's own tests use the rest")]
 mod signing;
 

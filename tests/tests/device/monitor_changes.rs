@@ -1,6 +1,6 @@
 //! Gross changes of the joint on a simulated rig: found in the documented time, on the right axis, with the right direction.
 //!
-//! `monitor_campaign --curves` is the long version; `shared/tests/monitor_changes.rs` has the monitor alone.
+//! `monitor_campaign --curves` is the long version; `shared/tests/chain/monitor_changes.rs` has the monitor alone.
 
 use jointwatch::simulate::RigParameters;
 use jointwatch_shared::monitor::State;

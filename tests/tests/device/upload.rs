@@ -1,6 +1,6 @@
 //! A signed model over a line that loses and damages bytes, from the host's upload to the firmware's own slots.
 
-#[path = "../../../firmware/tests/app/flash.rs"]
+#[path = "../../../firmware/tests/firmware/flash.rs"]
 mod flash;
 
 use jointwatch::device::order::give;

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// Rows of a long log that are read at a time.
 const STRETCH: usize = 1 << 21;
 /// As many such stretches are held at once at most.
-const MOST_AT_ONCE: usize = 2;
+const MAX_AT_ONCE: usize = 2;
 
 /// Options of `jointwatch select`.
 #[derive(Args)]
@@ -113,8 +113,8 @@ fn add_stretches(
         .filter(|(record, rows)| record.log.is_some() && rows.len() >= selection.rows())
         .collect();
     let mut refused = Vec::new();
-    for (done, some) in stretches.chunks(MOST_AT_ONCE).enumerate() {
-        let done = 100 * done * MOST_AT_ONCE / stretches.len();
+    for (done, some) in stretches.chunks(MAX_AT_ONCE).enumerate() {
+        let done = 100 * done * MAX_AT_ONCE / stretches.len();
         working.set_message(format!("choosing segments, {done} % of the log read"));
         let read = some.par_iter().map(|(record, rows)| {
             let log = record.log.unwrap_or_default();

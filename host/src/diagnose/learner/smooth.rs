@@ -1,7 +1,7 @@
 //! A smooth function of displacement and velocity without a law: products of cubic B-splines in both, whose factors keep close to a plane
 //! where rows are few (Eilers and Marx, Statistical Science 11 (1996) 89–121).
 
-use crate::fit::normal_equations::Cholesky;
+use crate::fit::least_squares::normal_equations::Cholesky;
 use faer::Mat;
 
 /// Splines over the displacement and over the velocity.

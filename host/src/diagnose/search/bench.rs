@@ -6,11 +6,11 @@ use super::hypothesis::{
     Column, Hypothesis, Part, driven, is_at_bound, is_replaced, is_turned, mean_product,
 };
 use crate::diagnose::criteria::CRITERIA;
-use crate::fit::bounded;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
 use crate::fit::effects::slopes::At;
 use crate::fit::effects::unknowns::{ShapeUnknown, column_bounds, shapes};
+use crate::fit::least_squares::bounded;
 use crate::model::effects::AxisEffect;
 use crate::signal::statistics::{peak, rms};
 use crate::study::quasi_static::is_without_meaning;

@@ -5,9 +5,9 @@
 
 use super::bench::Bench;
 use super::hypothesis::{Column, Hypothesis, Part};
-use crate::fit::bounded;
 use crate::fit::effects::projection::product;
 use crate::fit::effects::unknowns::{ShapeUnknown, is_physical, shapes};
+use crate::fit::least_squares::bounded;
 use crate::model::effects::AxisEffect;
 use crate::study::{Axis, AxisKind};
 use crate::text::work;

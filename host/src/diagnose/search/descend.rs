@@ -2,9 +2,9 @@
 
 use super::bench::Bench;
 use super::hypothesis::{Column, Hypothesis, Part};
-use crate::fit::bounded;
 use crate::fit::effects::unknowns::ShapeUnknown;
-use crate::fit::normal_equations;
+use crate::fit::least_squares::bounded;
+use crate::fit::least_squares::normal_equations;
 use crate::text::work;
 use faer::Mat;
 

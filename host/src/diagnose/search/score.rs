@@ -3,7 +3,7 @@
 use super::bench::{Bench, LEARNT};
 use super::hypothesis::{Column, Hypothesis, Part, is_replaced};
 use crate::diagnose::criteria::CRITERIA;
-use crate::fit::bounded;
+use crate::fit::least_squares::bounded;
 use faer::Mat;
 
 /// Error power that counts as none, beside that of the force.

@@ -6,7 +6,7 @@
 //! rows as independent would promise intervals several times too narrow.
 
 use super::projection::{Problem, Solved, product};
-use crate::fit::normal_equations::Cholesky;
+use crate::fit::least_squares::normal_equations::Cholesky;
 use faer::Mat;
 
 /// 97.5 % of the normal distribution: the intervals cover the truth in 95 of 100 experiments.

@@ -7,15 +7,15 @@
 use super::columns::Records;
 use super::slopes::At;
 use super::unknowns::{self, ShapeUnknown};
-use crate::fit::bounded;
-use crate::fit::levenberg_marquardt::{self, SumOfSquares};
-use crate::fit::normal_equations;
+use crate::fit::least_squares::bounded;
+use crate::fit::least_squares::levenberg_marquardt::{self, SumOfSquares};
+use crate::fit::least_squares::normal_equations;
 use crate::model::effects::AxisEffect;
 use crate::text::error::Result;
 use crate::text::work;
 use faer::{Mat, Par};
 
-pub use crate::fit::levenberg_marquardt::Stopped;
+pub use crate::fit::least_squares::levenberg_marquardt::Stopped;
 
 /// The terms at one choice of shapes, with the linear parameters that fit best.
 #[derive(Clone)]

@@ -4,7 +4,7 @@ use super::columns::Records;
 use super::projection::{Problem, Solved, Stopped};
 use super::starts;
 use super::unknowns::{self, ShapeUnknown, is_physical};
-use crate::fit::levenberg_marquardt::SMALL_GAIN;
+use crate::fit::least_squares::levenberg_marquardt::SMALL_GAIN;
 use crate::model::effects::AxisEffect;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};

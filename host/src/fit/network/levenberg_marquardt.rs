@@ -4,7 +4,7 @@ use super::evidence::{Precisions, Sizes};
 use super::hidden_layer::{OuterSums, Pass};
 use super::projection::{Curvature, OutputLayer};
 use super::rows::Rows;
-use crate::fit::normal_equations::Cholesky;
+use crate::fit::least_squares::normal_equations::Cholesky;
 
 /// Rows over which the curvature is summed: at most one in this many, neighbours in a record being nearly equal …
 const THINNED: usize = 4;

@@ -10,7 +10,7 @@
 //! SIAM J. Numer. Anal. 10 (1973) 413; Kaufman, BIT 15 (1975) 49.
 
 use super::hidden_layer::{CurvatureSums, OuterSums};
-use crate::fit::normal_equations::Cholesky;
+use crate::fit::least_squares::normal_equations::Cholesky;
 use faer::Mat;
 
 /// Below this share of its largest entry nothing can be told from rounding in a matrix of products.

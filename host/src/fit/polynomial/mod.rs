@@ -1,9 +1,13 @@
 //! Fitting the paper's polynomial (Eqs. 10 and 11) to training records.
 
+pub(in crate::fit) mod legendre;
+pub(in crate::fit) mod ridge;
+mod select;
+
 use super::coverage::training_warnings;
 use super::cross_validation::{FOLDS, FoldedMoments, Folds, guard_rows, squared_error};
 use super::inertia::{Inertia, inertias};
-use super::{normal_equations, ridge, select};
+use super::least_squares::normal_equations;
 use crate::model::{InputRange, Polynomial, exponents};
 use crate::signal::motion::Motion;
 use crate::study::Axis;

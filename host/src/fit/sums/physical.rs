@@ -6,7 +6,7 @@ use super::products::{FLUSHED, LANES, Rows, add_products};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::intervals::QUANTILE;
 use crate::fit::effects::{EffectsFit, FittedEffect, Stopped, found_inertia, of_linear};
-use crate::fit::{bounded, normal_equations};
+use crate::fit::least_squares::{bounded, normal_equations};
 use crate::model::effects::AxisEffect;
 use crate::signal::motion::Motion;
 use crate::text::error::{Error, Result};

@@ -7,7 +7,7 @@
 use super::plan::Plan;
 use crate::signal::motion::{self, Motion};
 use crate::signal::statistics::rms;
-use crate::study::written;
+use crate::study::description::written;
 use crate::study::{Record, Role, Study, own_name};
 use crate::text::error::{Error, Result};
 use crate::text::hexadecimal::hexadecimal;

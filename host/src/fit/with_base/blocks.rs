@@ -6,8 +6,8 @@
 
 use super::functions::Functions;
 use crate::fit::cross_validation::{FOLDS, squared_error};
-use crate::fit::normal_equations::Cholesky;
-use crate::fit::ridge::ROUNDING;
+use crate::fit::least_squares::normal_equations::Cholesky;
+use crate::fit::polynomial::ridge::ROUNDING;
 use faer::Mat;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Par};

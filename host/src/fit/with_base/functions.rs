@@ -5,7 +5,7 @@
 //! thinned out as the effects beside them are. Every axis is a sum of the same functions with factors of its own.
 
 use crate::fit::effects::columns::Records;
-use crate::fit::{legendre, ridge};
+use crate::fit::polynomial::{legendre, ridge};
 use crate::model::file::{Base, ModelFile};
 use crate::model::{InputRange, Network, Polynomial, exponents};
 use crate::signal::motion::Motion;

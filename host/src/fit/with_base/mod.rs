@@ -17,7 +17,7 @@ use super::effects::{
 };
 use super::inertia::inertias;
 use super::polynomial::check_records;
-use super::ridge;
+use super::polynomial::ridge;
 use crate::model::effects::AxisEffect;
 use crate::model::file::{AxisError, Base, ModelFile};
 use crate::signal::motion::Motion;

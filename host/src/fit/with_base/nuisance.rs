@@ -6,8 +6,8 @@
 //! (Frisch and Waugh, Econometrica 1 (1933) 387, where λ = 0 and M is a projection).
 
 use super::functions::Functions;
-use crate::fit::normal_equations::Cholesky;
-use crate::fit::ridge::ROUNDING;
+use crate::fit::least_squares::normal_equations::Cholesky;
+use crate::fit::polynomial::ridge::ROUNDING;
 use crate::text::error::{Error, Result};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par, Side};

@@ -19,7 +19,7 @@ use super::respond::measured::DrivenBody;
 use super::respond::run::{self, SETTLED};
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
-use crate::fit::levenberg_marquardt::{SMALL_GAIN, descend};
+use crate::fit::least_squares::levenberg_marquardt::{SMALL_GAIN, descend};
 use crate::model::file::ModelFile;
 use crate::signal::motion::Motion;
 use crate::study::Study;
@@ -37,7 +37,7 @@ const HELD_OUT: f64 = 0.2;
 /// Steps of one search: from a fit that is near, few are needed.
 const MAX_STEPS: usize = 15;
 /// The fewest integration steps per row.
-const LEAST_STEPS: usize = 1;
+const MIN_STEPS: usize = 1;
 /// A refinement is better when it leaves less by more than this part, on what is held out: below lies the integration's own error.
 const BETTER: f64 = 1e-3;
 
@@ -135,7 +135,7 @@ impl<'a> Ground<'a> {
             unknowns,
             deviations: starts::deviations(study, model, training),
             records: training.iter().map(|m| m.record).collect(),
-            steps: Cell::new(LEAST_STEPS),
+            steps: Cell::new(MIN_STEPS),
         };
         ground.steps.set(ground.settled_steps(model)?);
         Ok(ground)
@@ -154,10 +154,10 @@ impl<'a> Ground<'a> {
     fn settled_steps(&self, model: &ModelFile) -> Result<usize> {
         let rows = (self.longest() / PARTS[0]).max(2);
         let law = ModelLaw::new(model)?;
-        let mut steps = LEAST_STEPS;
+        let mut steps = MIN_STEPS;
         for (body, record) in self.bodies.iter().zip(&self.records) {
             let base = &model.base;
-            let moved = run::settled(&body.motion, Some(rows), base, LEAST_STEPS, |steps| {
+            let moved = run::settled(&body.motion, Some(rows), base, MIN_STEPS, |steps| {
                 body.moving(law.clone(), steps)
             });
             if let Some(gone) = moved.divergences(&body.motion, model).first() {

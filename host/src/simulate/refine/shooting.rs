@@ -9,8 +9,8 @@
 use super::tangent::{Displacements, Stretch, simulated};
 use super::unknowns::{By, Unknowns};
 use crate::fit::effects::projection::product;
-use crate::fit::levenberg_marquardt::{self, SumOfSquares};
-use crate::fit::normal_equations;
+use crate::fit::least_squares::levenberg_marquardt::{self, SumOfSquares};
+use crate::fit::least_squares::normal_equations;
 use crate::model::file::ModelFile;
 use crate::simulate::respond::measured::DrivenBody;
 use crate::text::error::{Error, Result, in_order};

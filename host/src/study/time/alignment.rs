@@ -380,7 +380,7 @@ fn line(blocks: &[Block]) -> Alignment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::noise::noise;
+    use crate::study::time::noise::noise;
     use std::f64::consts::TAU;
 
     /// A motion that never repeats itself: tones up to a twentieth of the rate, at frequencies of no common measure.

@@ -2,6 +2,8 @@
 
 mod alignment;
 pub(super) mod clock;
+#[cfg(test)]
+pub(super) mod noise;
 pub(super) mod pieces;
 pub(crate) mod resample;
 pub(super) mod sampling;

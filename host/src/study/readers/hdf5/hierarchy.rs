@@ -11,7 +11,7 @@ use crate::study::readers::packed;
 /// Groups within groups that are followed.
 const DEEPEST: usize = 8;
 /// Objects and tree nodes that are looked at; more are a loop or no log.
-const MOST_OBJECTS: usize = 100_000;
+const MAX_OBJECTS: usize = 100_000;
 const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 const UNDEFINED: u64 = u64::MAX;
 
@@ -76,7 +76,7 @@ impl<'a> Hierarchy<'a> {
     /// All datasets of the file.
     pub(super) fn datasets(&self) -> Told<Vec<Dataset>> {
         let mut datasets = Vec::new();
-        let mut left = MOST_OBJECTS;
+        let mut left = MAX_OBJECTS;
         self.walk(self.root, "", 0, &mut left, &mut datasets)?;
         Ok(datasets)
     }
@@ -139,7 +139,7 @@ impl<'a> Hierarchy<'a> {
                 let size = block.number(2)?;
                 block.take(if second { 1 + order } else { 4 })?;
                 let data = block.take(size as usize)?;
-                if messages.len() > MOST_OBJECTS {
+                if messages.len() > MAX_OBJECTS {
                     return Err("an object's header does not end".into());
                 }
                 if kind == 0x10 {
@@ -272,7 +272,7 @@ impl<'a> Hierarchy<'a> {
                     return Err(packed::too_large());
                 }
                 let mut whole = vec![0; size];
-                let mut left = MOST_OBJECTS;
+                let mut left = MAX_OBJECTS;
                 let chunks = Chunks {
                     dataset,
                     shape,

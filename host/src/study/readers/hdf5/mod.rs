@@ -10,7 +10,7 @@ use hierarchy::Hierarchy;
 use stored::Dataset;
 
 /// Columns of one matrix; wider ones are pictures or tables of something else.
-const MOST_COLUMNS: u64 = 4096;
+const MAX_COLUMNS: u64 = 4096;
 
 /// Whether the bytes are an HDF5 file, perhaps behind MATLAB's 512 bytes.
 pub(super) fn recognises(bytes: &[u8]) -> bool {
@@ -87,5 +87,5 @@ fn arrangement(dataset: &Dataset, matlab: bool) -> Option<(u64, u64, bool)> {
         [rows, parts] => (*rows, *parts, true),
         _ => return None,
     };
-    (parts <= MOST_COLUMNS).then_some((rows, parts, across))
+    (parts <= MAX_COLUMNS).then_some((rows, parts, across))
 }

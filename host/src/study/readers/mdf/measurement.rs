@@ -9,7 +9,7 @@ use std::io::Read;
 type Told<T> = std::result::Result<T, String>;
 
 /// Blocks in one chain; more are a loop.
-const MOST_BLOCKS: usize = 100_000;
+const MAX_BLOCKS: usize = 100_000;
 
 /// A file's bytes.
 pub(super) struct Measurement<'a> {
@@ -144,7 +144,7 @@ impl<'a> Measurement<'a> {
         let mut at = first;
         while at != 0 {
             let block = self.block(at)?;
-            if block.kind != *kind || blocks.len() >= MOST_BLOCKS {
+            if block.kind != *kind || blocks.len() >= MAX_BLOCKS {
                 return Err("a chain of blocks is damaged".into());
             }
             at = block.link(0);
@@ -275,7 +275,7 @@ impl<'a> Measurement<'a> {
     /// The records of a group, one behind the other, without their numbers.
     pub(super) fn records(&self, group: &Group) -> Told<Vec<u8>> {
         let mut bytes = Vec::new();
-        let mut left = MOST_BLOCKS;
+        let mut left = MAX_BLOCKS;
         self.data(group.data, &mut left, &mut bytes)?;
         if group.id_size == 0 {
             return Ok(bytes);
