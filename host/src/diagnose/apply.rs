@@ -103,7 +103,7 @@ pub fn apply(
         let ended = match last.verdict {
             Verdict::None => Some("nothing more is missing".to_string()),
             Verdict::Data => {
-                Some("the data are at fault, and nothing is added before they are right".into())
+                Some("the data are at fault, and nothing is added before they are right; `jointwatch add` adds an effect all the same".into())
             }
             _ if last.found.is_empty() => {
                 Some("what is left is nothing that the library knows".into())

@@ -73,6 +73,9 @@ const MOST_OF_IT: f64 = 0.5;
 /// A relative error that is told though nothing explains it: a quarter, as that without a name is of what has one.
 const MUCH: f64 = 0.25;
 
+/// Part of its size under which an inertia has all but gone.
+const LOST: f64 = 0.5;
+
 /// What is to be said beside the verdict.
 pub(super) fn in_notes(
     search: &Search,
@@ -108,6 +111,7 @@ pub(super) fn in_notes(
             notes.push(format!("axis {}: the zero of force {does}", names[axis]));
         }
     }
+    notes.extend(of_lost_inertia(search, study));
     for decision in &search.decisions {
         let axis = names[decision.axis];
         notes.extend(of_pieces(decision, names));
@@ -146,6 +150,29 @@ fn of_two_values(bound: &AxisEffect, learnt: &Records<'_>, names: &[&str]) -> Op
             bound.name(names)
         )
     })
+}
+
+/// That the inertia of an axis all but goes where effects are found, on every axis where it does. A drive that answers the motion, as one that
+/// pushes along the velocity does, makes a force that looks like friction, and beside it nothing is left for the inertia.
+fn of_lost_inertia(search: &Search, study: &Study) -> Vec<String> {
+    let inertia = |model: &super::search::Model| model.solution.in_si(&model.terms, &study.axes).1;
+    let pairs = inertia(&search.first)
+        .into_iter()
+        .zip(inertia(&search.last));
+    let axes = study.axes.iter().zip(pairs);
+    let lost =
+        axes.filter(|(axis, (before, after))| axis.inertia.is_none() && *after < LOST * before);
+    lost.map(|(axis, (before, after))| {
+        format!(
+            "axis {}: the inertia falls from {} to {} {} beside what was found, so that may be how the drive answers the motion and not \
+             how the joint resists it: state the inertia in study.toml",
+            axis.name,
+            rounded(before),
+            rounded(after),
+            axis.kind.inertia_unit()
+        )
+    })
+    .collect()
 }
 
 /// That effects may be pieces of a shape without a name, where they may.

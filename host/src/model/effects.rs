@@ -180,9 +180,13 @@ pub fn table(effects: &[ModelEffect]) -> Table {
             ];
             if intervals {
                 let known = parameter.interval;
-                row.push(known.map_or("not determined".into(), |[low, high]| {
-                    format!("{} to {}", significant(low), significant(high))
-                }));
+                row.push(match known {
+                    None => "not determined".into(),
+                    Some([low, high]) if low == high => "given".into(),
+                    Some([low, high]) => {
+                        format!("{} to {}", significant(low), significant(high))
+                    }
+                });
             }
             row.push(parameter.unit.clone());
             if corrects {

@@ -36,7 +36,7 @@ const FEW: Losses = Losses {
 };
 
 /// Moves states on by a step of a fourth-order rule, `acceleration` from displacement, velocity and time.
-fn step(
+pub(super) fn step(
     [x, v]: [f64; 2],
     t: f64,
     dt: f64,
@@ -52,7 +52,7 @@ fn step(
 }
 
 /// Noise of no seed, between −1 and 1.
-fn noise(row: u32, shift: f64) -> f64 {
+pub(super) fn noise(row: u32, shift: f64) -> f64 {
     ((f64::from(row) + shift) * 12.9898).sin() * 43758.5453 % 1.0
 }
 

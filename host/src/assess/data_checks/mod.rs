@@ -49,7 +49,7 @@ pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
             for channel in &all {
                 found.extend(clipping::check(channel, &place));
                 found.extend(dropouts::check(channel, &place));
-                found.extend(single::check(channel, &place));
+                found.extend(single::check(channel, &place, filters));
             }
             found
         })

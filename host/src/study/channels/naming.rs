@@ -264,7 +264,7 @@ pub(crate) fn unit_for(quantity: Quantity, name: &str) -> Option<String> {
     (is_word && fits && quantity != Quantity::Input).then_some(unit)
 }
 
-/// The name and the unit in it: `Weg [mm]`, `Weg (mm)`, `Weg/mm`, `Weg in mm`, `Weg: mm`, `x2_m`, `a_m_s2`.
+/// The name and the unit in it: `Weg [mm]`, `Weg (mm)`, `Weg/mm`, `Weg in mm`, `Weg: mm`, `x2_m`, `a_m_s2`, `v_m_per_s`.
 pub(super) fn split_unit(name: &str) -> (&str, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')] {
         if let Some((stem, rest)) = name.split_once(open)
@@ -285,7 +285,7 @@ pub(super) fn split_unit(name: &str) -> (&str, Option<String>) {
         }
     }
     for (at, _) in name.match_indices(['_', ' ']).filter(|(at, _)| *at > 0) {
-        let unit = name[at + 1..].replace('_', "/");
+        let unit = name[at + 1..].replace("_per_", "/").replace('_', "/");
         // `chan_1` is the first of several.
         if is_a_unit(&unit) && unit.parse::<usize>().is_err() {
             return (&name[..at], Some(unit));
@@ -385,6 +385,9 @@ mod tests {
         for (name, stem, unit) in [
             ("a2_m_s2", "a2", Some("m/s2")),
             ("phi_rad", "phi", Some("rad")),
+            ("v_mm_per_s", "v", Some("mm/s")),
+            ("alpha_rad_per_s2", "alpha", Some("rad/s2")),
+            ("omega [rad per s]", "omega", Some("rad per s")),
             ("Kraft in N", "Kraft", Some("N")),
             ("far side", "far side", None),
             ("Stroke:mm", "Stroke", Some("mm")),

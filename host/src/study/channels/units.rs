@@ -299,6 +299,7 @@ fn normalised(unit: &str) -> String {
         ("sec", "s"),
         ("/s2", "/s^2"),
         ("/s/s", "/s^2"),
+        (" per ", "/"),
         (" s-2", "/s^2"),
         (" s-1", "/s"),
         (" min-1", "/min"),

@@ -13,6 +13,8 @@ const AROUND: usize = 50;
 const USUAL: f64 = 0.99;
 /// The neighbours agree: they are closer to each other than this part of what the row is off by.
 const AGREE: f64 = 0.5;
+/// So many times as far as the channel steps on either side of it.
+const TURN: f64 = 2.0;
 /// So many times the range of all other rows is no measurement.
 const IMPOSSIBLE: f64 = 10.0;
 
@@ -81,7 +83,10 @@ pub(crate) fn outliers(series: &[f64]) -> Vec<Lone> {
     let stands_out = |row: &usize| {
         let (row, own) = (*row, off[*row]);
         let apart = (series[row + 1] - series[row - 1]).abs();
-        if own <= ALONE * count || apart >= AGREE * own {
+        // What shakes from one row to the next is off in the rows beyond the neighbours as well.
+        let beyond = [row.checked_sub(2), Some(row + 2)];
+        let mut beyond = beyond.into_iter().flatten().filter_map(|at| off.get(at));
+        if own <= ALONE * count || apart >= AGREE * own || beyond.any(|o| *o >= AGREE * own) {
             return false;
         }
         let around = row.saturating_sub(AROUND)..(row + AROUND + 1).min(off.len());
@@ -96,7 +101,18 @@ pub(crate) fn outliers(series: &[f64]) -> Vec<Lone> {
 
 /// The rows that stand alone.
 pub(crate) fn lone(series: &[f64]) -> Vec<Lone> {
-    lone_by(series, ALONE)
+    let mut alone = lone_by(series, ALONE);
+    // Where a command turns round from one row to the next, it is off by its step.
+    let step = |from: usize| series.get(from + 1).map(|next| (next - series[from]).abs());
+    alone.retain(|&Lone { row, off }| {
+        let before = row.checked_sub(2).and_then(step);
+        let after = step(row + 1);
+        [before, after]
+            .into_iter()
+            .flatten()
+            .all(|step| off > TURN * step)
+    });
+    alone
 }
 
 /// The rows that stand alone on a path without time, which may turn round from one row to the next: by more than it steps, too.
@@ -154,6 +170,11 @@ mod tests {
             let seen = impossible(&series, &found);
             assert_eq!(seen, no_measurement.then_some(row), "{factor}");
         }
+        // A command that rises and falls by even steps turns round.
+        let command: Vec<f64> = (0..2000)
+            .map(|n: i32| 1e-4 * f64::from((n - 900).abs()))
+            .collect();
+        assert_eq!(lone(&command), []);
         // Twice in a log, both.
         let mut series = motion();
         series[row] *= 1e8;
@@ -171,6 +192,12 @@ mod tests {
         assert_eq!(lone(&series), []);
         assert_eq!(outliers(&series).len(), (5..2000).step_by(17).count());
         assert_eq!(outliers(&motion()), []);
+        // A motion that begins to shake.
+        let mut shaking = motion();
+        for (n, value) in shaking[1000..1030].iter_mut().enumerate() {
+            *value += 3e-3 * (1.5 * n as f64).sin();
+        }
+        assert_eq!(outliers(&shaking), []);
         let noise: Vec<f64> = (0..2000)
             .map(|n: u64| (n.wrapping_mul(6_364_136_223_846_793_005) >> 33) as f64)
             .collect();
@@ -182,7 +209,7 @@ mod tests {
         let mut path: Vec<f64> = (0..2000)
             .map(|n| f64::from((n % 400 - 200_i32).abs()) + 0.01 * f64::from(7 * n % 5))
             .collect();
-        assert!(!lone(&path).is_empty());
+        assert!(!lone_by(&path, ALONE).is_empty());
         assert_eq!(lone_of_path(&path), []);
         path[730] += 60.0;
         assert_eq!(lone_of_path(&path).len(), 1);

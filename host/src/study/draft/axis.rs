@@ -1,15 +1,13 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion stands.
 
 use super::parts::{DraftAxis, DraftChannel, Log, Said, factor, names};
-use super::trial::{DERIVATIVE, Parts, Trial, relative, trials};
+use super::trial::{BETTER, DERIVATIVE, Parts, Trial, relative, trials};
 use crate::study::channels::units::{Quantity, is_bare};
 use crate::study::check::kinematics::derivative_likeness;
 use crate::study::survey::{Survey, SurveyedColumn};
 use crate::study::{AxisKind, Convention};
 use crate::text::error::{Error, Result};
 
-/// A second position must lower what is left of the force to this part before it is believed in.
-const BETTER: f64 = 0.7;
 /// What is to be written where no force is applied.
 const FREE_DECAY: &str = "without an applied force, as in a free decay, nothing tells init the inertia: write study.toml yourself, with the time, \
                           and in [[axis]] the displacement, force = 0 and inertia = 1 for every force per unit of it";
@@ -311,12 +309,20 @@ fn axis_of(
     let timeless = said.is_timeless(logs[0].survey);
     let mut judged = match chosen.fitted.sure(1) && !timeless {
         true => damping,
+        // The weight of a body pulls either way.
+        false if chosen.weighs => inertia,
         false => stiffness,
     };
     // By its own position a body is accelerated against its joint: a mass of the other sign is a stiffness that rises with frequency.
     let by_position = chosen.acceleration.is_none() && chosen.second.is_none();
     let stiffens = by_position && inertia * judged < 0.0;
-    let inertial = chosen.fitted.sure(0) && !timeless && !stiffens;
+    // Large friction hides the inertia until it has a column of its own.
+    let beside = chosen
+        .beside_friction
+        .iter()
+        .filter(|f| f.sure(0) && f.coefficients[0] * inertia > 0.0);
+    let seen = chosen.fitted.sure(0) || beside.count() > 0;
+    let inertial = seen && !timeless && !stiffens;
     if inertial && inertia < 0.0 {
         let turned = turn_a_sign(chosen, &mut force_channel, acceleration.as_mut(), findings);
         [judged, stiffness] = [judged, stiffness].map(|c| turned * c);
@@ -328,7 +334,13 @@ fn axis_of(
     };
     let sign = restoring_force.sign();
     let mut base = Vec::new();
-    if chosen.fitted.sure(2) && sign * stiffness > 0.0 && !parts.integrated {
+    if chosen.weighs {
+        findings.push(format!(
+            "{:?} goes with the sine of the angle, as the weight of a body that turns does",
+            force.name
+        ));
+        base.push("gravity");
+    } else if chosen.fitted.sure(2) && sign * stiffness > 0.0 && !parts.integrated {
         base.push("stiffness");
     }
     if !timeless {

@@ -6,11 +6,15 @@ use crate::study::channels::axis::integral;
 use crate::study::channels::units::Quantity;
 use crate::study::check::kinematics::{alike, clear_lag, derivative_likeness, motion};
 use crate::study::check::linear::{Fitted, Linear};
-use crate::study::survey::{Survey, SurveyedColumn};
+use crate::study::survey::{Survey, SurveyedColumn, extent};
 use crate::text::error::{Error, Result};
 
 /// Candidates for one part that are tried against the numbers.
 const TRIED: usize = 4;
+/// What explains more must lower what is left of the force to this part before it is believed in.
+pub(super) const BETTER: f64 = 0.7;
+/// An angle whose sine is no straight line, rad.
+const FAR: f64 = 1.0;
 /// Correlation from which on a column is the derivative of another.
 pub(super) const DERIVATIVE: f64 = 0.9;
 
@@ -128,7 +132,12 @@ pub(super) struct Trial<'a> {
     pub(super) likeness: Option<f64>,
     /// How closely it does, as a correlation; 0 without an accelerometer.
     pub(super) follows: f64,
+    /// Whether the force is fitted by the weight of a body that turns, sin q and cos q, in the place of a spring.
+    pub(super) weighs: bool,
+    /// Force by acceleration, velocity, and displacement or its sine and cosine.
     pub(super) fitted: Fitted,
+    /// The same with dry friction.
+    pub(super) beside_friction: Option<Fitted>,
 }
 
 /// Every way of putting an axis together with a force.
@@ -174,7 +183,7 @@ pub(super) fn relative(
     Some(values)
 }
 
-/// Fits force by acceleration, relative velocity and displacement over all logs.
+/// Fits force by acceleration, relative velocity and displacement over all logs; where an axis turns far, by the weight of its body as well.
 fn trial<'a>(
     logs: &[Log<'_>],
     first: &'a SurveyedColumn,
@@ -195,7 +204,9 @@ fn trial<'a>(
     let best = follows.max_by(|a, b| a.1.correlation.abs().total_cmp(&b.1.correlation.abs()));
     let best = best.filter(|(_, l)| second.is_none() || l.correlation.abs() > DERIVATIVE);
     let acceleration = best.map(|(a, _)| a);
-    let mut fit = Linear::new(3);
+    // With a spring or the weight of a body, each alone and beside dry friction.
+    let mut fits = [3, 4].map(|columns| [Linear::new(columns), Linear::new(columns + 1)]);
+    let mut turns = 0.0_f64;
     for log in logs {
         let x = relative(log, first, second, kinds)?;
         let of_body = relative(log, body, None, kinds)?;
@@ -206,8 +217,32 @@ fn trial<'a>(
             None => motion(&of_body, lag, log.rate_hz)[2].clone(),
         };
         let f = log.si(&force.name, Quantity::Force(kind))?;
-        fit.add(&[&a, &v, &x], &alike(&f, lag), 8);
+        let f = alike(&f, lag);
+        let [sine, cosine, direction] = [
+            (f64::sin as fn(f64) -> f64, &x),
+            (f64::cos, &x),
+            (f64::signum, &v),
+        ]
+        .map(|(of, series)| series.iter().copied().map(of).collect::<Vec<f64>>());
+        let held: [Vec<&[f64]>; 2] = [vec![&a, &v, &x], vec![&a, &v, &sine, &cosine]];
+        for ([alone, beside], mut columns) in fits.iter_mut().zip(held) {
+            alone.add(&columns, &f, 8);
+            columns.push(&direction);
+            beside.add(&columns, &f, 8);
+        }
+        let [low, high] = extent(x.iter().copied());
+        turns = turns.max(high - low);
     }
+    let [spring, weight] = fits.map(|fits| fits.map(|fit| fit.solve()));
+    let [Some(by_spring), _] = &spring else {
+        return None;
+    };
+    let far = kind == AxisKind::Rotation && !parts.integrated && turns > FAR;
+    let weighs = far
+        && weight[0]
+            .as_ref()
+            .is_some_and(|w| w.rest < BETTER * by_spring.rest);
+    let [fitted, beside_friction] = if weighs { weight } else { spring };
     Some(Trial {
         first,
         second,
@@ -216,7 +251,9 @@ fn trial<'a>(
         likeness: best
             .filter(|(_, l)| l.correlation.abs() > DERIVATIVE)
             .map(|(a, l)| l.gain * factor(a, Quantity::Acceleration(kind))),
-        fitted: fit.solve()?,
+        weighs,
+        fitted: fitted?,
+        beside_friction,
     })
 }
 

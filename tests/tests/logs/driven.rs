@@ -1,0 +1,140 @@
+//! Axes that a drive turns: a draft sees inertia and weight beside large friction, and a drive that answers the motion is told.
+
+use super::free_motion::{noise, step};
+use jointwatch::model::file::ModelFile;
+use jointwatch_tests::program::succeed;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::fs;
+use tempfile::TempDir;
+
+const RATE_HZ: f64 = 200.0;
+
+/// An axis with viscous and dry friction.
+#[derive(Clone, Copy)]
+struct Turned {
+    inertia: f64,
+    weight: f64,
+    viscous: f64,
+    friction: f64,
+}
+
+const ARM: Turned = Turned {
+    inertia: 0.14,
+    weight: 3.0,
+    viscous: 0.05,
+    friction: 0.2,
+};
+const MOTOR: Turned = Turned {
+    inertia: 1.95e-4,
+    weight: 0.0,
+    viscous: 2.7e-4,
+    friction: 0.03,
+};
+
+/// What a drive turns, its torque by time and velocity from row to row; torque and angle are read off by so much.
+fn log(turned: Turned, seconds: f64, off: [f64; 2], torque: impl Fn(f64, f64) -> f64) -> String {
+    let mut text = String::from("time_s,angle_rad,torque_Nm\n");
+    let (mut state, steps) = ([0.1, 0.0], 40);
+    let dt = 1.0 / RATE_HZ / f64::from(steps);
+    for row in 0..(seconds * RATE_HZ) as u32 {
+        let t = f64::from(row) / RATE_HZ;
+        let applied = torque(t, state[1]);
+        let [read, angle] = [
+            applied + off[0] * noise(row, 0.3),
+            state[0] + off[1] * noise(row, 0.7),
+        ];
+        writeln!(text, "{t:.3},{angle:.7},{read:.7}").unwrap();
+        let acceleration = |q: f64, v: f64, _: f64| {
+            let lost = turned.viscous * v + turned.friction * (v / 0.05).tanh();
+            (applied - turned.weight * q.sin() - lost) / turned.inertia
+        };
+        for _ in 0..steps {
+            state = step(state, t, dt, &acceleration);
+        }
+    }
+    text
+}
+
+/// Drafts a study of two logs, learns and completes its model; what `init` and `diagnose` said, and the model.
+fn drafted(logs: [String; 2]) -> ([String; 2], ModelFile) {
+    let folder = TempDir::new().unwrap();
+    let folder = folder.path();
+    for (name, log) in ["a.csv", "b.csv"].iter().zip(logs) {
+        fs::write(folder.join(name), log).unwrap();
+    }
+    let drafted = succeed(folder, &["init", "a.csv", "b.csv", "--yes"]);
+    succeed(folder, &["identify", ".", "--model", "physical"]);
+    let said = succeed(
+        folder,
+        &[
+            "diagnose",
+            ".",
+            "model.json",
+            "--apply",
+            "-o",
+            "applied.json",
+        ],
+    );
+    let model = ModelFile::read(&folder.join("applied.json")).unwrap();
+    ([drafted, said], model)
+}
+
+fn value(model: &ModelFile, effect: &str) -> f64 {
+    let mut effects = model.effects.iter();
+    effects.find(|e| e.effect == effect).unwrap().parameters[0].value
+}
+
+fn near(value: f64, truth: f64, part: f64) {
+    assert!((value / truth - 1.0).abs() < part, "{value} for {truth}");
+}
+
+#[test]
+fn an_arm_is_drafted_with_its_weight_and_its_inertia() {
+    let swung = |phase: f64| {
+        log(ARM, 20.0, [1e-3, 1e-5], move |t, _| {
+            let tone = |hz: f64| (TAU * hz * t + phase * hz).sin();
+            1.4 * tone(0.37) + 1.1 * tone(0.83) + 0.9 * tone(1.7)
+        })
+    };
+    let ([drafted, said], model) = drafted([swung(0.4), swung(2.9)]);
+    assert!(
+        drafted.contains("goes with the sine of the angle"),
+        "{drafted}"
+    );
+    assert!(!drafted.contains("no inertia shows"), "{drafted}");
+    near(model.axes[0].inertia, ARM.inertia, 0.03);
+    near(value(&model, "gravity"), ARM.weight, 0.03);
+    near(value(&model, "coulomb"), ARM.friction, 0.1);
+    assert!(!said.contains("the inertia falls"), "{said}");
+}
+
+#[test]
+fn an_inertia_is_seen_beside_friction_that_is_larger() {
+    let ramped = |most: f64| {
+        log(MOTOR, 10.0, [1e-5; 2], move |t, _| {
+            let turns = t / 4.0 + 0.25;
+            most * (4.0 * (turns - (turns + 0.5).floor()).abs() - 1.0)
+        })
+    };
+    let ([drafted, said], model) = drafted([ramped(0.08), ramped(0.05)]);
+    assert!(!drafted.contains("no inertia shows"), "{drafted}");
+    assert!(
+        !said.contains("stands alone"),
+        "a command that turns round is no wrong row: {said}"
+    );
+    near(model.axes[0].inertia, MOTOR.inertia, 0.03);
+    near(value(&model, "coulomb"), MOTOR.friction, 0.05);
+}
+
+#[test]
+fn a_drive_that_pushes_along_the_velocity_is_told() {
+    // The encoder is coarse, so that the drive's own law is the clearer one.
+    let pushed = |most: f64| log(ARM, 8.0, [0.02, 3e-3], move |_, v| most * (v / 0.05).tanh());
+    let ([_, said], model) = drafted([pushed(0.88), pushed(0.8)]);
+    assert!(
+        said.contains("how the drive answers the motion"),
+        "{said} {:?}",
+        model.axes[0]
+    );
+}
