@@ -92,7 +92,7 @@ pub const SUBJECTS: [Subject; 31] = [
 ];
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed and the list above.
-pub const BY_NAME: [Subject; 35] = [
+pub const BY_NAME: [Subject; 40] = [
     subject("exponential_spring", Kind::Joint),
     subject("gas_spring", Kind::Joint),
     subject("offset_contact", Kind::Joint),
@@ -123,6 +123,11 @@ pub const BY_NAME: [Subject; 35] = [
     subject("bouc_wen_degrading", Kind::Joint),
     subject("iwan", Kind::Joint),
     subject("generalized_maxwell", Kind::Joint),
+    subject("backlash", Kind::Joint),
+    subject("bouc_wen_by_rate", Kind::Joint),
+    subject("bouc_wen_by_place", Kind::Joint),
+    subject("power_contact", Kind::Joint),
+    subject("self_centring", Kind::Joint),
     subject(wild::NAMES[0], Kind::Outside),
     subject(wild::NAMES[1], Kind::Outside),
     subject(wild::NAMES[2], Kind::Outside),
@@ -330,6 +335,37 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
             Form::HardeningWen {
                 both_ways,
                 unloading: both_ways * within(0.4, 0.9),
+            }
+        }
+        "backlash" => Form::LostMotion {
+            half: x * within(0.1, 0.6),
+        },
+        "bouc_wen_by_rate" => Form::ThickeningWen {
+            saturation: x * within(0.1, 0.5),
+            roundness: within(0.5, 0.9),
+            exponent: within(1.0, 2.0),
+            gain: within(0.5, 3.0),
+            speed: v * within(0.2, 0.8),
+        },
+        "bouc_wen_by_place" => Form::PlacedWen {
+            saturation: x * within(0.1, 0.5),
+            roundness: within(0.5, 0.9),
+            exponent: within(1.0, 2.0),
+            length: scale.reach,
+            along: within(0.1, 0.6) - 0.3,
+            across: within(0.4, 2.0),
+        },
+        "power_contact" => Form::BufferedContact {
+            gap: scale.reach * within(0.1, 0.5),
+            exponent: within(1.4, 2.2),
+            length: scale.reach,
+            back: within(0.4, 2.5),
+        },
+        "self_centring" => {
+            let gap = scale.reach * within(0.15, 0.5);
+            Form::Flag {
+                gap,
+                opening: gap * within(0.2, 0.7),
             }
         }
         "power_spring" | "power_spring_by_direction" => Form::PowerSpring {

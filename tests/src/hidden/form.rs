@@ -256,6 +256,57 @@ pub enum Form {
         /// As in [`Form::Dry`].
         edge: f64,
     },
+    /// What follows behind a lost motion, and pulls back as a spring does.
+    LostMotion {
+        /// Half of the lost motion.
+        half: f64,
+    },
+    /// [`Form::Wen`] that grows with the speed: times 1 + gain·(1 − exp(−|v|/speed)).
+    ThickeningWen {
+        /// z_y.
+        saturation: f64,
+        /// β/(β + γ).
+        roundness: f64,
+        /// n.
+        exponent: f64,
+        /// How much stronger it is in quick motion.
+        gain: f64,
+        /// Speed of quick motion.
+        speed: f64,
+    },
+    /// [`Form::Wen`] that grips more at some places: times 1 + along·u + across·u² with u = x/length.
+    PlacedWen {
+        /// z_y.
+        saturation: f64,
+        /// β/(β + γ).
+        roundness: f64,
+        /// n.
+        exponent: f64,
+        /// Displacement at which both have their full size.
+        length: f64,
+        /// From one end to the other.
+        along: f64,
+        /// From the middle to both ends.
+        across: f64,
+    },
+    /// A contact beyond a gap on either side whose force follows a power of its depth.
+    BufferedContact {
+        /// Half the free play.
+        gap: f64,
+        /// The power.
+        exponent: f64,
+        /// Depth of full strength.
+        length: f64,
+        /// Strength backwards over forwards.
+        back: f64,
+    },
+    /// Flag-shaped: a spring to a slide that gives way beyond `gap`, and comes back where the spring has fallen to `opening`.
+    Flag {
+        /// Deflection of the spring where it slides.
+        gap: f64,
+        /// Deflection where it slides back.
+        opening: f64,
+    },
     /// A spring lost in proportion to the largest excursion so far.
     Softening {
         /// Excursion at which its full strength is lost.

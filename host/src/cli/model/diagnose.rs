@@ -12,6 +12,7 @@ use crate::model::{ModelEffect, ParameterValue, corrections, effects};
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, quantity};
 use clap::Args;
+use jointwatch_shared::effect::Entry;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -337,7 +338,10 @@ fn in_one_group(candidate: &Ranked) -> Option<String> {
         return None;
     }
     // What is likeliest may have more parameters than these records call for.
-    let simplest = match candidate.probability < 0.5 * candidate.group_probability {
+    let parameters = |name: &str| Entry::named(name).map_or(0, |e| e.parameters().len());
+    let own = parameters(&candidate.effect);
+    let is_simplest = candidate.equivalent.iter().all(|e| own <= parameters(e));
+    let simplest = match is_simplest && candidate.probability < 0.5 * candidate.group_probability {
         true => ", which is named because it is the simplest,",
         false => "",
     };

@@ -131,7 +131,8 @@ pub(crate) fn is_at_bound(bound: &AxisEffect, values: &[f64], records: &Records<
         let outside =
             relative < (1.0 + AT_BOUND) * shape.least || relative > (1.0 - AT_BOUND) * shape.most;
         let is_pitch = bound.entry.pitch() == Some(place);
-        Some((decides && outside) || (is_pitch && relative > TRAVEL))
+        let untold = || relative > TRAVEL || value < records.shortest_wave(bound.axis);
+        Some((decides && outside) || (is_pitch && untold()))
     });
     edges.any(|at| at) || !is_physical(bound, values, records)
 }

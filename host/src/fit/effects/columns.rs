@@ -34,7 +34,7 @@ pub(crate) struct Sample {
 pub(crate) struct Records<'a> {
     pub(super) histories: Vec<TimeHistory<'a>>,
     pub(super) axes: usize,
-    taps: &'a [f64],
+    pub(super) taps: &'a [f64],
     /// Of so many rows one is kept.
     pub(crate) every: usize,
     pub(super) projection: Option<Projection<'a>>,

@@ -15,6 +15,25 @@ const POINTS_PER_PEAK: usize = 4;
 const MAX_PITCHES: usize = 3;
 
 impl Records<'_> {
+    /// The shortest wave over the displacement that can be told, m or rad: without a low-pass that keeps faster ones out, two steps from row to
+    /// row, of which half are shorter; else 0.
+    pub(crate) fn shortest_wave(&self, axis: usize) -> f64 {
+        if self.taps.len() > 1 {
+            return 0.0;
+        }
+        let all = self
+            .histories
+            .iter()
+            .map(|history| history.displacement(axis));
+        let steps = all.flat_map(|x| x.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
+        let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
+        if steps.is_empty() {
+            return 0.0;
+        }
+        let middle = steps.len() / 2;
+        2.0 * *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    }
+
     /// The pitches, m or rad, at which a residual repeats most strongly over the displacement of an effect's axis, the strongest first: those
     /// that are shorter than the starts of its pitch. The wave of a friction turns its sign with the velocity.
     ///
@@ -47,7 +66,7 @@ impl Records<'_> {
             .fold(0.0, |most: f64, x| most.max(x - least));
         let starts = pitch.shape.starts.iter().copied();
         let longest = pitch.reference * starts.fold(f64::INFINITY, f64::min);
-        let shortest = pitch.reference * pitch.shape.least;
+        let shortest = (pitch.reference * pitch.shape.least).max(self.shortest_wave(bound.axis));
         if travel <= longest {
             return Vec::new();
         }

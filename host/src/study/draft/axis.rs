@@ -8,6 +8,8 @@ use crate::study::survey::{Survey, SurveyedColumn};
 use crate::study::{AxisKind, Convention};
 use crate::text::error::{Error, Result};
 
+/// Part of the work to and fro that a joint keeps, from which on it is no slip of the instruments.
+const LOSSY: f64 = 0.05;
 /// What is to be written where no force is applied.
 const FREE_DECAY: &str = "without an applied force, as in a free decay, nothing tells init the inertia: write study.toml yourself, with the time, \
                           and in [[axis]] the displacement, force = 0 and inertia = 1 for every force per unit of it";
@@ -311,6 +313,8 @@ fn axis_of(
         true => damping,
         // The weight of a body pulls either way.
         false if chosen.weighs => inertia,
+        // What a joint takes in tells more than the slope of a wide loop.
+        false if chosen.work[0].abs() > LOSSY * chosen.work[1] => chosen.work[0],
         false => stiffness,
     };
     // By its own position a body is accelerated against its joint: a mass of the other sign is a stiffness that rises with frequency.

@@ -138,6 +138,8 @@ pub(super) struct Trial<'a> {
     pub(super) fitted: Fitted,
     /// The same with dry friction.
     pub(super) beside_friction: Option<Fitted>,
+    /// Work of the force along the displacement, and what it would be without a change of sign.
+    pub(super) work: [f64; 2],
 }
 
 /// Every way of putting an axis together with a force.
@@ -206,17 +208,21 @@ fn trial<'a>(
     let acceleration = best.map(|(a, _)| a);
     // With a spring or the weight of a body, each alone and beside dry friction.
     let mut fits = [3, 4].map(|columns| [Linear::new(columns), Linear::new(columns + 1)]);
-    let mut turns = 0.0_f64;
+    let (mut turns, mut work) = (0.0_f64, [0.0; 2]);
     for log in logs {
         let x = relative(log, first, second, kinds)?;
         let of_body = relative(log, body, None, kinds)?;
         let lag = clear_lag(&of_body).max(2);
+        let f = log.si(&force.name, Quantity::Force(kind))?;
+        for (x, f) in x.windows(2).zip(f.windows(2)) {
+            let done = f64::midpoint(f[0], f[1]) * (x[1] - x[0]);
+            work = [work[0] + done, work[1] + done.abs()];
+        }
         let [x, v, _] = motion(&x, lag, log.rate_hz);
         let a = match acceleration {
             Some(a) => alike(&log.si(&a.name, Quantity::Acceleration(kind))?, lag),
             None => motion(&of_body, lag, log.rate_hz)[2].clone(),
         };
-        let f = log.si(&force.name, Quantity::Force(kind))?;
         let f = alike(&f, lag);
         let [sine, cosine, direction] = [
             (f64::sin as fn(f64) -> f64, &x),
@@ -254,6 +260,7 @@ fn trial<'a>(
         weighs,
         fitted: fitted?,
         beside_friction,
+        work,
     })
 }
 
