@@ -11,6 +11,7 @@ mod joints;
 mod mains_hum;
 mod measured_changes;
 mod missing_effects;
+mod one_sided;
 mod physical;
 mod state_inputs;
 mod temperature;

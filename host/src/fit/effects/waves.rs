@@ -97,3 +97,38 @@ impl Records<'_> {
         peaks.into_iter().map(pitch_of).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::identify::Prepared;
+    use crate::study::{MemoryLog, Study};
+
+    #[test]
+    fn without_a_low_pass_no_wave_is_shorter_than_two_rows() {
+        // Three steps of a millimetre for every one of a tenth.
+        let step = |row: usize| [1e-3, 1e-3, 1e-3, 1e-4][row % 4];
+        let mut x = vec![0.0];
+        for row in 0..3000 {
+            let way = if row / 500 % 2 == 0 { 1.0 } else { -1.0 };
+            x.push(x[row] + way * step(row));
+        }
+        let force = x.iter().map(|x| 2e4 * x).collect();
+        let log = MemoryLog {
+            name: "log".into(),
+            columns: vec![("x".into(), x), ("F".into(), force)],
+        };
+        let shortest = |time: &str| {
+            let text = format!(
+                "{time}\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\n\
+                 inertia = 0\n[[record]]\nfile = \"log\"\nrole = \"train\"\n"
+            );
+            let study = Study::of_memory("memory", &text, std::slice::from_ref(&log)).unwrap();
+            let prepared = Prepared::new(&study).unwrap();
+            let motions = prepared.training(&study);
+            Records::new(&study.axes, &motions, &prepared.filters.band).shortest_wave(0)
+        };
+        assert!((shortest("time = \"none\"") - 2e-3).abs() < 1e-12);
+        assert_eq!(shortest("sample_rate_hz = 1000"), 0.0);
+    }
+}
