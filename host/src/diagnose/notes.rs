@@ -11,6 +11,7 @@ use crate::fit::effects::columns::Records;
 use crate::model::effects::AxisEffect;
 use crate::model::file::{JudgedOn, ModelFile};
 use crate::signal::motion::Motion;
+use crate::signal::statistics::rms;
 use crate::study::Study;
 use crate::text::table::rounded;
 use jointwatch_shared::base::followed::Follows;
@@ -111,7 +112,7 @@ pub(super) fn in_notes(
             notes.push(format!("axis {}: the zero of force {does}", names[axis]));
         }
     }
-    notes.extend(of_lost_inertia(search, study));
+    notes.extend(of_lost_inertia(search, (study, learnt)));
     for decision in &search.decisions {
         let axis = names[decision.axis];
         notes.extend(of_pieces(decision, names));
@@ -154,15 +155,20 @@ fn of_two_values(bound: &AxisEffect, learnt: &Records<'_>, names: &[&str]) -> Op
 
 /// That the inertia of an axis all but goes where effects are found, on every axis where it does. A drive that answers the motion, as one that
 /// pushes along the velocity does, makes a force that looks like friction, and beside it nothing is left for the inertia.
-fn of_lost_inertia(search: &Search, study: &Study) -> Vec<String> {
+fn of_lost_inertia(search: &Search, (study, learnt): (&Study, &Records<'_>)) -> Vec<String> {
     let inertia = |model: &super::search::Model| model.solution.in_si(&model.terms, &study.axes).1;
     let pairs = inertia(&search.first)
         .into_iter()
         .zip(inertia(&search.last));
-    let axes = study.axes.iter().zip(pairs);
-    let lost =
-        axes.filter(|(axis, (before, after))| axis.inertia.is_none() && *after < LOST * before);
-    lost.map(|(axis, (before, after))| {
+    let axes = study.axes.iter().zip(pairs).enumerate();
+    let lost = axes.filter(|(at, (_, (before, after)))| {
+        // Of an inertia that hardly shows nothing is lost.
+        let shows = |acceleration: &Vec<f64>| {
+            before * rms(acceleration) > CRITERIA.least_share * learnt.references.force[*at]
+        };
+        learnt.accelerations[*at].as_ref().is_some_and(shows) && *after < LOST * before
+    });
+    lost.map(|(_, (axis, (before, after)))| {
         format!(
             "axis {}: the inertia falls from {} to {} {} beside what was found, so that may be how the drive answers the motion and not \
              how the joint resists it: state the inertia in study.toml",
