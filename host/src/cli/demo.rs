@@ -57,9 +57,7 @@ impl Demo {
         };
         let (study, base) = (story.file("study.toml"), story.file("base.json"));
         let (blob, diagnosis) = (story.file("model.bin"), story.file("diagnosis.json"));
-        let report = story.file("report.html");
-        let mut model = story.file("model.json");
-
+        let (report, mut model) = (story.file("report.html"), story.file("model.json"));
         let hidden = story.simulate(self.seed)?;
 
         story.heading("2. A base model from the physics that the study does list")?;

@@ -9,6 +9,7 @@ use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::hypothesis::Hypothesis;
 use crate::diagnose::search::rank::{Field, Looked, look, rank};
 use crate::model::effects::AxisEffect;
+use crate::signal::statistics::rms;
 use chances::{Chances, Rivals, falls, is_gained, mean_and_error};
 use curve::Curve;
 use rayon::prelude::*;
@@ -144,10 +145,9 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     let as_good: Vec<AxisEffect> = rivals.sole(&good);
     let design = full.design(&decided.hypothesis, &decided.parts);
     let left = full.solved(&design).1;
-    let square = left.iter().map(|e| e * e).sum::<f64>() / left.len().max(1) as f64;
     let mut decision = Decision {
         axis: full.axis,
-        left: (square / full.power).sqrt(),
+        left: rms(&left) / full.power.sqrt(),
         errors: [base.score.error, decided.score.error],
         moving: full.moving,
         hypothesis: decided.hypothesis.clone(),

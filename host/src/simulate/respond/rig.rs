@@ -111,8 +111,7 @@ impl<'a> ShakenRecord<'a> {
         }
         let parameters = &truth.file.rig;
         let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
-        let effects = truth.file.effects.iter();
-        let hidden: Vec<_> = effects
+        let hidden: Vec<_> = (truth.file.effects.iter())
             .map(|e| e.bound_in_si(&names))
             .collect::<Result<_>>()
             .map_err(|e| foreign(&e.sentence))?;

@@ -281,6 +281,50 @@ fn turn_a_sign(
     -1.0
 }
 
+/// What is positive where the force resists the motion: damping, work taken in, or stiffness, whatever tells most.
+fn resists(chosen: &Trial<'_>, timeless: bool) -> f64 {
+    let [inertia, damping, stiffness] = [0, 1, 2].map(|i| chosen.fitted.coefficients[i]);
+    if chosen.fitted.sure(1) && !timeless {
+        damping
+    } else if chosen.weighs {
+        // The weight of a body pulls either way.
+        inertia
+    } else if chosen.work[0].abs() > LOSSY * chosen.work[1] {
+        // What a joint takes in tells more than the slope of a wide loop.
+        chosen.work[0]
+    } else {
+        stiffness
+    }
+}
+
+/// Whether an inertia shows, alone or beside friction, which hides it until it has a column of its own.
+fn shows_inertia(chosen: &Trial<'_>, resists: f64) -> bool {
+    let inertia = chosen.fitted.coefficients[0];
+    // By its own position a body is accelerated against its joint: a mass of the other sign is a stiffness that rises with frequency.
+    let by_position = chosen.acceleration.is_none() && chosen.second.is_none();
+    let stiffens = by_position && inertia * resists < 0.0;
+    let beside = chosen.beside_friction.as_ref();
+    let beside = beside.is_some_and(|f| f.sure(0) && f.coefficients[0] * inertia > 0.0);
+    (chosen.fitted.sure(0) || beside) && !stiffens
+}
+
+/// The terms of the base that the trial speaks for.
+fn base_of(chosen: &Trial<'_>, springy: bool, timeless: bool) -> Vec<&'static str> {
+    let mut base = Vec::new();
+    if chosen.weighs {
+        base.push("gravity");
+    } else if chosen.fitted.sure(2) && springy {
+        base.push("stiffness");
+    }
+    if !timeless {
+        base.push("viscous");
+    } else if base.is_empty() {
+        // The one term of the usual base that needs no time.
+        base.push("stiffness");
+    }
+    base
+}
+
 /// Turns the chosen trial into an axis: signs, inertia, base.
 fn axis_of(
     logs: &[Log<'_>],
@@ -292,7 +336,7 @@ fn axis_of(
     findings: &mut Vec<String>,
 ) -> DraftAxis {
     let position = Quantity::Displacement(kind);
-    let [mut inertia, damping, mut stiffness] = [0, 1, 2].map(|i| chosen.fitted.coefficients[i]);
+    let [mut inertia, _, mut stiffness] = [0, 1, 2].map(|i| chosen.fitted.coefficients[i]);
     let mut channel = |column, quantity| channel(logs, column, quantity, said, findings);
     let mut force_channel = channel(force, Quantity::Force(kind));
     let accelerometer = Quantity::Acceleration(kind);
@@ -309,24 +353,8 @@ fn axis_of(
     let displacement: Vec<DraftChannel> = positions.map(|c| channel(c, position)).collect();
     let body_position = displacement.get(1).cloned();
     let timeless = said.is_timeless(logs[0].survey);
-    let mut judged = match chosen.fitted.sure(1) && !timeless {
-        true => damping,
-        // The weight of a body pulls either way.
-        false if chosen.weighs => inertia,
-        // What a joint takes in tells more than the slope of a wide loop.
-        false if chosen.work[0].abs() > LOSSY * chosen.work[1] => chosen.work[0],
-        false => stiffness,
-    };
-    // By its own position a body is accelerated against its joint: a mass of the other sign is a stiffness that rises with frequency.
-    let by_position = chosen.acceleration.is_none() && chosen.second.is_none();
-    let stiffens = by_position && inertia * judged < 0.0;
-    // Large friction hides the inertia until it has a column of its own.
-    let beside = chosen
-        .beside_friction
-        .iter()
-        .filter(|f| f.sure(0) && f.coefficients[0] * inertia > 0.0);
-    let seen = chosen.fitted.sure(0) || beside.count() > 0;
-    let inertial = seen && !timeless && !stiffens;
+    let mut judged = resists(chosen, timeless);
+    let inertial = !timeless && shows_inertia(chosen, judged);
     if inertial && inertia < 0.0 {
         let turned = turn_a_sign(chosen, &mut force_channel, acceleration.as_mut(), findings);
         [judged, stiffness] = [judged, stiffness].map(|c| turned * c);
@@ -336,22 +364,13 @@ fn axis_of(
         true => Convention::InertiaMinusForce,
         false => Convention::ForceMinusInertia,
     };
-    let sign = restoring_force.sign();
-    let mut base = Vec::new();
+    let springy = restoring_force.sign() * stiffness > 0.0 && !parts.integrated;
+    let base = base_of(chosen, springy, timeless);
     if chosen.weighs {
         findings.push(format!(
             "{:?} goes with the sine of the angle, as the weight of a body that turns does",
             force.name
         ));
-        base.push("gravity");
-    } else if chosen.fitted.sure(2) && sign * stiffness > 0.0 && !parts.integrated {
-        base.push("stiffness");
-    }
-    if !timeless {
-        base.push("viscous");
-    } else if base.is_empty() {
-        // The one term of the usual base that needs no time.
-        base.push("stiffness");
     }
     if said.inertia.is_none() && !inertial {
         findings.push(format!(
