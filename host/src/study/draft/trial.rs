@@ -206,8 +206,11 @@ fn trial<'a>(
     let best = follows.max_by(|a, b| a.1.correlation.abs().total_cmp(&b.1.correlation.abs()));
     let best = best.filter(|(_, l)| second.is_none() || l.correlation.abs() > DERIVATIVE);
     let acceleration = best.map(|(a, _)| a);
-    // With a spring or the weight of a body, each alone and beside dry friction.
-    let mut fits = [3, 4].map(|columns| [Linear::new(columns), Linear::new(columns + 1)]);
+    // By a spring, and where it turns by the weight of a body, each alone and beside dry friction.
+    let may_weigh = kind == AxisKind::Rotation && !parts.integrated;
+    let fits_of = |columns| [Linear::new(columns), Linear::new(columns + 1)];
+    let mut fits = vec![fits_of(3)];
+    fits.extend(may_weigh.then(|| fits_of(4)));
     let (mut turns, mut work) = (0.0_f64, [0.0; 2]);
     for log in logs {
         let x = relative(log, first, second, kinds)?;
@@ -224,13 +227,17 @@ fn trial<'a>(
             None => motion(&of_body, lag, log.rate_hz)[2].clone(),
         };
         let f = alike(&f, lag);
-        let [sine, cosine, direction] = [
-            (f64::sin as fn(f64) -> f64, &x),
-            (f64::cos, &x),
-            (f64::signum, &v),
-        ]
-        .map(|(of, series)| series.iter().copied().map(of).collect::<Vec<f64>>());
-        let held: [Vec<&[f64]>; 2] = [vec![&a, &v, &x], vec![&a, &v, &sine, &cosine]];
+        let each = |of: fn(f64) -> f64, series: &[f64]| -> Vec<f64> {
+            series.iter().copied().map(of).collect()
+        };
+        let direction = each(f64::signum, &v);
+        let weight = may_weigh.then(|| [f64::sin, f64::cos].map(|of| each(of, &x)));
+        let mut held: Vec<Vec<&[f64]>> = vec![vec![&a, &v, &x]];
+        held.extend(
+            weight
+                .iter()
+                .map(|[sine, cosine]| -> Vec<&[f64]> { vec![&a, &v, sine, cosine] }),
+        );
         for ([alone, beside], mut columns) in fits.iter_mut().zip(held) {
             alone.add(&columns, &f, 8);
             columns.push(&direction);
@@ -239,16 +246,14 @@ fn trial<'a>(
         let [low, high] = extent(x.iter().copied());
         turns = turns.max(high - low);
     }
-    let [spring, weight] = fits.map(|fits| fits.map(|fit| fit.solve()));
-    let [Some(by_spring), _] = &spring else {
-        return None;
-    };
-    let far = kind == AxisKind::Rotation && !parts.integrated && turns > FAR;
-    let weighs = far
-        && weight[0]
-            .as_ref()
-            .is_some_and(|w| w.rest < BETTER * by_spring.rest);
-    let [fitted, beside_friction] = if weighs { weight } else { spring };
+    let mut solved = fits.iter().map(|fits| fits.each_ref().map(Linear::solve));
+    let spring = solved.next()?;
+    let most = BETTER * spring[0].as_ref()?.rest;
+    let weight = solved.next().filter(|[alone, _]| {
+        turns > FAR && alone.as_ref().is_some_and(|weight| weight.rest < most)
+    });
+    let weighs = weight.is_some();
+    let [fitted, beside_friction] = weight.unwrap_or(spring);
     Some(Trial {
         first,
         second,
